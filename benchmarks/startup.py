@@ -74,7 +74,7 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     options = pipeline.planner_options(task, space)
     trajectory = timed("interpolate", lambda: planner(waypoints, options))
     report = timed("check", lambda: pipeline.check(trajectory, task, space=space))
-    short = timed("import what prints", imported("knotwork.cli.short"))
+    short = timed("import what prints", imported("knotwork.cli.short_report"))
     plan = pipeline.Plan(task, space, waypoints, trajectory, report)
     timed("print (to standard error)", lambda: _print_to_stderr(short, plan))
     return rows

@@ -90,7 +90,7 @@ nitpick_ignore_regex = [
     # types that its description spells out.
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?Document"),
     (r"py:.*", r"(knotwork\.robot\.description\.)?Description"),
-    (r"py:.*", r"(knotwork\.view\.motions\.)?(Drawable|PlanLike)"),
+    (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"EndAcceleration"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
     # Arrays of NumPy under shorter names.

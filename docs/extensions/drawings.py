@@ -8,7 +8,7 @@ from pathlib import Path
 from docutils import nodes
 from sphinx.application import Sphinx
 
-from knotwork.view.inline_picture import inlined, night_colours
+from knotwork.view.picture_files import inlined, night_colours
 
 NIGHT = (  # the theme's choice of the dark, and the browser's
     f'<style>body[data-theme="dark"] .drawing {{ {night_colours()} }}\n'

@@ -91,10 +91,10 @@ def compare(
     scenario: str | Path | Mapping[str, Any] | Task | Scenario,
     planners: Sequence[str] | None = None,
 ) -> Comparison:
-    """Plan a scenario with several planners and score what each makes of it.
+    """Plan a scenario with several planners and score the motions.
 
     Every planner gets the joint waypoints that `knotwork.plan` takes for the scenario, and those
-    of its options that it supports; what is given for each waypoint (accelerations and above) is
+    of its options that it supports; accelerations and higher derivatives at waypoints are
     for the scenario's own planner. Times and speeds that are free are chosen once, and every
     planner gets them.
 
@@ -173,7 +173,7 @@ def _same_motion(one: JointTrajectory, other: JointTrajectory) -> bool:
     return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
 
 
-# The first run of a planner loads its module; the best of a few is what the planning itself takes.
+# The first run of a planner loads its module: the best of a few measures the planning alone.
 RUNS = 5
 
 
@@ -234,7 +234,7 @@ def _clearance(report: Report) -> float | None:
 
 
 def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
-    """What the check finds along tool paths; speeds are allowed to be off by a part of theirs."""
+    """Largest deviations along tool paths; that of the speed as a part of it."""
     found = [one for one in report.findings if one.group == PATHS]
     worst: dict[str, float] = {}
     for one in found:

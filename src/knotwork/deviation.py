@@ -17,7 +17,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SAMPLES = 40
-# What a radian counts where the tool moves and turns at once [m].
+# Length that a radian counts as where the tool moves and turns at once [m].
 RADIAN = 0.1
 
 
@@ -84,8 +84,8 @@ def straight_legs(
 def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
     """Distance [m] and angle [rad] of a pose from the nearest one on the straight path to another.
 
-    On a line that is short for its turn, distances alone would not tell how far the tool has
-    come: a radian counts as 0.1 m.
+    On a line that is short for its turn, distances alone would not locate the tool:
+    a radian counts as 0.1 m.
 
     >>> points = np.array([[0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [2.0, 0.0, 0.0]])
     >>> start, pose, end = (pin.SE3(np.eye(3), point) for point in points)

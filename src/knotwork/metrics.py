@@ -1,4 +1,4 @@
-"""Figures that tell one joint motion from another: misses, jumps, peaks, fluctuation, effort.
+"""Figures of a joint motion: misses, jumps, peaks, fluctuation, effort.
 
 Nothing here is sampled: extrema, variations and integrals come from the polynomials.
 """
@@ -48,7 +48,7 @@ def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 
     Args:
         trajectory: The motion.
-        waypoints: What was asked for.
+        waypoints: The task.
 
     Raises:
         TimeRangeError: A waypoint lies outside the motion's time.
@@ -67,7 +67,7 @@ def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 
     Args:
         trajectory: The motion.
-        waypoints: What was asked for.
+        waypoints: The task.
 
     Raises:
         TimeRangeError: A waypoint lies outside the motion's time.
@@ -131,12 +131,12 @@ def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
 
 
 def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints) -> FloatArray:
-    """Variation of each joint's velocity beyond what its task forces [rad/s or m/s], shape (d,).
+    """Variation of each joint's velocity beyond the minimum of its task [rad/s or m/s], shape (d,).
 
     On the interval between two waypoints, with the velocities v₀ and v₁ asked for at its ends and
-    the mean velocity m = Δq/h that its displacement makes, no motion can do with less variation
+    the mean velocity m = Δq/h that its displacement makes, no motion has less variation
     than `|m − v₀| + |m − v₁|`: the velocity must go from v₀ to m and on to v₁, because it takes its
-    mean somewhere. What a motion does on top of it is its fluctuation there,
+    mean somewhere. The rest is its fluctuation there,
 
         F = |v(t₀) − v₀| + ∫ |a| dt + |v₁ − v(t₁)| − |m − v₀| − |m − v₁| ≥ 0,
 
@@ -154,7 +154,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
     Args:
         trajectory: The motion.
-        waypoints: What was asked for.
+        waypoints: The task.
     """
     inside = waypoints.time[1:-1]
     curve = refined(trajectory.polynomial, inside)

@@ -114,7 +114,7 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
     [
         (["ur5_deburring", "--joints", "elbow"], "unknown joint 'elbow'"),
         (["ur5_deburring", "--joints", "elbow_jiont"], "did you mean 'elbow_joint'"),
-        (["ur5_deburring", "--joints", "a,,b"], "divided by commas"),
+        (["ur5_deburring", "--joints", "a,,b"], "separated by commas"),
         (["paper_case", "--quantities", "speed"], "unknown quantity 'speed'"),
         (["paper_case", "--quantities", "acceleratoin"], "did you mean 'acceleration'"),
         (["paper_case", "--planner", "cubik"], "did you mean 'cubic'"),

@@ -24,10 +24,6 @@ def study(vary: dict[str, Any]) -> Any:
     return kw.sweep(TASK, vary=vary, workers=0)
 
 
-def panels(figure: Any) -> list[str]:
-    return [axes.get_title() for axes in figure.axes if axes.get_title()]
-
-
 def scales(figure: Any) -> list[str]:
     """Of the figures that maps show."""
     bars = [axes for axes in figure.axes if axes.get_label() == "<colorbar>"]
@@ -74,18 +70,6 @@ def test_verdicts_have_colours_that_change_with_those_of_the_page(tmp_path: Path
     assert "<image" not in drawing
 
 
-def test_panels_are_told_apart_by_one_line_each() -> None:
-    made = study(
-        {
-            "waypoints[1].after": [1, 1.5, 2],
-            "limits.velocity": [1000, 1100, 1200],
-            "rate": [100, 200],
-            "knots": ["paper", "balanced"],
-        }
-    )
-    assert panels(made.plot([]))[0] == "rate [Hz] = 100, knots = paper"
-
-
 AFTER, SPEED, BENCH = "waypoints[1].after", "limits.velocity", "frames.bench.position[0]"
 SAMPLES = {AFTER: "uniform(0.3, 1)", SPEED: "uniform(500, 1000)", BENCH: "uniform(0, 9)"}
 
@@ -103,14 +87,11 @@ def dots(figure: Any) -> list[int]:
 
 def test_two_values_that_go_together_are_dots_in_one_panel() -> None:
     assert dots(sampled(AFTER, SPEED).plot([])) == [6]
-    each = sampled(AFTER, SPEED, knots=["paper", "balanced"]).plot([])
-    assert dots(each) == [6, 6]
-    assert panels(each) == ["knots = paper", "knots = balanced"]
     rows = kw.sweep(TASK, vary={AFTER: [1, 2], "knots": ["paper"] * 2}, together=True, workers=0)
     assert dots(rows.plot([])) == [2]
 
 
-def test_a_value_that_is_alone_has_a_curve_and_three_that_go_together_a_column_each() -> None:
+def test_one_value_has_a_curve_and_three_have_a_column_each() -> None:
     (line,) = sampled(AFTER).plot(["duration"]).axes[1].lines
     assert list(line.get_xdata()) == sorted(line.get_xdata())
     figure = sampled(*SAMPLES).plot(["duration"])
@@ -118,6 +99,8 @@ def test_a_value_that_is_alone_has_a_curve_and_three_that_go_together_a_column_e
     assert [len(axes.collections[0].get_offsets()) for axes in columns] == [6, 6, 6]
     below = [axes.get_xlabel().split()[0] for axes in figure.axes[len(SAMPLES) :]]
     assert below == [*SAMPLES]
+    each = sampled(AFTER, SPEED, knots=["paper", "balanced"]).plot([])
+    assert dots(each) == [12, 12, 12]
 
 
 def test_powers_of_ten_have_cells_of_one_size() -> None:

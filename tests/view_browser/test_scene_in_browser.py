@@ -263,7 +263,7 @@ def test_turning_asked_for_is_shown_and_explained(show: Any) -> None:
     # Lines are a pixel or two wide: at their edges they are mixed with what is behind them.
     red, green, blue = np.moveaxis(whole[gone].astype(int) - bare[gone], 1, 0)
     assert ((blue > green) & (red > green)).mean() > 0.8
-    assert "its turn in 5 s" in tab.inner_text("#legend")
+    assert "turn in 5 s" in tab.inner_text("#legend")
     assert "turning at 0.75 rad/s" in tab.get_attribute(".label:text-is('three four')", "title")
 
 

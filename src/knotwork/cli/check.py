@@ -1,4 +1,4 @@
-"""`knotwork check`: a stored trajectory against a scenario, or a robot's log against a plan."""
+"""`knotwork check` and `knotwork report`: the verdict on a motion, printed or as a page."""
 
 from __future__ import annotations
 
@@ -22,13 +22,18 @@ from knotwork.cli.parameters import (
     PASSED,
     DecidingArgument,
     GivenPath,
+    PlanOptions,
     full_option,
+    html_option,
     json_option,
+    motion_options,
     package_path_option,
     scenario_option,
 )
-from knotwork.cli.sources import read_checked
+from knotwork.cli.short_report import print_next, print_short
+from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
+from knotwork.errors import InputError
 
 
 @click.command(epilog=EXIT_CODES)
@@ -47,16 +52,16 @@ def check(
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
-    TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
+    TRAJECTORY is a trajectory.json, its folder, or another tool's file: CSV with headings,
     JSON with joint_names, time and positions, or YAML of a ROS 2 JointTrajectory. Joints are
-    matched by name. Between the points of another tool the motion is what a ROS 2 controller
-    makes of them: quintics if they have velocities and accelerations, cubics if they have
-    velocities, and straight lines otherwise.
+    matched by name. Another tool's points are joined as a ROS 2 controller joins them: by quintics
+    if they have velocities and accelerations, by cubics if they have velocities, and by straight
+    lines otherwise.
 
-    With --log or --against it is the log of a robot: headings of PlotJuggler, ROS bags and RTDE are
-    understood, the noise is estimated, and what fails by less than the noise can make is undecided.
-    Its clock is set by the plan given with --against, or by planning the scenario. With --against
-    the scenario may be left out: it is the plan's, where the report beside the plan says it.
+    With --log or --against TRAJECTORY is the log of a robot: headings of PlotJuggler, ROS bags and
+    RTDE are understood, the noise is estimated, and failures smaller than the noise are undecided.
+    The plan given with --against sets its clock, else the scenario is planned. With --against the
+    scenario may be left out if the report in the plan's folder names it.
     """
     scenario = None
     reference = reference if reference is not None else planned_scenario(log)
@@ -78,13 +83,49 @@ def check(
 
             report_tables.print_report(report, scenario)
         else:
-            from knotwork.cli import short
-
-            short.print_short(report)
+            print_short(report)
             echo(f"the motion: {report.planner}")
-            short.print_next(
-                with_robot=report.robot is not None, with_scenario=scenario is not None
-            )
+            print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
     if log is None and not report.ok and looks_recorded(trajectory, pieces):
         echo(f"hint: {RECORDING}", err=True)
     return PASSED if report.ok else FAILED
+
+
+_EPILOG = """
+Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 the input is wrong.
+"""
+
+
+@click.command(epilog=_EPILOG)
+@html_option(required=True)
+@package_path_option
+@log_options
+@motion_options("which it is checked against")
+def report(
+    source: str,
+    out: Path,
+    options: PlanOptions,
+    reference: str | None,
+    log: LogOptions | None,
+) -> int:
+    """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
+
+    SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
+    TRAJECTORY is what `knotwork check` reads, and needs --scenario. The page is one file that needs
+    no network.
+    """
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.view.html_report import report_page
+    from knotwork.view.picture_files import checked_page_path
+
+    checked_page_path(out)
+    motion = read_motions(source, reference, options, log=log)[0]
+    if isinstance(motion, JointTrajectory):
+        raise InputError(f"give the scenario that {source} is for with --scenario")
+    page = report_page(motion)
+    for warning in page.warnings:
+        echo(f"warning: {warning}", err=True)
+    written = page.save(out)
+    word = "passed" if motion.report.ok else "FAILED"
+    echo(f"{motion.scenario.name}: {word}; wrote {written}")
+    return PASSED if motion.report.ok else FAILED

@@ -44,7 +44,7 @@ _TABLES: tuple[dict[str, tuple[str, str]], ...] = (
         "time_to_plan": ("time to\nplan [ms]", "ms"),
     },
 )
-# Left out where there are tool paths: what is between them is of no interest then.
+# Left out where there are tool paths.
 _STRAIGHT = ("path_deviation", "path_turn")
 
 
@@ -53,8 +53,8 @@ _STRAIGHT = ("path_deviation", "path_turn")
 @click.option(
     "--planners",
     metavar="A,B,…",
-    help="Planners to compare, divided by commas; all by default. A rule may follow after a colon: "
-    "septic:estimated.",
+    help="Planners to compare, separated by commas; all by default. A rule may follow after a "
+    "colon: septic:estimated.",
 )
 @click.option(
     "--out",
@@ -69,17 +69,15 @@ _STRAIGHT = ("path_deviation", "path_turn")
 def compare(
     scenario: str, planners: str | None, out: Path | None, in_full: bool, as_json: bool
 ) -> int:
-    """Plan SCENARIO with several planners and show what each makes of it.
+    """Plan SCENARIO with several planners and compare the motions.
 
-    A planner passes if the check finds nothing that fails. Joint values are in the units of the
-    scenario, per second; where both angles and lengths occur, in rad and m. A peak is that of the
-    joint nearest its limit, in percent of that, or the largest of all where no joint has a limit.
-    Where the acceleration jumps, no bound holds for the jerk. The tool is compared with its paths;
-    with --all also with straight lines between poses, where there are no paths. The velocity
-    fluctuation is the variation of velocity beyond the least that the task forces, of the worst
-    joint; misses of position are no part of it. The best of each column among planners that pass is
-    marked with a star, and so are those within 1 % of it. The exit code is 1 if no planner passes.
-    Times that the scenario leaves free are chosen once, and every planner gets them.
+    A planner passes if no check fails; the exit code is 1 if none passes. Joint values are in the
+    units of the scenario, or in rad and m where both angles and lengths occur. A peak is that of
+    the joint nearest its limit, in percent of the limit, or the largest where no joint has one.
+    Where the acceleration jumps, the jerk has no bound. The velocity fluctuation is the variation
+    of velocity beyond the minimum of the task, of the worst joint, without misses of position. A
+    star marks the best of each column among planners that pass, and those within 1 % of it. Free
+    times are chosen once, for all planners.
     """
     from knotwork.comparison import compare as compare_planners
 
@@ -98,7 +96,7 @@ def compare(
 @click.command()
 @json_option
 def planners(as_json: bool) -> int:
-    """List the planners: what each guarantees, what it can not do, its options and rules."""
+    """List the planners: their guarantees, limitations, options and rules."""
     from dataclasses import asdict
 
     from knotwork.interpolation import PLANNER_SPECS, rules
@@ -197,7 +195,7 @@ def _joint_unit(comparison: Comparison) -> tuple[float, str]:
 
 
 def _factor(unit: str, comparison: Comparison) -> float:
-    """What a figure in SI is multiplied by to be shown."""
+    """Factor from a figure in SI to the unit shown."""
     if unit in ("m", "rad"):
         return comparison.units.shown(1.0, unit)[0]
     joint = _joint_unit(comparison)[0]
@@ -220,7 +218,7 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float
 
 
 def _short(value: float) -> str:
-    """Three digits, and zero for what is only rounding."""
+    """Three digits, and zero for rounding."""
     if abs(value) < 1e-9:
         return "0"
     return readable(value, ".3g" if abs(value) >= 0.01 else ".1e")

@@ -96,7 +96,7 @@ class _JointNumbers(click.ParamType[Any]):
     type=float,
     help="Insert points until a motion that its knots do not define is met within this, at all "
     "times [rad or m]. Without --accelerations the acceleration then jumps at the points, and a "
-    "check of them fails if the scenario asks for continuity: 2, as by default.",
+    "check of them fails if the scenario requires continuity: 2, the default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -118,9 +118,7 @@ class _JointNumbers(click.ParamType[Any]):
 @package_path_option
 @scenario_option("to check it first and to take the tool from")
 @click.option("--planner", metavar="NAME", help="For a SCENARIO: planner in place of its own.")
-@click.option(
-    "--allow-failed", is_flag=True, help="Export a motion although it fails its check, too."
-)
+@click.option("--allow-failed", is_flag=True, help="Export a motion that fails its check, too.")
 def export(
     motion: str,
     name: str,
@@ -133,12 +131,12 @@ def export(
     offset: tuple[tuple[str, float], ...],
     **options: Any,
 ) -> int:
-    """Hand a motion over to what runs it: a stored TRAJECTORY, or a SCENARIO, planned first.
+    """Export a motion: a stored TRAJECTORY, or a SCENARIO, planned first.
 
-    TRAJECTORY is a trajectory.json or a folder with one in it, SCENARIO a shipped scenario's name
+    TRAJECTORY is a trajectory.json or its folder, SCENARIO a shipped scenario's name
     or the path of a file. Samples are at a rate; with a robot they have the tool's pose and twist,
-    too. Nothing is written if the motion fails its check, or if what a receiver makes of the points
-    of --fit fails it otherwise than by its acceleration.
+    too. Nothing is written if the motion fails its check, or if the points of --fit, joined as
+    a receiver joins them, fail it otherwise than by their acceleration.
     """
     form = get_format(name)
     given = {
@@ -190,7 +188,7 @@ def _made(
     given: dict[str, Any],
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
-    """The content and how exact it is in words, or `None` where its points fail the check."""
+    """The content and a note on its accuracy, or `None` where its points fail the check."""
     from knotwork import export as exporting
 
     made: JointTrajectory | Points = trajectory

@@ -26,10 +26,10 @@ MOST_FAILURES = 10
 def read_motion(
     source: str, reference: str | None, planner: str | None
 ) -> tuple[JointTrajectory, Plan | CheckedFile | None]:
-    """Plan a scenario, or read a stored trajectory and check it against its scenario if told.
+    """Plan a scenario, or read a stored trajectory and check it against a given scenario.
 
     Returns:
-        The motion, and what it is for and what the check of it found, if known.
+        The motion, and its scenario with the findings of the check, if known.
 
     Raises:
         InputError: An option belongs to the other of the two, the motion is another tool's file,
@@ -49,7 +49,7 @@ def read_motion(
 
 
 def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
-    """Say if the motion fails its check, and whether it is to be exported."""
+    """Report a failed check, and return whether the motion is to be exported."""
     if asked is None or asked.report.ok:
         return True
     report = asked.report
@@ -61,7 +61,7 @@ def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
 def points_pass(
     asked: Plan | CheckedFile | None, points: Points, form: Format, allowed: bool
 ) -> bool:
-    """Say if what a receiver makes of fitted points fails the check, and whether they are exported.
+    """Report fitted points that fail the check, and return whether they are exported.
 
     They are checked as the motion is. A fit by cubics always has errors and jumps of the
     acceleration: these are listed, but do not stop the export.
@@ -80,13 +80,13 @@ def points_pass(
         verdict = ("not exported (--allow-failed exports them)", "exported all the same")[allowed]
     else:
         verdict, allowed = "exported, because a fit by cubics can't do better", True
-    said = [f"the {points.count} points of --fit fail the check: {verdict}"]
+    notes = [f"the {points.count} points of --fit fail the check: {verdict}"]
     if not points.with_acceleration:
         if "accelerations" in form.options:
-            said.append("--accelerations sends accelerations too")
-        said.append("a planner of cubics needs no --fit")
+            notes.append("--accelerations sends accelerations too")
+        notes.append("a planner of cubics needs no --fit")
     whose = f"{report.scenario}: the points of --fit: "
-    _show(failures, whose, f"{report.scenario}: {'; '.join(said)}")
+    _show(failures, whose, f"{report.scenario}: {'; '.join(notes)}")
     return allowed
 
 

@@ -1,13 +1,22 @@
-"""Commands that list what is shipped: robots, scenarios and the schema of scenario files."""
+"""Commands that list the shipped robots, scenarios and the schema of scenario files."""
 
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from knotwork.cli.parameters import PASSED, json_option
-from knotwork.cli.terminal import echo
+from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
+from knotwork.cli.terminal import cell, echo
+from knotwork.units import Units, readable
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.scene.model import CollisionModel
 
 
 @click.command()
@@ -24,28 +33,26 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
 
     NAME is a shipped robot's name or the path of a robot file or URDF.
     """
-    from knotwork.cli import robot_tables, tables
     from knotwork.robot import load_robot, robot_names
 
     if pairs:
         return _collisions(name, as_json)
     shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
-    rows = [robot_tables.robot_to_dict(robot) for robot in shown]
+    rows = [robot_to_dict(robot) for robot in shown]
     if as_json:
         echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
     elif name is not None:
-        robot_tables.print_robot(shown[0])
+        print_robot(shown[0])
     else:
         for robot in shown:
             about = f"{len(robot.joint_names)} joints, tool frame {robot.tool_frame or '-'}"
-            tables.print_entry(robot.name, about, {"": robot.description})
+            print_entry(robot.name, about, {"": robot.description})
         echo("knotwork robots NAME shows one of them")
     return PASSED
 
 
 def _collisions(name: str | None, as_json: bool) -> int:
-    """List what is checked for collisions of one robot."""
-    from knotwork.cli import robot_tables
+    """List the pairs of links checked for collisions."""
     from knotwork.robot import load_robot
     from knotwork.scene.building import robot_collision_model
 
@@ -54,9 +61,9 @@ def _collisions(name: str | None, as_json: bool) -> int:
     robot = load_robot(name)
     model = robot_collision_model(robot)
     if as_json:
-        echo(json.dumps(robot_tables.collisions_to_dict(robot, model), indent=1))
+        echo(json.dumps(collisions_to_dict(robot, model), indent=1))
     else:
-        robot_tables.print_collisions(robot, model)
+        print_collisions(robot, model)
     return PASSED
 
 
@@ -67,8 +74,6 @@ def scenarios(as_json: bool) -> int:
 
     With --json the duration is null where times are free: planning chooses it.
     """
-    import numpy as np
-
     from knotwork import resources
     from knotwork.scenario import load_scenario
 
@@ -86,13 +91,11 @@ def scenarios(as_json: bool) -> int:
     if as_json:
         echo(json.dumps(rows, indent=1))
     else:
-        from knotwork.cli import tables
-
         for row in rows:
             duration = row["duration"]
             lasting = "times are free" if duration is None else f"{duration:.4g} s"
             about = f"{row['robot'] or 'no robot'}, {row['waypoints']} waypoints, {lasting}"
-            tables.print_entry(str(row["name"]), about, {"": str(row["description"])})
+            print_entry(str(row["name"]), about, {"": str(row["description"])})
         echo("knotwork plan NAME plans one of them, knotwork view NAME shows it")
     return PASSED
 
@@ -104,3 +107,123 @@ def schema() -> int:
 
     echo(json.dumps(Task.model_json_schema(), indent=2))
     return PASSED
+
+
+SHOWN = Units("mm", "deg")
+
+
+def print_robot(robot: Robot) -> None:
+    """Print a robot's joints, limits, frames and configurations."""
+    out, wrapping = console(), console(wrap=True)
+    wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
+    out.print(f"model {cell(_end_of(robot.urdf, wrapping.width - len('model ')))}")
+    out.print(f"base frame {cell(robot.base_frame)}, tool frame {cell(str(robot.tool_frame))}")
+    limits = {
+        "lower": robot.lower_position_limit,
+        "upper": robot.upper_position_limit,
+        **robot.limits,
+    }
+    table = plain_table("Joint limits", ["joint", "unit", *limits], 2)
+    for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
+        cells = [
+            _number(float(limit[i]), "" if kind == "effort" else unit)
+            for kind, limit in limits.items()
+        ]
+        table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *cells)
+    print_table(table)
+    configurations = {
+        name: ", ".join(map(_number, map(float, positions), robot.joint_units))
+        for name, positions in robot.configurations.items()
+    }
+    print_entry("Configurations", "in the order and units of the joints", configurations)
+    if robot.locked:
+        locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
+        wrapping.print(f"locked joints (rad or m): {cell(locked)}")
+    wrapping.print(f"frames: {cell(', '.join(robot.frame_names))}")
+    out.print("times in s, efforts in N m or N; --json: SI, and the whole path of the model")
+
+
+def _number(value: float, unit: str) -> str:
+    """A value in the units shown; none where there is no limit."""
+    if not np.isfinite(value):
+        return "none"
+    return readable(SHOWN.shown(value, unit)[0] + 0.0)
+
+
+def _end_of(path: Path, width: int) -> str:
+    """A path, or as many of its last parts as fit."""
+    kept = str(path)
+    for part in range(1, len(path.parts)):
+        if len(kept) <= width:
+            break
+        kept = f"…/{Path(*path.parts[part:])}"
+    return kept
+
+
+def print_collisions(robot: Robot, model: CollisionModel) -> None:
+    """Print which pairs of links are checked for collisions, and why others are not."""
+    out, wrapping = console(), console(wrap=True)
+    wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
+    data = collisions_to_dict(robot, model)
+    shapes = plain_table("Collision shapes", ["link", "shapes"])
+    for link, count in data["links"].items():
+        shapes.add_row(cell(link), str(count))
+    print_table(shapes)
+    for sentence in filter(None, (*model.missing, model.bare_links_note)):
+        print_wrapped(sentence, "warning ", " " * 5, "yellow")
+    ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
+    for pair in data["ignored"]:
+        ignored.add_row(cell(pair["first"]), cell(pair["second"]), cell(pair["reason"]))
+    print_table(ignored)
+    checked = plain_table("Pairs that are checked", ["link", "link"], 2)
+    for first, second in data["checked"]:
+        checked.add_row(cell(first), cell(second))
+    print_table(checked)
+    out.print("Links that no joint moves to one another are not listed.")
+
+
+def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
+    """Give the pairs checked for collisions as plain data."""
+    names = [body.name for body in model.bodies]
+    return {
+        "name": robot.name,
+        "links": {body.name: len(body.solids) for body in model.bodies},
+        "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
+        "ignored": [
+            {"first": one.first, "second": one.second, "reason": one.reason}
+            for one in model.ignored
+        ],
+        "missing": list(model.missing),
+        "without_shapes": list(model.bare),
+    }
+
+
+def robot_to_dict(robot: Robot) -> dict[str, Any]:
+    """Give a robot as plain data; `null` stands for no limit."""
+    names = robot.joint_names
+
+    def finite(values: Any) -> dict[str, float | None]:
+        return {
+            name: float(value) if np.isfinite(value) else None
+            for name, value in zip(names, values, strict=True)
+        }
+
+    return {
+        "name": robot.name,
+        "description": robot.description,
+        "model": str(robot.urdf),
+        "base_frame": robot.base_frame,
+        "tool_frame": robot.tool_frame,
+        "frames": list(robot.frame_names),
+        "joints": dict(zip(names, robot.joint_units, strict=True)),
+        "limits": {
+            "lower_position_limit": finite(robot.lower_position_limit),
+            "upper_position_limit": finite(robot.upper_position_limit),
+            **{f"{kind}_limit": finite(values) for kind, values in robot.limits.items()},
+        },
+        "locked": dict(robot.locked),
+        "configurations": {
+            name: dict(zip(names, map(float, values), strict=True))
+            for name, values in robot.configurations.items()
+        },
+    }

@@ -31,7 +31,7 @@ MANY_POINTS = 200
 
 @dataclass(frozen=True)
 class LogOptions:
-    """What is said of a log on the command line.
+    """Options of a log on the command line.
 
     Attributes:
         against: Path of the plan that it is compared with, if one is given.
@@ -60,7 +60,7 @@ def _log(
 
 _option = functools.partial(click.option, cls=DecidingOption)
 log_options = bundled("log", _log, (
-    _option("--topic", metavar="NAME", help="For a log: the topic that counts, "
+    _option("--topic", metavar="NAME", help="For a log: the topic to read, "
             "/joint_states for example, where several have all joints."),
     _option("--log-unit", type=click.Choice(["rad", "deg"]),
             help="For a log: the unit of turning joints where headings name none."),
@@ -68,10 +68,10 @@ log_options = bundled("log", _log, (
             help="For a log: standard deviation of its positions [rad or m]; by default "
             "it is estimated from the samples."),
     _option("--against", metavar="PLAN", type=GivenPath(),
-            help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
+            help="TRAJECTORY is a log; compare it with this plan, a trajectory.json "
             "or the folder with one."),
     _option("--log", "is_log", is_flag=True,
-            help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
+            help="TRAJECTORY is the log of a robot, CSV with noise: take the smooth "
             "motion behind it."),
 ))  # fmt: skip
 """Options for logs; the command gets them as `log`, `None` where there is none."""
@@ -84,10 +84,10 @@ def looks_recorded(path: Path, pieces: int) -> bool:
 
 @contextmanager
 def recording_hint(path: Path, log: LogOptions | None) -> Iterator[None]:
-    """Add to what is wrong with a CSV that it may be a log.
+    """Add to the error of a CSV that it may be a log.
 
     Raises:
-        InputError: What is within can't read it.
+        InputError: The file can't be read.
     """
     try:
         yield
@@ -121,7 +121,7 @@ def checked_log(
     Args:
         path: The log.
         reference: The scenario as the command line names it.
-        log: What is said of the log. Without a plan to compare with, the scenario is planned.
+        log: Its options. Without a plan to compare with, the scenario is planned.
         scenario: The scenario.
         space: Its joints and robot.
 
@@ -142,7 +142,7 @@ def checked_log(
 
 
 def planned_scenario(log: LogOptions | None) -> str | None:
-    """The scenario that the plan beside a log was made for, if its report says where it is."""
+    """The scenario of the plan that a log is compared with, if the plan's report names it."""
     from knotwork import resources
     from knotwork.storage.sets import stated_scenario
 
@@ -160,7 +160,7 @@ def planned_scenario(log: LogOptions | None) -> str | None:
 
 
 def compared_log(path: str | Path, log: LogOptions) -> Report:
-    """Compare a log with a plan that says its joints itself, without a scenario.
+    """Compare a log with a plan that names its joints, without a scenario.
 
     Raises:
         InputError: No plan is given, it is another tool's, or one of the two can't be read.
@@ -172,7 +172,7 @@ def compared_log(path: str | Path, log: LogOptions) -> Report:
 
 
 def stored_plan(path: str | Path, log: LogOptions) -> JointTrajectory:
-    """The plan that a log is compared with, which says its joints itself."""
+    """The plan that a log is compared with, which names its joints."""
     from knotwork.foreign import is_foreign
     from knotwork.storage import load_trajectory
 

@@ -33,18 +33,18 @@ _COMMANDS = {
     "compare": ("compare", "Plan a scenario with every planner, side by side."),
     "sweep": ("sweep", "Plan a scenario many times, with other values."),
     "plot": ("plot", "Draw joints and tool over time."),
-    "view": ("view", "Show the arm make the move in a browser, or in a file."),
-    "report": ("report", "Write one page to print or to send."),
-    "export": ("export", "Hand a motion over: ROS 2, PVT, CSV, MATLAB, ..."),
+    "view": ("view", "Show the moving arm in a browser, or in a file."),
+    "report": ("check", "Write one page to print or to send."),
+    "export": ("export", "Export a motion: ROS 2, PVT, CSV, MATLAB, ..."),
     "robots": ("listing", "List the robots, or show one."),
     "scenarios": ("listing", "List the shipped scenarios."),
-    "planners": ("compare", "List the planners: what each can and can not do."),
+    "planners": ("compare", "List the planners: guarantees, limitations, options."),
     "schema": ("listing", "Print the JSON Schema of scenario files."),
 }
 
 
 class _Commands(click.Group):
-    """Of the commands the one that is asked for is loaded; of the others the summary is enough."""
+    """Loads only the command that is used; the others have their summaries here."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in _COMMANDS:
@@ -95,7 +95,7 @@ def main() -> NoReturn:
         echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
     except OSError as error:
-        if error.filename is not None:  # of a file, whose reader or writer should have said it
+        if error.filename is not None:  # of a file, whose reader or writer should have reported it
             code = _internal_error(error)
         else:
             _drop_output()
@@ -110,7 +110,7 @@ def _has_output() -> bool:
     """Whether there is a standard output.
 
     The number of a closed stream would go to the next file that is opened, into which C code would
-    then write what it has to say: it is taken here.
+    then write its messages: it is taken here.
     """
     for number, stream in ((1, sys.stdout), (2, sys.stderr)):
         if stream is None:
@@ -138,7 +138,7 @@ def _internal_error(error: Exception) -> int:
     commands={name: click.Command(name) for name in _COMMANDS},  # to be proposed for unknown ones
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
-    "fails, 2 the input is wrong, 3 Knotwork itself is at fault.",
+    "fails, 2 the input is wrong, 3 an internal error.",
 )
 @click.version_option(
     __version__, "-V", "--version", prog_name="knotwork", message="%(prog)s %(version)s"

@@ -65,7 +65,7 @@ def _viewer(address: str | None = None) -> Any:
 
 @contextlib.contextmanager
 def _answering(address: str) -> Iterator[None]:
-    """Talk with the Meshcat server at a ZMQ address, which by itself waits for ever.
+    """Talk with the Meshcat server at a ZMQ address, with a time limit.
 
     Raises:
         InputError: Nothing listens there, or something that does not answer.

@@ -24,12 +24,12 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Knots(click.ParamType[Any]):
-    """`paper`, `balanced`, `optimal`, `balanced:C` or knot times divided by commas."""
+    """`paper`, `balanced`, `optimal`, `balanced:C` or knot times separated by commas."""
 
     name = "knots"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Read the argument; what it means is for the planner."""
+        """Read the argument; the planner interprets it."""
         if value in ("paper", "balanced", "optimal"):
             return value
         text = str(value).removeprefix("balanced:")
@@ -41,7 +41,7 @@ class Knots(click.ParamType[Any]):
         if not numbers or (ruled and len(numbers) > 1):
             self.fail(
                 f"{value!r} is not accepted; give paper, balanced, optimal, balanced:C with a "
-                "constant C over 0 up to 0.5, or the knot times in s divided by commas",
+                "constant C over 0 up to 0.5, or the knot times in s separated by commas",
                 param,
                 ctx,
             )
@@ -108,7 +108,7 @@ class Seconds(click.ParamType[Any]):
 
 
 class Listed(click.ParamType[Any]):
-    """Names divided by commas."""
+    """Names separated by commas."""
 
     name = "names"
 
@@ -118,7 +118,7 @@ class Listed(click.ParamType[Any]):
             return value
         parts = [part.strip() for part in str(value).split(",")]
         if not all(parts):
-            self.fail(f"{value!r} is not accepted; give names divided by commas", param, ctx)
+            self.fail(f"{value!r} is not accepted; give names separated by commas", param, ctx)
         return parts
 
 
@@ -145,7 +145,7 @@ _TYPED = "knotwork.typed"
 
 
 def typed() -> str:
-    """What of the command line decides its motion, as it can be typed again."""
+    """Arguments and options of the command line that decide its motion."""
     arguments: list[str] = []
     options: list[str] = []
     for parameter, value in click.get_current_context().meta.get(_TYPED, []):
@@ -170,15 +170,15 @@ knots_option = click.option(
     cls=DecidingOption,
     type=Knots(),
     metavar="KNOTS",
-    help="paper, balanced, optimal, balanced:C, or knot times in s divided by commas; in place of "
-    "the scenario's.",
+    help="paper, balanced, optimal, balanced:C, or knot times in s separated by commas; in place "
+    "of the scenario's.",
 )
 budget_option = click.option(
     "--budget",
     cls=DecidingOption,
     metavar="TIME",
     type=Seconds(),
-    help="Where times are free: take the best motion found after so long, for example 10s.",
+    help="Where times are free: take the best motion found within this time, for example 10s.",
 )
 full_option = click.option(
     "--full", is_flag=True, help="Print all findings, as tables; by default the tightest alone."
@@ -208,7 +208,7 @@ package_path_option = click.option(
 )
 
 
-def scenario_option(use: str, *, required: bool = False) -> Callable[[Command], Command]:
+def scenario_option(use: str) -> Callable[[Command], Command]:
     """Make the option for the scenario of a trajectory."""
     return click.option(
         "--scenario",
@@ -216,14 +216,13 @@ def scenario_option(use: str, *, required: bool = False) -> Callable[[Command], 
         "reference",
         cls=DecidingOption,
         metavar="SCENARIO",
-        required=required,
         help=f"For a TRAJECTORY: the scenario it is for, {use}.",
     )
 
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """How a scenario is planned, in place of what it says itself.
+    """How a scenario is planned, in place of its own options.
 
     Attributes:
         planner: Name of a planner, a rule may follow.

@@ -23,6 +23,7 @@ from knotwork.cli.parameters import (
     planner_option,
 )
 from knotwork.cli.progress import shown_progress
+from knotwork.cli.short_report import print_next, print_short_plan
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError, KnotworkError
 
@@ -73,7 +74,7 @@ def plan(
     """Plan each SCENARIO, check the result, and print the verdict.
 
     SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
-    YAML file: `knotwork schema` says what one may hold, and the shipped ones are examples.
+    YAML file: `knotwork schema` prints its schema, and the shipped ones are examples.
     """
     from knotwork import pipeline
 
@@ -111,8 +112,6 @@ def plan(
 
 
 def _print(result: Plan | KnotworkError, written: list[Path], full: bool, *, alone: bool) -> None:
-    from knotwork.cli import short
-
     if isinstance(result, KnotworkError):
         echo(f"error: {result}", err=True)
         return
@@ -121,11 +120,11 @@ def _print(result: Plan | KnotworkError, written: list[Path], full: bool, *, alo
 
         report_tables.print_plan(result)
     else:
-        short.print_short_plan(result)
+        print_short_plan(result)
     for path in written:
         echo(f"wrote {path}")
     if alone and not full:
-        short.print_next(with_robot=result.report.robot is not None)
+        print_next(with_robot=result.report.robot is not None)
 
 
 def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> str:
@@ -133,7 +132,7 @@ def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> st
     name = Path(result.scenario.name).name
     if name in ("", ".."):
         raise InputError(
-            f"no folder can be named after scenario {result.scenario.name!r}; plan it by itself or "
+            f"no folder can be named after scenario {result.scenario.name!r}; plan it alone or "
             "rename it"
         )
     for reference, other, _ in earlier:

@@ -16,7 +16,7 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import read_motions, tell_failures
+from knotwork.cli.sources import print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -49,7 +49,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "-o",
     metavar="FILE",
     type=NewPath(),
-    help="Picture to write: .png, .svg or .pdf. By default a .png named after what is drawn, in "
+    help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )
 @click.option("--joints", type=Listed(), metavar="A,B,…", help="Joints to draw; all by default.")
@@ -63,19 +63,19 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--compare",
     type=Listed(),
     metavar="A,B,…",
-    help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
+    help="Planners to draw with it; a rule may follow after a colon: quintic:estimated.",
 )
 @click.option(
     "--tool",
     is_flag=True,
-    help="Draw the tool: its speed, and how far it is off its path against the tolerances, or off "
-    "the straight way between poses where there is no path.",
+    help="Draw the tool: its speed, and its deviation from its path against the tolerances, or "
+    "from straight lines between poses where there is no path.",
 )
 @click.option(
     "--split",
     is_flag=True,
-    help="A row a joint, in its unit with its limits; by default joints share panels, in percent "
-    "of their limits.",
+    help="Draw a row a joint, in its unit with its limits; by default joints share panels, in "
+    "percent of their limits.",
 )
 @click.option(
     "--size",
@@ -87,7 +87,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 @click.option(
     "--degrees/--radians",
     default=None,
-    help="How to show angles; by default as the scenario's file has them.",
+    help="Unit of angles; by default as the scenario's file has them.",
 )
 @log_options
 @package_path_option
@@ -107,16 +107,15 @@ def plot(
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
-    in it (./NAME where a shipped scenario has that name, too); or with --scenario another tool's
-    CSV, JSON or ROS 2 YAML. With --log it is the log of a robot; with --against the plan is drawn
-    beside it.
+    TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder (./NAME where a shipped
+    scenario has that name, too), or with --scenario another tool's CSV, JSON or ROS 2 YAML. With
+    --log it is the log of a robot; --against draws the plan, too.
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
     from knotwork import view
-    from knotwork.view.files import checked_picture_path
-    from knotwork.view.motions import chosen_quantities
+    from knotwork.view.drawn_motions import chosen_quantities
+    from knotwork.view.picture_files import checked_picture_path
 
     joints_alone = ("joints", "quantities", "split")
     if tool and any(look.pop(name) for name in joints_alone):
@@ -127,7 +126,7 @@ def plot(
         checked_picture_path(out)
     chosen_quantities(look.get("quantities"))
     drawn = read_motions(source, reference, options, compare, log=log)
-    tell_failures(drawn)
+    print_failures(drawn)
     draw = view.plot_tool if tool else view.plot_joints
     figure = draw(drawn, window=(start, end), **look)
     path = out if out is not None else _default_path(source, drawn[0], tool)
@@ -136,7 +135,7 @@ def plot(
 
 
 def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
-    """A file in the current folder that is named after what is drawn."""
+    """A file in the current folder that is named after the motion."""
     from knotwork.pipeline import Plan
 
     if isinstance(drawn, Plan):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""What is over sooner shows nothing [s]."""
+"""Shorter solves show nothing [s]."""
 LOG_INTERVAL = 30.0
 """Between lines of progress where there is no terminal [s]."""
 
@@ -25,7 +25,7 @@ def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None
     """Show how far a solve has come, in a line of a terminal that is cleared in the end.
 
     Args:
-        name: What is solved.
+        name: Of the scenario.
         quiet: Show nothing.
     """
     if quiet or not _on_terminal():
@@ -84,7 +84,7 @@ def _on_terminal() -> bool:
 
 
 def progress_line(at: SweepProgress) -> str:
-    """Say how far a sweep has come."""
+    """Progress of a sweep in a line."""
     left = "" if at.left is None else f", {_duration(at.left)} left"
     share = 100.0 * at.passed / at.done if at.done else 0.0
     return (

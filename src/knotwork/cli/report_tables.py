@@ -1,13 +1,14 @@
-"""Plans and what the check found of them, on a terminal, whole, as tables."""
+"""A report in full, as tables on a terminal."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from knotwork.cli.short import without
+from knotwork.cli.short_report import without
 from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
 from knotwork.cli.terminal import cell
 from knotwork.interpolation import PLANNER_SPECS
@@ -18,14 +19,13 @@ from knotwork.verification.brief import reservations
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
-    from knotwork.task_to_joint import TaskSolution
-
+    from knotwork.task_to_joint import Choice, TaskSolution
 
 INDENT = " " * len("FAIL ")
 
 
 def print_plan(plan: Plan) -> None:
-    """Print all there is to say of a plan: tables of waypoints, limits and all else, whole."""
+    """Print a plan in full: tables of waypoints, limits and all other findings."""
     trajectory = plan.trajectory
     knots = plan.scenario.knots
     placed = knots if isinstance(knots, str) else "as given"
@@ -34,7 +34,7 @@ def print_plan(plan: Plan) -> None:
     made = trajectory.planner
     if (
         made in PLANNER_SPECS and "knots" in PLANNER_SPECS[made].supports
-    ):  # a rule in its name says it already
+    ):  # a rule is in its name already
         made += f", knots {placed}"
     if plan.scenario.task.chosen and plan.trajectory.planner == "modified-hermite":
         made += ", times as chosen"
@@ -55,9 +55,9 @@ def print_report(
     """Print all of a report as tables of waypoints and limits, and the verdict.
 
     Args:
-        report: What the check found.
-        scenario: What it was checked against, if anything.
-        made: How the trajectory was made; by default what it says itself.
+        report: Of the check.
+        scenario: That it was checked against, if any.
+        made: How the trajectory was made; by default its planner.
         solution: How the solutions of the poses were chosen, if that is known.
     """
     out = console()
@@ -70,15 +70,13 @@ def print_report(
     for group, findings in report.groups.items():
         numbers = [found for found in findings if found.value is not None and not found.detail]
         if numbers:
-            # what is found of a waypoint at one time fits one row
+            # findings of a waypoint at one time fit one row
             cells = {(found.name, found.when, found.quantity) for found in numbers}
             waypoints = all(found.subject == "waypoint" for found in numbers)
             at_once = waypoints and len(cells) == len(numbers)
             print_table((_row_table if at_once else _list_table)(group, numbers, units))
             out.print()
     if solution is not None and solution.choices:
-        from knotwork.cli.choice_tables import choice_table
-
         print_table(choice_table(solution.choices))
         out.print()
     silent = [found for found in report.findings if found.value is None]
@@ -163,7 +161,7 @@ def _mark(found: Finding) -> str:
 
 
 def _proof(found: Finding, units: Units) -> str:
-    """How far the truth may lie beyond a value at most, or that it is exact or sampled."""
+    """Largest distance of the true value beyond a value, or `exact` or `sampled`."""
     return found.proof if found.proof != "bounded" else _number(found.excess, found, ".1g", units)
 
 
@@ -175,3 +173,28 @@ def _cell(found: Finding, form: str, units: Units) -> str:
 def _number(value: float | None, found: Finding, form: str, units: Units) -> str:
     """A value in the unit of a finding, in the units that are shown."""
     return "" if value is None else readable(units.shown(value, found.unit)[0], form)
+
+
+def choice_table(choices: Sequence[Choice]) -> Table:
+    """Which solutions of poses were taken, and why; waypoints where all is the same share a row."""
+    columns = ["waypoints", "branch", "turns", "of", "why"]
+    table = plain_table("Solutions chosen", columns, len(columns))
+    for column in table.columns:
+        column.no_wrap, column.overflow = False, "fold"
+    for taken, group in itertools.groupby(choices, key=_taken):
+        first, *others = (one.waypoint for one in group)
+        span = f"{first} to {others[-1]}" if others else first
+        table.add_row(*map(cell, (span, *taken)))
+    return table
+
+
+def _taken(choice: Choice) -> tuple[str, ...]:
+    kind = "branch" if choice.branches == 1 else "branches"
+    count = f"{choice.branches} {kind}, {choice.solutions} with turns"
+    if choice.sampled:
+        count = f"{choice.branches} samples of its self-motion"
+    return choice.branch or "-", _turns(choice.turns), count, choice.reason
+
+
+def _turns(turns: Sequence[tuple[str, int]]) -> str:
+    return ", ".join(f"{joint} {turn:+d}" for joint, turn in turns) or "-"

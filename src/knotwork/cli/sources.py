@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     Motion: TypeAlias = "Plan | CheckedFile | JointTrajectory"
 
-# What a failed check says before it only counts.
+# Failures that are listed; more are counted.
 MOST_FAILURES = 3
 
 
@@ -39,10 +39,10 @@ class CheckedFile:
 
     Attributes:
         trajectory: The motion.
-        scenario: What it is to do.
+        scenario: Its task.
         space: The scenario's joints and robot.
-        report: What the check found.
-        joint_waypoints: `None`, because a file does not say them.
+        report: Of the check.
+        joint_waypoints: `None`, because a file does not have them.
     """
 
     trajectory: JointTrajectory
@@ -71,13 +71,13 @@ def read_motions(
         reference: For a trajectory, the scenario it is for.
         options: For a scenario, how to plan it.
         compare: For a scenario, other planners, whose plans follow the first.
-        robot: For a trajectory without a scenario, what it moves, if known.
+        robot: For a trajectory without a scenario, its robot, if known.
         strict: Refuse a file that contradicts itself if it is not checked; by default that is only
-            said on standard error.
+            a note on standard error.
         instead: What may be given in place of a trajectory's scenario, for errors.
-        log: The trajectory is a log, and this is said of it. The plan that it is compared with
-            follows it.
-        warm: What the source gave before it was changed; where it is a plan, to start from.
+        log: Options of the trajectory if it is a log. The plan that it is compared with follows
+            it.
+        warm: The motion before the source was changed; a plan is a start for the next.
 
     Raises:
         InputError: An option belongs to the other of the two, or the motion can't be planned or
@@ -128,7 +128,7 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
 
 
 def _is_trajectory(source: str, reference: str | None) -> bool:
-    """Whether a source is a trajectory; with its scenario beside it, any file but YAML is one."""
+    """Whether a source is a trajectory; with a given scenario, any file but YAML is one."""
     from knotwork import foreign, resources
 
     if source in resources.names("scenarios"):
@@ -155,7 +155,7 @@ def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) 
 
 
 def _note_change(path: str | Path) -> None:
-    """Say on standard error if a file was changed since the report beside it was written."""
+    """Note on standard error if a file was changed since its report was written."""
     from knotwork.storage import set_disagreement
 
     fault = set_disagreement(Path(path))
@@ -217,8 +217,8 @@ def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 
 
-def tell_failures(motions: Iterable[Motion]) -> None:
-    """Say on standard error which checks have failed, and what first."""
+def print_failures(motions: Iterable[Motion]) -> None:
+    """Print failed checks and their first failures on standard error."""
     for motion in checked(motions):
         report = motion.report
         if not report.ok:

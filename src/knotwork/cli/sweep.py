@@ -149,7 +149,7 @@ def sweep(
     try:
         found = study.best(figure) if study.passed else None
         if target is not None:
-            from knotwork.view.files import save_figure
+            from knotwork.view.picture_files import save_figure
 
             written.append(save_figure(study.plot(figures), target))
         if freeze is not None:
@@ -190,7 +190,7 @@ def _picture_path(given: str | None, folder: Path | None) -> Path | None:
         return None
     if not given and folder is None:
         raise InputError("--plot: there is no folder for the picture; name a file, or give --out")
-    from knotwork.view.files import checked_picture_path
+    from knotwork.view.picture_files import checked_picture_path
 
     return checked_picture_path(given or (folder or Path()) / PICTURE)
 

@@ -10,7 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from knotwork.cli.short import WIDEST
+from knotwork.cli.short_report import WIDEST
 from knotwork.cli.terminal import cell
 
 # Numbers are never cut short: what needs more width than the terminal's takes it.
@@ -72,7 +72,7 @@ def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
 
     Args:
         text: The text.
-        first: Before its first line; longer than `others`, it takes room from it.
+        first: Before its first line; if longer than `others`, it shortens that line.
         others: Before its other lines.
         style: Of `first`.
     """

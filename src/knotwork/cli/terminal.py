@@ -1,4 +1,4 @@
-"""All that is printed: text from files can't move the cursor, colour the screen or hide a line."""
+"""Printing: text from files can't move the cursor, colour the screen or hide a line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def echo(text: str, *, err: bool = False) -> None:
 
     On a terminal messages are wrapped between words.
 
-    Where nothing can be written to standard error, the exit code still says what it would.
+    Where nothing can be written to standard error, the exit code still reports the error.
     """
     text = plain(text)
     try:
@@ -57,7 +57,7 @@ def echo_line(text: str, word: str = "", **style: Any) -> None:
 
     Args:
         text: From a file.
-        word: What of it has the style, where it first stands.
+        word: The first one of these has the style.
         style: As for `click.style`.
     """
     line = one_line(text)
@@ -68,7 +68,7 @@ def echo_line(text: str, word: str = "", **style: Any) -> None:
 
 
 def internal_error(error: Exception) -> str:
-    """Say what to do about an error that is no fault of the input."""
+    """Explain an error that is no fault of the input."""
     return (
         f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
         "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened."
@@ -82,10 +82,10 @@ def echo_data(text: str | bytes) -> None:
     click.echo(text, nl=False)
 
 
-def offer(address: str, said: str, no_open: bool) -> None:
-    """Say what is shown until Ctrl-C, and open its address in a browser."""
-    from knotwork.view.server import open_browser
+def offer(address: str, shown: str, no_open: bool) -> None:
+    """Print a line on a served page, and open its address in a browser."""
+    from knotwork.view.page_server import open_browser
 
-    echo(f"{said} until Ctrl-C")
+    echo(f"{shown} until Ctrl-C")
     if not no_open and not open_browser(address):
         echo("no browser could be opened here; open the address in one", err=True)

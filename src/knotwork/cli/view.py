@@ -17,7 +17,7 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
+from knotwork.cli.sources import checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 
@@ -39,13 +39,13 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 @click.command(epilog=_EPILOG)
 @html_option()
-@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show over it.")
-@click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
+@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show with it.")
+@click.option("--no-ghosts", is_flag=True, help="Hide translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",
     is_flag=True,
-    help="Plan again each time the scenario, its robot or a file they name is saved, and show that "
-    "in the open page.",
+    help="Plan again each time the scenario, its robot or a file they name is saved, and update "
+    "the open page.",
 )
 @click.option(
     "--meshcat",
@@ -55,7 +55,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     help="Play in Meshcat instead: in the server at this ZMQ address, such as "
     "tcp://127.0.0.1:6000, or without one in a server that ends with this command.",
 )
-@click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
+@click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
 @click.option(
     "--port",
     metavar="PORT",
@@ -65,7 +65,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
 @package_path_option
 @log_options
-@motion_options("to show waypoints and what fails")
+@motion_options("to show waypoints and failures")
 def view(
     source: str,
     out: Path | None,
@@ -80,20 +80,20 @@ def view(
     meshcat: str | None,
     log: LogOptions | None,
 ) -> int:
-    """Show the arm making its move, in a browser.
+    """Show the moving arm in a browser.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
-    in it, or another tool's CSV, JSON or ROS 2 YAML.
+    TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder, or another tool's
+    CSV, JSON or ROS 2 YAML.
 
-    Shown are the tool's path, coloured by its speed, the waypoints with the speeds asked for, the
-    rebuilt knots, and in red what fails in the check. The page is served to this machine alone
+    The page shows the tool's path, coloured by its speed, the waypoints with their velocities, the
+    rebuilt knots, and failures of the check in red. The page is served to this machine alone
     until Ctrl-C.
     """
     from knotwork.robot import load_robot
 
     if out is not None:
-        from knotwork.view.files import checked_page_path
+        from knotwork.view.picture_files import checked_page_path
 
         checked_page_path(out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
@@ -135,7 +135,7 @@ def _scene(
     from knotwork.trajectory import JointTrajectory
     from knotwork.view.show import scene_of, scene_of_trajectory
 
-    tell_failures(shown)
+    print_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
@@ -143,8 +143,8 @@ def _scene(
         return scene_of(first, compared, before), first
     if robot is None:
         raise InputError(
-            f"{source} does not say which arm it moves; give the scenario it was planned for with "
-            "--scenario, or its robot with --robot"
+            f"{source} does not name the arm that it moves; give the scenario it was planned for "
+            "with --scenario, or its robot with --robot"
         )
     return scene_of_trajectory(robot, first, before), first
 
@@ -153,7 +153,7 @@ def _play(shown: list[Motion], address: str, no_open: bool) -> int:
     """Play the first motion in Meshcat."""
     from knotwork.cli.meshcat_viewer import play_in_meshcat
 
-    tell_failures(shown)
+    print_failures(shown)
     if not checked(shown[:1]):
         raise InputError("Meshcat is shown a task with its motion: give --scenario")
     play_in_meshcat(shown[0], address, no_open)
@@ -169,15 +169,15 @@ def _watch(
     ghosts: bool,
 ) -> int:
     """Serve a page that follows its files."""
-    from knotwork.cli.watching import Files, follow
-    from knotwork.view.live_server import LiveServer
+    from knotwork.cli.live_view import Files, follow
+    from knotwork.view.page_server import LiveServer
 
     last: Motion | None = None
 
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
         nonlocal last
         scene, last = made(server.scene, last)
-        return scene, _files(last), _said(last)
+        return scene, _files(last), _verdict(last)
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:
@@ -227,7 +227,7 @@ def _named_in(value: Any, folder: Path) -> list[Path]:
         return []
 
 
-def _said(motion: Motion) -> str:
+def _verdict(motion: Motion) -> str:
     """The verdict in a line."""
     from knotwork.trajectory import JointTrajectory
     from knotwork.verification.brief import summary
@@ -238,7 +238,7 @@ def _said(motion: Motion) -> str:
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:
-    from knotwork.view.server import PageServer
+    from knotwork.view.page_server import PageServer
 
     with PageServer(page.html, port or 0) as server:
         offer(server.address, f"showing {page.title} at {server.address}", no_open)

@@ -1,4 +1,4 @@
-"""Where to look at a scene from first: arm and task in view, and little of the path hidden."""
+"""The first view of a scene: arm and task in view, and little of the path hidden."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.view.solids import frame_along
+from knotwork.view.primitive_meshes import frame_along
 from knotwork.waypoints import FloatArray
 
 ELEVATIONS = np.radians([24.0, 38.0])
@@ -22,8 +22,8 @@ FLAT = 0.3
 LOOKS = 60
 
 
-# A task smaller than this, in parts of the arm and the task, is looked at alone at first; so much
-# around it is in view, in parts of its size.
+# A task smaller than this, in parts of the arm and the task, is shown alone at first, with
+# this margin around it, in parts of its size.
 SMALL, AROUND = 0.4, 0.35
 
 
@@ -34,18 +34,18 @@ def views(
     arms: Sequence[FloatArray] = (),
     towards: Sequence[float] | None = None,
 ) -> dict[str, Any]:
-    """Choose how to look at the whole, and at the work alone.
+    """Choose the views of the whole, and of the task alone.
 
     Args:
         points: Of the arm and the task [m], z up, shape (n, 3).
         path: Of the tool [m], shape (m, 3), m >= 0.
         asked: Where waypoints are [m], shape (k, 3).
         arms: Triangles of the arm, as for `first_view`.
-        towards: Where to look from, if that is known, as for `first_view`.
+        towards: Direction to look from, if that is known, as in `first_view`.
 
     Returns:
-        `view`, of all, and `work`, of the task alone, `None` if there is none; and `near`, whether
-        the work is to be looked at first.
+        `view`, of all; `work`, of the task alone, or `None`; and `near`, whether the task is shown
+        first.
     """
     if towards is None:
         view = first_view(points, path, arms)
@@ -55,8 +55,8 @@ def views(
     size, extent = np.ptp(points, axis=0).max(), np.ptp(task, axis=0) if len(task) else np.zeros(3)
     if extent.max() < 1e-3 * size:
         return {"view": view, "work": None, "near": False}
-    room = AROUND * float(extent.max())
-    low, high = task.min(axis=0) - room, task.max(axis=0) + room
+    margin = AROUND * float(extent.max())
+    low, high = task.min(axis=0) - margin, task.max(axis=0) + margin
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
     near = bool(extent.max() < SMALL * size)
     return {"view": view, "work": {**view, "points": corners.tolist()}, "near": near}
@@ -101,7 +101,7 @@ def first_view(
 
 
 def hidden(points: FloatArray, triangles: FloatArray, towards: FloatArray) -> NDArray[np.bool_]:
-    """Say which points lie behind a triangle, seen from far away.
+    """Find the points that lie behind a triangle, seen from far away.
 
     Args:
         points: [m], shape (n, 3).
@@ -131,7 +131,7 @@ def hidden(points: FloatArray, triangles: FloatArray, towards: FloatArray) -> ND
 
 
 def _seen(path: FloatArray, arms: Sequence[FloatArray], towards: FloatArray) -> float:
-    """How much of a path is seen, in 0 … 1; where the arm stands first counts half."""
+    """Visible part of a path, in 0 … 1; the first pose of the arm counts half."""
     steps = np.diff(path, axis=0)
     length = np.linalg.norm(steps, axis=1)
     if not len(length):

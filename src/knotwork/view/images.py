@@ -33,11 +33,11 @@ def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]
     """
     unread: list[str] = []
     images: list[Any] = []
-    room = MOST_PIXELS_TOGETHER
+    left = MOST_PIXELS_TOGETHER
     for path in paths:
         try:
-            image, pixels = _small_image(path, room)
-            room -= pixels
+            image, pixels = _small_image(path, left)
+            left -= pixels
             images.append(image)
         except Exception as error:  # Pillow raises whatever comes of a broken file
             reason = f"image {path} can't be read: {error}"
@@ -51,11 +51,11 @@ def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]
     return addresses, unread
 
 
-def _small_image(path: Path, room: int) -> tuple[Any, int]:
-    """Read an image, no larger than any page shows it, and say how many pixels the file has.
+def _small_image(path: Path, left: int) -> tuple[Any, int]:
+    """Read an image, at most as large as pages show it, and count the pixels of the file.
 
     Raises:
-        InputError: It has more pixels than are read, or than there is room for.
+        InputError: It has more pixels than are read, alone or with the other images.
     """
     from PIL import Image
 
@@ -66,9 +66,9 @@ def _small_image(path: Path, room: int) -> tuple[Any, int]:
         pixels = opened.width * opened.height
         if pixels > MOST_PIXELS:
             raise InputError(f"it has {pixels} pixels; at most {MOST_PIXELS} are read")
-        if pixels > room:
+        if pixels > left:
             most = MOST_PIXELS_TOGETHER
-            raise InputError(f"it has {pixels} pixels beside others; at most {most} are read")
+            raise InputError(f"it has {pixels} pixels; of all images at most {most} are read")
         clear = "A" in opened.getbands() or "transparency" in opened.info
         mode = "RGBA" if clear else "RGB"
         opened.load()

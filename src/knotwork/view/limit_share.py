@@ -33,7 +33,7 @@ def limit_shares(
         robot: The arm.
         curve: Its motion, joints in the order of robot and space.
         space: The limits of its joints.
-        findings: What the check found; those on no limit are passed over.
+        findings: Of the check; those without a limit are passed over.
         time: Where to sample, ascending [s], shape (n,).
 
     Yields:

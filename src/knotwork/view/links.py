@@ -16,7 +16,7 @@ from knotwork.meshes.mesh_files import read_mesh
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape, UrdfShapes
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
-from knotwork.view.solids import rod, solid, sphere
+from knotwork.view.primitive_meshes import rod, solid, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
@@ -35,7 +35,7 @@ class LinkShapes:
     Attributes:
         parts: For each joint of the chain the meshes that it carries, in the joint's axes, and
             first what does not move, in the axes of the URDF's root; length d + 1.
-        warnings: What could not be drawn as described.
+        warnings: Parts that can't be drawn as described.
     """
 
     parts: list[list[Mesh]]
@@ -63,25 +63,24 @@ def link_shapes(robot: Robot) -> LinkShapes:
         if link not in frames:
             continue
         shapes, lost = urdf.of(link, "visual")
-        parts, missing, said = drawn.meshes(shapes)
-        said += [shape.fault for shape in shapes if shape.fault]
+        parts, missing, notes = drawn.meshes(shapes)
+        notes += [shape.fault for shape in shapes if shape.fault]
         if not all(part.coloured for part in parts):
             plain.append(link)
         if missing or lost:
-            said += [*lost, *missing]
+            notes += [*lost, *missing]
             shapes, lost = urdf.of(link, "collision")
             instead, missing, _ = drawn.meshes(shapes)
             if instead and not (lost or missing):
                 parts = instead
-                said.append("drawn from its collision shape")
+                notes.append("drawn from its collision shape")
             else:
                 parts += _lines(urdf.carried.get(link, ()))
-                said.append("drawn as a line")
-        if said:
-            warnings.append(f"link {link!r}: {'; '.join(said)}")
-        placement = frames[link].placement
-        joint = frames[link].parentJoint
-        carried[joint] += [part.moved(placement.rotation, placement.translation) for part in parts]
+                notes.append("drawn as a line")
+        if notes:
+            warnings.append(f"link {link!r}: {'; '.join(notes)}")
+        frame = frames[link]
+        carried[frame.parentJoint] += [part.placed(frame.placement) for part in parts]
     if plain:
         warnings.append(f"no colour is given for parts of {', '.join(plain)}; they are drawn grey")
     if not any(carried):

@@ -1,4 +1,4 @@
-"""The task in a scene: waypoints, the speeds asked for, frames, knots, and what is missed."""
+"""Marks of a task in a scene: waypoints, their velocities, frames, knots and failures."""
 
 from __future__ import annotations
 
@@ -15,21 +15,16 @@ from knotwork.scenario import Scenario
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
-from knotwork.view.solids import rod, sphere, triad
-from knotwork.view.speed_arrows import round_arrows, straight_arrows
-from knotwork.view.targets import spacings
+from knotwork.view.packing import label
+from knotwork.view.primitive_meshes import rod, sphere, triad
+from knotwork.view.targets import round_arrows, spacings, straight_arrows
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 ROUNDING = 1e6
-"""A tolerance of which so many times is used was one for rounding."""
+"""A tolerance exceeded by this factor is one for rounding, and is not printed."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MOST_KNOTS = 2000
-
-
-def _label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
-    """Words at a point [m], and more of them on demand; of a waypoint, a frame or a miss."""
-    return {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
 
 
 def marks(
@@ -40,19 +35,19 @@ def marks(
     report: Report | None,
     size: float,
 ) -> tuple[dict[str, Mesh], list[dict[str, Any]], dict[str, float]]:
-    """Draw a task and what the check found.
+    """Draw the marks of a task, and of the failures of its check.
 
     Args:
         asked: The waypoints at the tool.
         curve: The motion, joints in the robot's order.
         robot: The arm.
         scenario: The task, for its named frames.
-        report: What the check found.
+        report: Of the check.
         size: Extent of the scene [m].
 
     Returns:
-        What is drawn, by kind; labels; and for the legend, in which time the tool goes as far as
-        straight arrows are long, `arrow_seconds`, and turns as far as round ones, `turn_seconds`.
+        Meshes by kind; labels; and for the legend the time in which the tool goes the length of
+        straight arrows, `arrow_seconds`, and turns by round ones, `turn_seconds`.
     """
     axis = _axis_length(asked, size)
     units = scenario.units if scenario is not None else SI
@@ -80,7 +75,7 @@ def marks(
         frames = {name: base * frame for name, frame in scenario.frames.items()}
         meshes["frames"] = _triads(list(frames.values()), 0.075 * size, 0.05)
         labels += [
-            _label(name, "frame", frame.translation, f"frame {name!r}")
+            label(name, "frame", frame.translation, f"frame {name!r}")
             for name, frame in frames.items()
         ]
     if report is not None:
@@ -98,7 +93,7 @@ def _on_paths(times: FloatArray, scenario: Scenario | None) -> NDArray[np.bool_]
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     axes = triad(length, thickness * length)
-    return merged([axes.moved(pose.rotation, pose.translation) for pose in poses])
+    return merged([axes.placed(pose) for pose in poses])
 
 
 def _waypoint_label(target: CartesianWaypoint, units: Units) -> dict[str, Any]:
@@ -107,7 +102,7 @@ def _waypoint_label(target: CartesianWaypoint, units: Units) -> dict[str, Any]:
     detail = f"{target.name}: at {target.time:g} s, {units.text(speed, 'm/s', '.4g')}"
     if turning > 1e-8:
         detail += f", turning at {units.text(turning, 'rad/s', '.4g')}"
-    return _label(target.name, "waypoint", target.pose.translation, detail)
+    return label(target.name, "waypoint", target.pose.translation, detail)
 
 
 def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
@@ -144,18 +139,18 @@ def _add_failures(
             at = (point + reached) / 2
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
-        said = _said(findings[0], report.units)
-        text = findings[0].label or (f"{name}: {said}" if name else said)
+        words = _in_words(findings[0], report.units)
+        text = findings[0].label or (f"{name}: {words}" if name else words)
         if len(findings) > 1:
             text += f", and {len(findings) - 1} more"
-        if findings[0].points:  # nothing else there tells the time
+        if findings[0].points:  # no other mark there has the time
             text += f" at {time:.2f} s"
-        labels.append(_label(text, "miss", at, "\n".join(map(str, findings))))
+        labels.append(label(text, "miss", at, "\n".join(map(str, findings))))
     if wrong:
         meshes["failures"] = merged(wrong)
 
 
-def _said(found: Finding, units: Units) -> str:
+def _in_words(found: Finding, units: Units) -> str:
     """A finding in few words."""
     if found.value is None:
         return found.title

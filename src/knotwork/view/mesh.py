@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.meshes.part import Colour, IndexArray, MeshPart
@@ -38,7 +39,7 @@ class Mesh:
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, not seen, to 1, opaque.
-        coloured: Whether its colours were given, or it was said why not; else it is grey.
+        coloured: Whether its colours are given, or a warning names their fault; else it is grey.
         uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
         image: File of the image that gives it its colours, or `None`.
     """
@@ -62,6 +63,10 @@ class Mesh:
         turn = np.asarray(rotation, dtype=float)
         vertices = self.vertices @ turn.T + np.asarray(translation, dtype=float)
         return replace(self, vertices=vertices, normals=self.normals @ turn.T)
+
+    def placed(self, pose: pin.SE3) -> Mesh:
+        """Move the mesh by a pose."""
+        return self.moved(pose.rotation, pose.translation)
 
     def scaled(self, scale: ArrayLike) -> Mesh:
         """Scale along the axes; factors of shape (3,) or one for all."""

@@ -24,11 +24,11 @@ RATE = 60.0
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     """Draw a scene in a Meshcat viewer, below `knotwork`, and start its motion.
 
-    What an earlier call drew is replaced. All else in the viewer stays, but the robot that
+    The drawing of an earlier call is replaced. All else in the viewer stays, but the robot that
     Pinocchio's `MeshcatVisualizer` shows is hidden; `displayVisuals(True)` shows it again.
 
     Args:
-        scene: What to show, from `make_scene`.
+        scene: From `make_scene`.
         viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
 
     Raises:
@@ -80,7 +80,7 @@ def _visualizer(viewer: Any) -> Visualizer:
 
 
 def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]:
-    """Where the viewer has what each joint carries; first what does not move."""
+    """Nodes of the viewer, one a joint, first that of the fixed parts."""
     nodes = [root["arm"]]
     for joint in scene["joints"]:
         nodes.append(nodes[joint["parent"]][_plain(joint["name"])])
@@ -128,7 +128,7 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
 
 
 def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str, Any]:
-    """Where a joint takes what it carries, over time, in its parent's axes."""
+    """Poses of a joint over time, in its parent's axes."""
     turn = pin.Quaternion(np.array(joint["quaternion"]))
     origin, axis = np.array(joint["origin"]), np.array(joint["axis"])
     positions, quaternions = [], []
@@ -151,7 +151,7 @@ def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str
 
 
 def _present(between: tuple[float | None, float | None], end: float) -> dict[str, Any]:
-    """When something is there."""
+    """Visibility of an object that is present for a time."""
     from meshcat.animation import AnimationTrack
 
     first, last = between

@@ -1,4 +1,4 @@
-"""Meshes and numbers as plain data, ready for JSON."""
+"""Meshes, labels and numbers of a scene as plain data, ready for JSON."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.view.mesh import Mesh
+from knotwork.waypoints import FloatArray
 
 
 def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
@@ -40,6 +41,17 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
         data["uv"] = packed_numbers(mesh.uv.astype("<f4"))
         data["image"] = images.index(mesh.image)
     return data
+
+
+def thing(name: str, mesh: Mesh, *, lit: bool = True, **more: Any) -> dict[str, Any]:
+    """Give a mesh of the scene with its name; `None` among `more` is left out."""
+    given = {key: value for key, value in more.items() if value is not None}
+    return {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
+
+
+def label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
+    """Give words at a point [m], and the detail that is shown on demand."""
+    return {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
 
 
 def packed_numbers(array: np.ndarray[Any, Any]) -> str:

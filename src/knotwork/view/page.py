@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.storage import write_file
-from knotwork.view.files import checked_page_path
+from knotwork.view.picture_files import checked_page_path
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -32,9 +32,9 @@ class Page:
     """A page of HTML; a notebook shows it inline.
 
     Attributes:
-        title: What it shows.
-        html: All of it, with everything it needs.
-        warnings: What could not be drawn as described.
+        title: Of the page.
+        html: The whole page, self-contained.
+        warnings: Parts that can't be drawn as described.
     """
 
     def __init__(self, title: str, text: str, warnings: tuple[str, ...] = ()) -> None:
@@ -80,12 +80,12 @@ def scene_page(
     """Put a scene on a page.
 
     Args:
-        scene: What to show, from `make_scene`.
+        scene: From `make_scene`.
         embedded: The page is a part of another, which has the title and the verdict.
         autoplay: The motion starts by itself.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
         live: Number of this version, where a `LiveServer` serves others after it.
-        scripts: It is shown; without, it only brings what it says to a page that is open.
+        scripts: With the scripts of the scene; without, it only updates the text of an open page.
 
     Raises:
         InputError: The package `meshcat` is not installed.
@@ -149,11 +149,11 @@ def environment() -> Environment:
     return made
 
 
-def _coded(said: object) -> Markup:
-    """Words between backticks, which messages put around what stands in files, as code."""
+def _coded(text: object) -> Markup:
+    """Show words between backticks as code."""
     from markupsafe import Markup, escape
 
-    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(said))))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def asset(name: str) -> str:

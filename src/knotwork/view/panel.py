@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units
-from knotwork.view.motions import Motion
+from knotwork.view.drawn_motions import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ class Series:
         motion: The motion.
         joint: Its joint.
         index: Which colour and line style.
-        who: What tells it from others in the panel.
+        who: Its name in the panel, empty if it is alone.
     """
 
     motion: Motion
@@ -88,13 +88,13 @@ class Panel:
 
     @property
     def shown_in(self) -> str:
-        """What the numbers beside the panel are."""
+        """The unit at the panel's axis."""
         if self.percent:
             return "% of range" if self.quantity == "position" else "% of limit"
         return self.unit
 
     def scale(self, one: Series) -> tuple[float, float]:
-        """What a curve's values are multiplied by, and what is added to them, to be shown."""
+        """Factor and offset from a curve's values to those shown."""
         if not self.percent:
             return self.factor, 0.0
         lower, upper = one.motion.bounds(one.joint, self.quantity)
@@ -103,7 +103,7 @@ class Panel:
 
     @property
     def alone(self) -> bool:
-        """Whether one joint of one motion is shown, with room for details."""
+        """Whether one joint of one motion is shown, with its details."""
         return len(self.series) == 1
 
     @property

@@ -11,15 +11,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.units import Units
-from knotwork.view.heads import (
-    MOST_LEGEND_LETTERS,
-    curve_legend,
-    explain_marks,
-    frame_times,
-    picture_title,
-    settle,
-)
-from knotwork.view.motions import (
+from knotwork.view.drawn_motions import (
     Drawable,
     Motion,
     check_distinct,
@@ -27,8 +19,16 @@ from knotwork.view.motions import (
     chosen_quantities,
     motions_of,
 )
+from knotwork.view.headings import (
+    MOST_LEGEND_LETTERS,
+    curve_legend,
+    explain_marks,
+    frame_times,
+    picture_title,
+    settle,
+)
 from knotwork.view.panel import Panel, Series
-from knotwork.view.panels import draw_panel, finish_panel
+from knotwork.view.panel_drawing import draw_panel, finish_panel
 from knotwork.view.style import (
     SMALL,
     checked_size,
@@ -37,7 +37,7 @@ from knotwork.view.style import (
     settings,
     shortened,
 )
-from knotwork.view.window import WHOLE, Window, windowed
+from knotwork.view.time_window import WHOLE, Window, windowed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 ROW_LETTERS = 12
 # Rows lower than this [in] name quantity and unit below each other.
 LOW = 2.0
-# So many joints are compared in columns of their own, planners lying over each other.
+# Up to this number joints are compared in columns of their own, planners over each other.
 MOST_JOINT_COLUMNS = 3
 # With more joints each planner has a column of its own.
 MOST_MOTION_COLUMNS = 4
@@ -67,16 +67,10 @@ def plot_joints(
 ) -> Figure:
     """Draw joint motions over time, a row of panels a quantity.
 
-    The curves are evaluated piece by piece, so that jumps are jumps. Waypoints and knots are
-    marked. Limits are dashed lines where they are near the curve, and said in words; parts of a
-    curve beyond its limit stand out, where the exact extrema break it and nowhere else.
-
-    All joints of one motion share a panel, each in percent of its own limits: a position of half
-    its range, from the middle. Where one of them has no limit they share the quantity's unit, and
-    no limit is drawn. Curves that lie over each other are said to.
-
-    Several motions lie over each other in a column for each joint if there are at most three
-    joints; else each motion has a column of its own.
+    Joints of one motion share a panel, in percent of their own limits (positions: of half the
+    range, from its middle); where one has no limit, in the quantity's unit and without limits.
+    Several motions of at most three joints have a column a joint, else a column a motion. Jumps,
+    waypoints and knots are marked, and the parts of curves whose exact extrema break a limit.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them.
@@ -86,13 +80,9 @@ def plot_joints(
         scenario: For trajectories: what was asked for, to mark waypoints and limits.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
-        window: From when to when to draw [s]; `None` for the start or the end of the motion. Use
-            of limits is that in the window.
+        window: Start and end [s], `None` for the motion's own; use of limits is that within.
         split: A row of panels a joint instead, a column a quantity, in its unit with its limits.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
-
-    Returns:
-        A figure, not known to `pyplot`.
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
     >>> [axis.get_ylabel() for axis in figure.axes]
@@ -100,25 +90,20 @@ def plot_joints(
 
     Raises:
         UnknownNameError: There is no such joint, quantity or size.
-        InputError: There is nothing to draw, or too much for one picture; the motions are of
-            different joints, or not of the scenario's; there is nothing in the window.
+        InputError: There is nothing or too much to draw, or the motions' joints differ.
     """
     found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
     names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
     page = checked_size(size)
     together = not split and (len(found) == 1 or len(names) > MOST_JOINT_COLUMNS)
-    if together:
-        cells = _joints_together(found, names, kinds)
-    else:
-        check_distinct(found)
-        cells = [[(kind, _overlay(found, joint)) for kind in kinds] for joint in names]
-        cells = cells if split else list(map(list, zip(*cells, strict=True)))
-    owners = [one.label for one in found]
     overlaid = not together and len(found) > 1
-    head = picture_title(found, "joint motions") if title is None else title
+    cells = _joints_together(found, names, kinds) if together else _overlaid(found, names, kinds)
+    cells = cells if together or split else list(map(list, zip(*cells, strict=True)))
+    owners = [one.label for one in found]
     with settings():
         figure, panels = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
+        head = picture_title(found, "joint motions") if title is None else title
         curve_legend(figure, owners if overlaid else () if split else names, head)
         explain_marks(figure, len(found) if overlaid else 1)
         heads = owners if together else kinds if split else names
@@ -132,13 +117,18 @@ _Row = list[tuple[str, list[Series]]]
 """Quantity and curves of each panel."""
 
 
-def _overlay(motions: list[Motion], joint: str) -> list[Series]:
-    """One joint of all motions."""
-    alone = len(motions) == 1
-    return [
-        Series(one, joint, i, "" if alone else printable(one.label))
-        for i, one in enumerate(motions)
-    ]
+def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+    """A row a joint, of all motions."""
+    check_distinct(motions)
+    labels = [printable(one.label) for one in motions] if len(motions) > 1 else [""]
+    rows = []
+    for joint in names:
+        curves = [
+            Series(one, joint, i, label)
+            for i, (one, label) in enumerate(zip(motions, labels, strict=True))
+        ]
+        rows.append([(kind, curves) for kind in kinds])
+    return rows
 
 
 def _name_row(line: list[Panel]) -> None:

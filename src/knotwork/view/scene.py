@@ -1,4 +1,4 @@
-"""Content of a scene: the arm, its motion, the task and what the check found, as plain data.
+"""Content of a scene: the arm, its motion, the task and the findings of the check, as plain data.
 
 Everything is in the axes of the URDF's root, z up, in m and s.
 """
@@ -19,36 +19,37 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
 from knotwork.verification.brief import summary, told_failures
-from knotwork.view.animation import drawn_joints, frame_times
-from knotwork.view.asked_path import (
-    DEVIATION_COLOURS,
-    asked_path_mesh,
-    asked_points,
-    deviation_mesh,
-)
+from knotwork.view.arm_at_waypoints import Stops, arm_triangles, find_stops
 from knotwork.view.camera import views
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
 from knotwork.view.objects import Objects, scene_objects
-from knotwork.view.packing import packed, packed_numbers
-from knotwork.view.path_shapes import other_path_mesh, path_meshes, tool_mesh
-from knotwork.view.speed_colours import SpeedColours, written
-from knotwork.view.stops import Stops, arm_triangles, find_stops
-from knotwork.view.strip import joint_panel, strip
+from knotwork.view.packing import packed, thing
+from knotwork.view.path_meshes import (
+    DEVIATION_COLOURS,
+    asked_path_mesh,
+    asked_points,
+    deviation_mesh,
+    other_path_mesh,
+    path_meshes,
+    speed_colours,
+    tool_mesh,
+    written,
+)
+from knotwork.view.playback import arm_frames, drawn_joints, joint_panel, strip, waypoint_times
 from knotwork.view.targets import targets
-from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
+from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.015
-# The first view is chosen by what the arm hides where it stands at so many waypoints.
+# The first view is chosen by what the arm hides at this number of waypoints.
 MOST_HIDING = 5
-MOST_SPEEDS = 30_000
 # Drawn in their own colours, whatever the light.
 UNLIT = ("path", "limits broken", "failures", "deviation")
-# What of a scene is the robot's: most of it, and the same until the robot is another one.
+# Parts of a scene that depend on the robot alone: most of the data.
 STILL = ("joints", "shapes", "images", "coarse")
 # Shown on demand.
 HIDDEN = ("deviation", "knots on paths")
@@ -106,9 +107,9 @@ def make_scene(
         trajectory: The motion.
         scenario: The task.
         space: The task's joints and limits.
-        report: What the check found.
+        report: Of the check.
         others: Motions of other planners, by name, shown over the first as translucent arms.
-        warnings: What else the page is to say.
+        warnings: Further ones for the page.
         before: The scene in whose place this one is shown. Of the same robot the parts `STILL` are
             taken over, the very objects, and it is looked at from the same side.
 
@@ -117,32 +118,17 @@ def make_scene(
     """
     others = others or {}
     shown = _gathered(robot, trajectory, scenario, space, report, others)
-    parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
-    images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
-    addresses, unread = image_addresses(images)
     points = shown.points()
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
-    still: dict[str, Any] = {
-        "joints": drawn_joints(robot),
-        "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
-        "images": addresses,
-    }
-    if before is not None and all(still[name] == before[name] for name in still):
-        still = {name: before[name] for name in STILL}
-    else:
-        before, cell = None, GHOST_DETAIL * size
-        shapes = shown.shapes.shapes
-        still["coarse"] = [packed(coarse(one, cell)) if one else None for one in shapes]
+    still, unread = _robot_data(shown, size, before)
+    if before is not None and still["joints"] is not before["joints"]:
+        before = None
     arm, objects = _arm_data(shown, trajectory, points, size, before)
     return {
         "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
         **still,
         **arm,
-        "ok": report.ok if report is not None else None,
-        "summary": summary(report) if report is not None else "",
-        "failed": len(report.failures) if report is not None else 0,
-        "failures": told_failures(report.failures) if report is not None else [],
-        "tried": [str(item) for item in report.tried] if report is not None else [],
+        **_verdict(report),
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
             for name, other in others.items()
@@ -151,6 +137,38 @@ def make_scene(
         "robot": robot.name,
         "planner": trajectory.planner,
         "description": scenario.description.strip() if scenario is not None else "",
+    }
+
+
+def _robot_data(
+    shown: _Shown, size: float, before: Mapping[str, Any] | None
+) -> tuple[dict[str, Any], list[str]]:
+    """The parts `STILL`, those of `before` where they are equal, and images that can't be read."""
+    parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
+    images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
+    addresses, unread = image_addresses(images)
+    still: dict[str, Any] = {
+        "joints": drawn_joints(shown.robot),
+        "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
+        "images": addresses,
+    }
+    if before is not None and all(still[name] == before[name] for name in still):
+        return {name: before[name] for name in STILL}, unread
+    shapes, cell = shown.shapes.shapes, GHOST_DETAIL * size
+    still["coarse"] = [packed(coarse(one, cell)) if one else None for one in shapes]
+    return still, unread
+
+
+def _verdict(report: Report | None) -> dict[str, Any]:
+    """The findings of the check."""
+    if report is None:
+        return {"ok": None, "summary": "", "failed": 0, "failures": [], "tried": []}
+    return {
+        "ok": report.ok,
+        "summary": summary(report),
+        "failed": len(report.failures),
+        "failures": told_failures(report.failures),
+        "tried": [str(item) for item in report.tried],
     }
 
 
@@ -209,11 +227,11 @@ def _arm_data(
         hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
         arms = arm_triangles(robot, shown.shapes, hiding, size)
     data = {
-        "arms": [_motion(name, motion, robot) for name, motion in moved.items()],
+        "arms": [arm_frames(name, motion, robot) for name, motion in moved.items()],
         "ghosts": copies.tolist(),
         "things": things,
         "labels": labels,
-        "waypoints": _stops(shown, trajectory.waypoint_times),
+        "waypoints": waypoint_times(shown.scenario, trajectory),
         "strip": strip(robot, shown.curve, shown.scenario, shown.space, shown.report),
         "joint_panel": joint_panel(robot, shown.units),
         "units": {"length": shown.units.length, "per_metre": shown.units.shown(1.0, "m")[0]},
@@ -231,22 +249,13 @@ def _arm_data(
     return data, objects
 
 
-def _stops(shown: _Shown, times: FloatArray | None) -> list[dict[str, Any]]:
-    """Names and times of the waypoints."""
-    if shown.scenario is not None:
-        return [{"name": one.name, "time": one.time} for one in shown.scenario.waypoints]
-    return [
-        {"name": str(i), "time": float(t)} for i, t in enumerate(() if times is None else times)
-    ]
-
-
 def _task_data(
     shown: _Shown, path: ToolTrace, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
     """Meshes by name, labels and the legend."""
     robot = shown.robot
-    speeds = SpeedColours(path, shown.scenario, shown.curve, shown.asked)
-    meshes = path_meshes(path, speeds.colours, size)
+    colours, speeds = speed_colours(path, shown.scenario, shown.curve, shown.asked)
+    meshes = path_meshes(path, colours, size)
     along = {
         "path asked for": asked_path_mesh(shown.scenario, robot, size),
         "deviation": deviation_mesh(shown.scenario, robot, shown.curve, size),
@@ -260,18 +269,13 @@ def _task_data(
         shown.asked, shown.curve, robot, shown.scenario, shown.report, size
     )
     meshes |= {**drawn, "tool": tool_mesh(robot, size)}
-    things: list[dict[str, Any]] = [
-        {
-            "name": name,
-            "mesh": packed(mesh),
-            "lit": not name.startswith(UNLIT),
-            "hidden": name in HIDDEN,
-        }
+    things = [
+        thing(name, mesh, lit=not name.startswith(UNLIT), hidden=name in HIDDEN)
         for name, mesh in meshes.items()
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     legend = {
-        **speeds.legend(),
+        **speeds,
         **seconds,
         "broken": bool(path.broken.any()),
     }
@@ -279,22 +283,6 @@ def _task_data(
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)
     return things, labels, legend
-
-
-def _motion(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:
-    """A motion's frames, and the tool's speed at each."""
-    time = frame_times(curve)
-    position = curve(time)
-    arm: dict[str, Any] = {
-        "name": name,
-        "start": float(time[0]),
-        "time": packed_numbers((time - time[0]).astype("<f4")),
-        "position": packed_numbers(position.astype("<f4")),
-    }
-    if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
-        speed = tool_speed(robot, position, curve(time, 1))
-        arm["speed"] = packed_numbers(speed.astype("<f4"))
-    return arm
 
 
 def _thinned(points: FloatArray, most: int = 800) -> FloatArray:

@@ -10,7 +10,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
-from knotwork.view.motions import PlanLike
+from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, scene_page
 from knotwork.view.scene import make_scene
 
@@ -26,7 +26,7 @@ def view_plan(
     """Show a plan: the arm in motion, the task, and what fails in the check.
 
     Args:
-        plan: What to show.
+        plan: The plan.
         others: Trajectories of other planners by name, shown as translucent arms over it.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
         autoplay: The motion starts by itself.
@@ -104,7 +104,7 @@ def scene_of_trajectory(
 
 
 def _tool_warnings(robot: Robot) -> list[str]:
-    """Warn of what a trajectory without a scenario does not say about the tool."""
+    """Warn that a trajectory without a scenario does not name its tool."""
     if robot.tcp_frame_id is None:
         return [
             f"robot {robot.name!r} names no tool frame, so no path of a tool is shown; give the "
@@ -112,8 +112,8 @@ def _tool_warnings(robot: Robot) -> list[str]:
         ]
     if robot.tool_offset.isIdentity(1e-9):
         return [
-            "a trajectory does not say which tool the arm carries: the path and the speed shown "
-            f"are those of the robot's frame {robot.tool_frame!r}; give the scenario that it was "
-            "planned for to see those of its tool"
+            "a trajectory does not name the tool that the arm carries: the path and the speed "
+            f"shown are those of the robot's frame {robot.tool_frame!r}; give the scenario that it "
+            "was planned for to see those of its tool"
         ]
     return []

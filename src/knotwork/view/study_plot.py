@@ -1,15 +1,14 @@
-"""Pictures of a study: verdict and figures over what is varied, as maps or as columns."""
+"""Pictures of a study: verdict and figures over the varied values, as a map or as columns."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.view.study_rows import PASSED, DrawnStudy, Places, combinations, differ, wrapped
+from knotwork.view.study_rows import PASSED, DrawnStudy, Places, differ, wrapped
 from knotwork.view.style import (
     DARK,
     GRID,
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_PANELS = 12
-"""Maps below each other; of more combinations each varied value has a column."""
 MOST_SHAPES = 5000
 """Cells or dots that are drawn one by one in a file of lines."""
 STRIP = 0.35
@@ -39,11 +36,10 @@ UNASKED = ("clearance", "smallest_singular_value", "duration", "velocity_use", "
 
 
 def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
-    """Draw the verdict, and figures of the rows that pass, over what is varied.
+    """Draw the verdict, and figures of the rows that pass, over the varied values.
 
-    One varied value makes curves. Two make a map of cells, or of dots where they go together, as
-    random samples do. More make a map for each combination of the others. Three or more that go
-    together, and combinations that are too many, have a column for each value, a dot a row.
+    One varied value makes curves, two make a map: of cells, or of dots where they go together, as
+    random samples do. Of more each has a column, with a dot a row.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> study = kw.sweep({"waypoints": lift}, {"waypoints[1].after": "1:2:3"}, workers=0)
@@ -67,29 +63,11 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
             raise InputError(f"no row that passes has the figure {name!r}")
     if figures is None:
         figures = [name for name in UNASKED if differ(drawn.values(name))][:1]
-    across, rest = _split(drawn.axes)
-    panels = math.prod(len(set(zip(*(one.at for one in axis), strict=True))) for axis in rest)
+    varied = [one for axis in drawn.axes for one in axis]
     with settings():
-        if len(across) == 2 and panels <= MOST_PANELS:
-            figure = _draw_maps(drawn, across, [one for axis in rest for one in axis], figures)
-        else:
-            figure = _draw_columns(drawn, [one for axis in drawn.axes for one in axis], figures)
+        figure = (_draw_map if len(varied) == 2 else _draw_columns)(drawn, varied, figures)
         drawn.write_heading(figure)
     return figure
-
-
-def _split(axes: list[list[Places]]) -> tuple[list[Places], list[list[Places]]]:
-    """What a panel has across and up, and the axes each of whose values has a panel.
-
-    Values that go together stay together, the most of them in one panel. Where none do, those
-    that have the most values make the map, numbers before names.
-    """
-    widest = max(axes, key=len)
-    if len(widest) > 1:
-        return widest, [axis for axis in axes if axis is not widest]
-    order = sorted(axes, key=lambda axis: (axis[0].names is not None, -len(axis[0].values)))
-    across = [axis for axis in axes if any(axis is one for one in order[:2])]
-    return [axis[0] for axis in across], [axis for axis in axes if axis not in across]
 
 
 def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]) -> Figure:
@@ -108,11 +86,11 @@ def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]
     axes = figure.subplots(
         rows, len(columns), sharex="col", sharey="row", squeeze=False, height_ratios=ratios
     )
-    # at random, so that how dense dots are says how many rows pass there
+    # at random, so that the density of dots shows how many rows pass there
     random = np.random.default_rng(0).random(len(study.kinds))
     rank = np.argsort(np.lexsort((random, study.kinds == PASSED)))
     high = Places("", np.zeros(len(rank)) if alone else rank.astype(float), None)
-    room = 0.6 * figure.get_figheight() / rows
+    height = 0.6 * figure.get_figheight() / rows
     width = 0.8 * figure.get_figwidth() / len(columns)
     for column, x in zip(axes.T, columns, strict=True):
         first, *others = column
@@ -127,49 +105,38 @@ def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]
         x.dress(column[-1].xaxis, width)
         column[-1].set_xlabel(wrapped(x.title, width))
     for axis, name in zip(axes[1:, 0], names, strict=True):
-        axis.set_ylabel(wrapped(study.label(name), room))
+        axis.set_ylabel(wrapped(study.label(name), height))
     study.write_legend(figure)
     return figure
 
 
-def _draw_maps(
-    study: DrawnStudy, across: list[Places], rest: Sequence[Places], names: Sequence[str]
-) -> Figure:
-    """Draw verdict and figures side by side over two values, for each combination of the others."""
-    x, y = across
-    if x.names is not None and y.names is None:  # names have more room upright
-        x, y = y, x
-    dots = any(len(axis) == 2 for axis in study.axes if x in axis)
-    # a verdict that is everywhere the same is said in the heading
+def _draw_map(study: DrawnStudy, varied: list[Places], names: Sequence[str]) -> Figure:
+    """Draw verdict and figures side by side over two values."""
+    # names have more space upright
+    x, y = sorted(varied, key=lambda one: one.names is not None)
+    # a verdict that is the same everywhere is in the heading
     shown = ["", *names] if not names or len(set(study.kinds)) > 1 else list(names)
+    dots = len(study.axes) == 1
+    edges = {"edgecolors": DARK, "linewidths": 0.5} if dots else {}  # seen in the dark, too
     figure = new_figure(1, len(shown))
-    panels = list(combinations(rest, len(x.at), 0.6 * figure.get_figwidth()))
-    figure.set_figheight(figure.get_figheight() + 2.4 * (len(panels) - 1))
-    axes = figure.subplots(len(panels), len(shown), squeeze=False, sharex=True, sharey=True)
-    width, height = figure.get_size_inches() / axes.shape[::-1] - (0.9, 0.8)
-    for column, name in zip(axes.T, shown, strict=True):
+    axes = figure.subplots(1, len(shown), squeeze=False, sharex=True, sharey=True)[0]
+    width, height = figure.get_size_inches() / (len(shown), 1) - (0.9, 0.8)
+    for axis, name in zip(axes, shown, strict=True):
         values = study.values(name) if name else study.codes
-        look: dict[str, Any] = {
-            "vmin": np.nanmin(values),
-            "vmax": np.nanmax(values),
-            "cmap": "viridis",
-        }
-        if dots:
-            look |= {"edgecolors": DARK, "linewidths": 0.5}  # seen in the dark, too
-        for axis, (_, rows) in zip(column, panels, strict=True):
-            more = look if name else study.verdict_look
-            drawn = _draw(axis, x, y, np.where(rows, values, np.nan), dots=dots, **more)
-            x.dress(axis.xaxis, width)
-            y.dress(axis.yaxis, height)
-        column[-1].set_xlabel(wrapped(x.title, width))
+        low, high = np.nanmin(values), np.nanmax(values)
+        look = (
+            {"vmin": low, "vmax": high, "cmap": "viridis", **edges} if name else study.verdict_look
+        )
+        drawn = _draw(axis, x, y, values, dots=dots, **look)
+        x.dress(axis.xaxis, width)
+        y.dress(axis.yaxis, height)
+        axis.set_xlabel(wrapped(x.title, width))
         if name:
-            ticks = None if differ(values) else [look["vmin"]]
+            ticks = None if differ(values) else [low]
             bar = figure.colorbar(
-                drawn, ax=list(column), pad=0.02, ticks=ticks, format=lambda at, _: number(at)
+                drawn, ax=axis, pad=0.02, ticks=ticks, format=lambda at, _: number(at)
             )
             bar.set_label(wrapped(study.label(name), 0.55 * figure.get_figheight()))
-    for axis, (title, _) in zip(axes[:, 0], panels, strict=True):
-        axis.set_title(title, fontsize=SMALL)
     figure.supylabel(wrapped(y.title, 0.6 * figure.get_figheight()), fontsize=NORMAL)
     if "" in shown:
         study.write_legend(figure)

@@ -1,4 +1,4 @@
-"""How pictures look: sizes, colours that colour-blind readers can tell apart, units and names."""
+"""How pictures look: sizes, colours that colour-blind readers can distinguish, units and names."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe and Ito's colours, but for yellow, which is too light for a line on white, and for
-# vermillion, which is kept for what is wrong. Grey makes it seven.
+# vermillion, which is kept for failures. Grey makes it seven.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8C8C8C")
 WRONG = "#D55E00"
 FAINT = "#B8B8B8"
@@ -35,7 +35,7 @@ NIGHT = {
     "#8c8c8c": "#9aa0a6",
     "#d55e00": "#ff7f3f",
 }
-# Told apart without colour, too: planners lie over each other in one panel.
+# Distinct without colour, too: planners lie over each other in one panel.
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     "solid",
     (0, (5, 1.6)),
@@ -150,7 +150,7 @@ def number(value: float) -> str:
 
 
 def rounded(value: float) -> str:
-    """A number in words beside a curve: three digits."""
+    """A number in a note: three digits."""
     return number(float(f"{value:.3g}"))
 
 
@@ -210,7 +210,7 @@ def dress(axis: Axes) -> None:
 
 
 def least_height(rows: int) -> float:
-    """Least height of each of so many rows of panels [in]."""
+    """Least height of a row of panels [in], where there are this many."""
     return LEAST_HEIGHT if rows <= MANY_ROWS else 0.75 * LEAST_HEIGHT
 
 

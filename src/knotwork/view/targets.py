@@ -1,4 +1,4 @@
-"""Pose and velocity of the tool that each waypoint asks for."""
+"""Poses and velocities of the tool that waypoints ask for, and arrows for the velocities."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import pinocchio as pin
 from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.view.mesh import Mesh, merged
+from knotwork.view.primitive_meshes import arrow, frame_along, tube
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
@@ -37,3 +39,87 @@ def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
     points = np.array([target.pose.translation for target in asked]).reshape(-1, 3)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.asarray(lengths[lengths > 1e-6])
+
+
+STRAIGHT = (0.9, 0.35, 0.0, 1.0)
+ROUND = (0.55, 0.16, 0.72, 1.0)
+# Seconds of motion that an arrow may stand for.
+_NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
+# Greatest turn of a round arrow [rad], and the least that a head fits on.
+MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
+# Distance of arrows from the path, in parts of the scene: on it they would hide its colours.
+ASIDE = 0.014
+# Slower than this the tool is asked to stand still [m/s, rad/s].
+STILL = 1e-9
+
+
+def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
+    """Draw the linear velocities; `None` if the tool must stand still at all waypoints.
+
+    The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
+
+    Returns:
+        The arrows, and the time in which the tool goes as far as they are long [s].
+    """
+    moving = [target for target in asked if np.linalg.norm(target.linear) > STILL]
+    if not moving:
+        return None
+    longest = size / 6
+    apart = spacings(asked)
+    if len(apart):
+        longest = min(longest, max(float(np.median(apart)), 0.04 * size))
+    seconds = _seconds(max(float(np.linalg.norm(one.linear)) for one in moving), longest)
+    arrows = []
+    for target in moving:
+        foot = target.pose.translation + ASIDE * size * _aside(target)
+        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, STRAIGHT))
+    return merged(arrows), seconds
+
+
+def _aside(target: CartesianWaypoint) -> FloatArray:
+    """Unit vector across the velocity, towards the tool's body."""
+    along = target.linear / np.linalg.norm(target.linear)
+    for axis in (-target.pose.rotation[:, 2], target.pose.rotation[:, 0]):
+        across = axis - (axis @ along) * along
+        length = float(np.linalg.norm(across))
+        if length > 0.3:
+            break
+    return np.asarray(across / length)
+
+
+def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mesh, float] | None:
+    """Draw the angular velocities about their axes; `None` if there are none.
+
+    Returns:
+        The arrows, and the time in which the tool turns as far as they go [s].
+    """
+    turning = [target for target in asked if np.linalg.norm(target.angular) > STILL]
+    if not turning:
+        return None
+    seconds = _seconds(max(float(np.linalg.norm(one.angular)) for one in turning), MOST_TURN)
+    arrows = [_round_arrow(one.pose.translation, seconds * one.angular, radius) for one in turning]
+    return merged(arrows), seconds
+
+
+def _seconds(fastest: float, most: float) -> float:
+    return next((seconds for seconds in _NICE if seconds * fastest <= most), _NICE[-1])
+
+
+def _round_arrow(centre: FloatArray, turn: FloatArray, radius: float) -> Mesh:
+    """An arc about a centre with a head, along a rotation vector [rad]."""
+    angle = float(np.linalg.norm(turn))
+    axes = frame_along(turn / angle)
+    head = min(0.5 * max(angle, LEAST_TURN), 0.5)
+    ends = np.linspace(0.0, max(angle - head, 0.02), max(int(24 * angle), 3))
+    rim = np.stack([np.cos(ends), np.sin(ends), np.zeros_like(ends)], axis=1)
+    shaft = tube(radius * rim, np.tile(ROUND[:3], (len(rim), 1)), 0.055 * radius)
+    last = ends[-1]
+    base = radius * np.array([np.cos(last), np.sin(last), 0.0])
+    along = np.array([-np.sin(last + 0.5 * head), np.cos(last + 0.5 * head), 0.0])
+    cone = _cone(base, base + radius * head * along, 0.17 * radius)
+    return merged([shaft, cone]).moved(axes, centre)
+
+
+def _cone(base: FloatArray, tip: FloatArray, radius: float) -> Mesh:
+    # An arrow of such a width is nearly all head
+    return arrow(base - 0.02 * (tip - base), tip, radius / 2.6, ROUND)

@@ -1,4 +1,4 @@
-"""The tool over time: its speed, and how far it is off its path, or off the straight way."""
+"""The tool over time: its speed, and its deviation from its path or from a straight line."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from knotwork.scenario import Scenario
 from knotwork.verification.limits import LIMIT_SLACK
-from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
-from knotwork.view.limits import NEAR
-from knotwork.view.motions import Drawable, Motion, check_distinct, motions_of
+from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motions_of
+from knotwork.view.headings import curve_legend, explain_marks, frame_times, picture_title, settle
+from knotwork.view.panel_limits import NEAR
 from knotwork.view.style import (
     LOOKS,
     checked_size,
@@ -26,22 +26,23 @@ from knotwork.view.style import (
     settings,
     write_note,
 )
+from knotwork.view.time_window import WHOLE, Window, windowed
 from knotwork.view.tool_curves import (
     Curve,
+    Row,
     full_speeds,
     speed_errors,
     stretches,
+    tool_rows,
 )
-from knotwork.view.tool_rows import Row, tool_rows
-from knotwork.view.window import WHOLE, Window, windowed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Room above and below the curves, and above them where words are, in parts of their range.
-ROOM, NOTE_ROOM = 0.07, 0.3
+# Margins around the curves, and above them where a note is, in parts of their range.
+MARGIN, NOTE_MARGIN = 0.07, 0.3
 # With more rows the units are below their titles.
 MANY = 5
 # Longer titles are wrapped.
@@ -60,12 +61,12 @@ def plot_tool(
     window: Window = WHOLE,
     size: str | None = None,
 ) -> Figure:
-    """Draw the tool over time: its speed, and its deviation from what it should follow.
+    """Draw the tool over time: its speed, and its deviation from its path.
 
-    What waypoints ask for is marked. Along tool paths the deviation in place, orientation and speed
-    is shown against its tolerance, and what the scenario limits of tool and links against its
-    limit. Elsewhere, where two poses follow each other, deviation is that from the straight way
-    from one to the next, turning evenly. Everything is sampled.
+    The velocities given at waypoints are marked. Along tool paths the deviation in place,
+    orientation and speed is shown against its tolerance, and limited quantities of tool and links
+    against their limits. Between two poses without a path, the deviation is that from the straight
+    line with even turning. Everything is sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
@@ -112,7 +113,7 @@ def plot_tool(
 
 
 def _axis_label(row: Row, *, low: bool) -> str:
-    """What a row shows, in which unit; long names are wrapped, and units are below in low rows."""
+    """Quantity and unit of a row; long names are wrapped, and units are below them in low rows."""
     words = textwrap.fill(row.title, LONG) if len(row.title) > LONG else row.title
     gap = "\n" if low else " "
     return f"{words}{gap}[{row.unit}]" if row.unit else words
@@ -140,7 +141,7 @@ def _draw_row(axis: Axes, row: Row, motions: list[Motion], curves: list[Curve]) 
 
 
 def _mark_asked(axis: Axes, row: Row, motion: Motion) -> None:
-    """What waypoints ask for, and paths."""
+    """The velocities that waypoints and paths give."""
     waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
     poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
     poses = [one for one in poses if motion.shows(one.time)]
@@ -158,7 +159,7 @@ def _mark_asked(axis: Axes, row: Row, motion: Motion) -> None:
 def _mark_limit(
     axis: Axes, row: Row, limit: float, motions: list[Motion], curves: list[Curve]
 ) -> None:
-    """A tolerance, or a limit that is near, the curves beyond, and in words the worst found."""
+    """A tolerance, or a limit that is near, the curves beyond, and a note on the worst value."""
     kind, beyond = ("tolerance", "beyond") if row.tolerance else ("limit", "broken")
     side = -1.0 if row.least else 1.0
     most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
@@ -198,19 +199,19 @@ def _mark_limit(
 def _note_worst(
     axis: Axes, row: Row, limit: float, worst: float, at: float, who: str, broken: bool
 ) -> None:
-    """Say how near a limit the worst is, which counts down where the limit is one from below."""
+    """Note the worst value and its limit; a worst value at a lower limit is negated."""
     tiny = NOTHING * limit
-    said = f"{rounded(-worst if row.least else worst)} {row.unit}".rstrip()
+    value = f"{rounded(-worst if row.least else worst)} {row.unit}".rstrip()
     when = f" at {rounded(at)} s"
     if not np.isfinite(worst):
-        said = "infinite at the jump"
+        value = "infinite at the jump"
     elif row.tolerance and worst < tiny:
-        said, when = f"under {rounded(tiny)} {row.unit}", ""
+        value, when = f"under {rounded(tiny)} {row.unit}", ""
     name = f"{who}: " if who else ""
     kind = "tolerance" if row.tolerance else "limit"
     sign = "±" if row.curve is speed_errors else ""
     allowed = f"{kind} {sign}{rounded(limit)} {row.unit}".rstrip()
-    write_note(axis, f"{name}{said}{when}, {allowed}", broken)
+    write_note(axis, f"{name}{value}{when}, {allowed}", broken)
 
 
 def _levels(spans: list[tuple[float, float]], value: float) -> tuple[FloatArray, FloatArray]:
@@ -228,5 +229,5 @@ def _set_range(axis: Axes, row: Row) -> None:
     low = min(float(values.min()), 0.0) if values.size else 0.0
     if high - low <= 1e-8 * row.factor:  # rounding
         high = low + 1.0
-    above = NOTE_ROOM if row.limit is not None else ROOM
-    axis.set_ylim(low - ROOM * (high - low), high + above * (high - low))
+    above = NOTE_MARGIN if row.limit is not None else MARGIN
+    axis.set_ylim(low - MARGIN * (high - low), high + above * (high - low))

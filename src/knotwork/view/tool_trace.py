@@ -1,4 +1,4 @@
-"""Where a motion takes the tool, how fast, and where a limit is broken on the way."""
+"""The path of the tool in a motion, its speed, and where a limit is broken."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def tool_trace(
         robot: The arm, with a tool.
         curve: Its motion, joints in the robot's order.
         space: Its limits.
-        report: What the check found; the times at which it found a limit broken are sampled, too.
+        report: Of the check; the times of broken limits are sampled, too.
         also: More times to sample [s].
     """
     found = [one for one in report.failures if one.subject != "path"] if report is not None else []

@@ -15,8 +15,8 @@ class Joints {
     this.rows = data.joint_panel.map(({ name, unit, factor, low, high }) => {
       const [row, word, bar, mark, value] = ["div", "span", "span", "i", "span"].map((kind) => document.createElement(kind));
       Object.assign(word, { className: "name", textContent: name, title: name });
-      const said = (limit) => (limit === null ? "no limit" : `${limit.toFixed(DIGITS[unit] ?? 3)} ${unit}`);
-      Object.assign(bar, { className: "bar", title: `${said(low)} to ${said(high)}` });
+      const text = (limit) => (limit === null ? "no limit" : `${limit.toFixed(DIGITS[unit] ?? 3)} ${unit}`);
+      Object.assign(bar, { className: "bar", title: `${text(low)} to ${text(high)}` });
       value.className = "value";
       bar.append(mark);
       row.append(word, bar, value);

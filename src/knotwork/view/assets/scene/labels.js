@@ -90,7 +90,7 @@ class Labels {
       Object.assign(label, { width, height, visible, x, y });
     }
     const { called } = this;
-    // Of what fails the first is said at its place; the page has a list of all.
+    // The first failures have labels at their places; the page lists all.
     const misses = this.labels.filter((label) => label.kind === "miss").slice(0, Math.max(3, Math.round((pane.width * pane.height) / (4 * ROOM))));
     const kept = (label) => label === called || misses.includes(label) || label.kind === "closest";
     const order = called ? [called, ...this.labels.filter((label) => label !== called)] : this.labels;
@@ -121,7 +121,7 @@ class Labels {
       at[0] >= 2 && at[1] >= 2 && at[2] <= pane.width - 2 && at[3] <= pane.height - 2 &&
       taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
     let choice = choices.find((one) => free(boxAt(one)));
-    // What fails is said even where there is no free place for it: where it covers the least.
+    // A failure has its label even without a free place: where it covers the least.
     if (choice === undefined && shown && (label.kind === "miss" || label === this.called) && label.visible) {
       const costs = choices.map((one) => taken.reduce((sum, t) => sum + overlap(moved(one), t), 0));
       choice = choices[costs.indexOf(Math.min(...costs))];

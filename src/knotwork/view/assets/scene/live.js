@@ -14,7 +14,7 @@ function followChanges(stage, version) {
     // The robot's shapes are most of a scene: they are sent again only if they are others.
     const known = data.still === stage.data.still;
     const still = known ? stage.data : await (await fetched("still")).json();
-    if (still.still !== data.still) return; // there is another version already, of which it will be told
+    if (still.still !== data.still) return; // there is another version already, which will be announced
     renew(stage, page, { ...still, ...data });
     document.documentElement.dataset.version = state.version;
   };

@@ -186,11 +186,11 @@ function shareTime(player) {
   window.addEventListener("message", (event) => {
     if (event.source === window.parent && Number.isFinite(event.data?.knotworkSeek)) player.seek(event.data.knotworkSeek - player.start);
   });
-  let told = null;
+  let sent = null;
   const tell = () => {
     const time = player.start + player.time;
-    if (time !== told) window.parent.postMessage({ knotworkTime: time }, "*");
-    told = time;
+    if (time !== sent) window.parent.postMessage({ knotworkTime: time }, "*");
+    sent = time;
     requestAnimationFrame(tell);
   };
   tell();

@@ -1,4 +1,4 @@
-// Below the slider: the tool's speed against that asked for, the use of limits, what is broken,
+// Below the slider: the tool's speed and the given speed, the use of limits, failures,
 // and the waypoints. A click goes to its time.
 
 // Half of the slider's knob: its middle goes from here to as far from the other end [pixels].

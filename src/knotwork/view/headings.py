@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.view.motions import Marks, Motion
+from knotwork.view.drawn_motions import Marks, Motion
 from knotwork.view.style import (
     DARK,
     LARGE,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
-# Free room between names, in points.
+# Gap between names, in points.
 GAP = 4.0
 MARGIN = 0.012
 
@@ -44,7 +44,7 @@ def frame_times(
     Args:
         tops: The first panel of each column.
         bottoms: The last panel of each column.
-        motions: What is drawn; the first one's waypoints are named.
+        motions: The motions drawn; the waypoints of the first are named.
         titles: Titles of the columns, if any.
     """
     start = min(float(motion.curve.x[0]) for motion in motions)
@@ -52,9 +52,9 @@ def frame_times(
     marks = motions[0].marks
     if marks is not None:
         start, end = min(start, float(marks.time[0])), max(end, float(marks.time[-1]))
-    room = MARGIN * (end - start)
+    margin = MARGIN * (end - start)
     for top, bottom in zip(tops, bottoms, strict=True):
-        top.set_xlim(start - room, end + room)
+        top.set_xlim(start - margin, end + margin)
         bottom.set_xlabel("time [s]")
     figure: Any = tops[0].figure
     figure.draw_without_rendering()
@@ -130,8 +130,8 @@ def add_legend(
 
     Args:
         figure: Where.
-        handles: What is explained.
-        names: What it is.
+        handles: Marks to explain.
+        names: Their names.
         place: `"upper"` or `"lower"`.
         title: Title of the picture, above the legend.
     """
@@ -139,8 +139,8 @@ def add_legend(
 
     size = NORMAL if place == "upper" else SMALL
     longest = max((len(name) for name in names), default=1)
-    room = 72.0 * figure.get_figwidth() - 20.0
-    columns = max(1, min(len(names), int(room / (0.58 * size * longest + 3.9 * size))))
+    width = 72.0 * figure.get_figwidth() - 20.0
+    columns = max(1, min(len(names), int(width / (0.58 * size * longest + 3.9 * size))))
     columns = -(-len(names) // -(-len(names) // columns)) if names else 1
     outside: Any = f"outside {place} center"
     # names that start with an underscore would be left out

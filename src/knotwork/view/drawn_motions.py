@@ -69,14 +69,14 @@ class Motion:
     """One motion of a picture, its joints in the order of the space if there is one.
 
     Attributes:
-        label: What tells it from others in the picture.
+        label: Its name in the picture.
         trajectory: The motion.
         space: The joints' limits and robot, or `None`.
         marks: The waypoints, or `None`.
-        scenario: What was asked for, or `None`.
-        ok: What the check said, or `None` if it was not asked.
+        scenario: The task, or `None`.
+        ok: Whether the check passes, or `None` without a check.
         uses: Use of each limit given, by joint and quantity.
-        judged: What the check found on limits of tool and links.
+        judged: Findings of the check on limits of tool and links.
         knots: Breaks of the motion [s], without the ends of a window.
         window: From when to when [s] it is shown.
     """
@@ -150,8 +150,7 @@ def check_distinct(motions: Sequence[Motion]) -> None:
     """
     if len(motions) > len(DASHES):
         raise InputError(
-            f"{len(motions)} motions are too many to tell apart in one picture; choose at most "
-            f"{len(DASHES)}"
+            f"{len(motions)} motions are too many for one picture; choose at most {len(DASHES)}"
         )
 
 

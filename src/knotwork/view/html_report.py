@@ -11,9 +11,9 @@ from knotwork.documents import read_text
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE, alike, summary, told_apart, worst_failures
-from knotwork.view.inline_picture import inline_svg, night_colours
-from knotwork.view.motions import PlanLike
+from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
+from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
 from knotwork.view.tool_plots import plot_tool
@@ -25,10 +25,10 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has plots of the joints "
     "only; name a robot in the scenario to see it move"
 )
-# Rows of what fails, and of what is tightest.
+# Rows of failures, and of the tightest findings.
 MOST = 6
 MOST_USE = 100.0
-"""More of a limit is not told in percent."""
+"""A larger use of a limit is not printed in percent."""
 _VERDICTS = {
     "met": "ok",
     "failed": "FAIL",
@@ -41,13 +41,13 @@ _VERDICTS = {
 def report_page(plan: PlanLike) -> Page:
     """Put the report of a plan on a page.
 
-    Without a robot there is no 3D view: plots only, and the page says so and why.
+    Without a robot there is no 3D view: only plots, and the page gives the reason.
 
     >>> report_page(kw.plan("paper_case")).save("report.html").name
     'report.html'
 
     Args:
-        plan: What was planned and checked.
+        plan: The plan with its report.
     """
     from markupsafe import Markup
 
@@ -91,20 +91,22 @@ def report_page(plan: PlanLike) -> Page:
 
 
 def _tightest(report: Report) -> list[Finding]:
-    """Of each quantity what fails worst, then what is nearest its limit."""
+    """Failures first, then of each other quantity the finding nearest its limit."""
     failing = worst_failures(report.failures)[:MOST]
     rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
-    apart = [one for found in report.groups.values() for one in told_apart(found)]
-    rows += [one for one in apart if one not in rows]
-    shown = {(one.subject, one.quantity) for one in failing}
-    return [*failing, *(one for one in rows if (one.subject, one.quantity) not in shown)]
+    rows += [one for found in report.groups.values() for one in told_apart(found)]
+    failed = {(one.subject, one.quantity) for one in failing}
+    first: dict[tuple[str, str], Finding] = {}
+    for found in rows:
+        first.setdefault((found.subject, found.quantity), found)
+    return [*failing, *(found for key, found in first.items() if key not in failed)]
 
 
 def _details(report: Report) -> dict[str, list[Finding]]:
-    """Findings by their group, without what is told at the head of the page."""
-    told = report.tried if report.failures else ()
+    """Findings by group, without those at the head of the page."""
+    shown = report.tried if report.failures else ()
     left = {
-        title: [one for one in found if one not in told] for title, found in report.groups.items()
+        title: [one for one in found if one not in shown] for title, found in report.groups.items()
     }
     return {title: found for title, found in left.items() if found}
 
@@ -161,18 +163,18 @@ def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
         "ok": all(found.ok for found in findings),
         "met": _met(findings),
         "parts": list(parts.values()),
-        "said": [str(found) for found in findings if found.value is None],
+        "sentences": [str(found) for found in findings if found.value is None],
     }
 
 
 def _named(name: str, rows: Sequence[Finding]) -> dict[str, Any]:
-    """All that is said of a waypoint, under a row that opens."""
+    """The findings of a waypoint, under a row that opens."""
     ok = all(found.ok for found in rows)
     return {"name": name, "when": rows[0].when, "ok": ok, "met": _met(rows), "rows": rows}
 
 
 def _met(findings: Sequence[Finding]) -> str:
-    """How much of what is required is met."""
+    """Count the requirements that are met."""
     required = [found for found in findings if found.required]
     return f"{sum(found.ok for found in required)} of {len(required)} met" if required else ""
 

@@ -1,4 +1,4 @@
-"""The arm as it stands at the waypoints: for its copies, and for what the camera must show."""
+"""The arm at the waypoints, for its translucent copies and for the camera."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ MOST_STOPS = 200
 # Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
 DISTANCE = 0.12
 MOST_COPIES = 4
-# How often the arm is looked at between.
+# Samples of the arm along the motion.
 PASSED = 40
-# Detail of the arm where only what it hides counts, relative to the scene's size.
+# Detail of the arm where only its outline counts, relative to the scene's size.
 DETAIL = 0.03
 
 
@@ -40,7 +40,7 @@ class Stops:
     passed: FloatArray
 
     def distinct(self, size: float) -> list[int]:
-        """Find those that differ from each other, so that copies of the arm can be told apart.
+        """Find those that differ from each other, so that copies of the arm can be distinguished.
 
         Args:
             size: Extent of the scene [m].
@@ -67,7 +67,7 @@ def find_stops(
 
     Args:
         robot: The arm.
-        shapes: What it looks like.
+        shapes: Its meshes.
         curve: Its motion, joints in the robot's order.
         scenario: The task.
         trajectory: The motion, for the times of waypoints that it knows.
@@ -99,7 +99,7 @@ def arm_triangles(
 
     Args:
         robot: The arm.
-        shapes: What it looks like.
+        shapes: Its meshes.
         positions: Joint positions [rad or m], shape (s, d).
         size: Extent of the scene [m].
 

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.view.curves import Strokes, strokes
-from knotwork.view.limits import draw_bands, draw_broken, draw_limits
-from knotwork.view.notes import coinciding, limit_note
 from knotwork.view.panel import Panel, Series
+from knotwork.view.panel_limits import coinciding, draw_bands, draw_broken, draw_limits, limit_note
 from knotwork.view.style import (
     DARK,
     LOOKS,
@@ -26,17 +25,17 @@ from knotwork.view.style import (
 # A range below this, relative to the values or to 1 of their SI unit, is rounding of a curve that
 # stands still; it is shown this wide, relative to the values or to 1 of the shown unit.
 STILL, STILL_RANGE = 1e-9, 0.2
-# Room below the curves for the knots, and above them, in parts of the range.
+# Margins below the curves for the knots, and above them, in parts of the range.
 FOOT, HEAD = 0.12, 0.07
-# Room around a note, and the most that it may take, in parts of the panel's height.
-NOTE_ROOM, MOST_TAKEN = 0.06, 0.7
+# Margin around a note, and its greatest height, in parts of the panel's height.
+NOTE_MARGIN, MOST_TAKEN = 0.06, 0.7
 # Width of the panels in parts of the figure's, and of letters, plain and bold, in parts of the
 # font's size.
 PANEL_WIDTH, LETTER, BOLD_LETTER = 0.85, 0.55, 0.62
 # Height of the panels in parts of the figure's.
 PANEL_HEIGHT = 0.57
-# Room for marks of a curve below a note, in points.
-MARK_ROOM = 5.0
+# Margin for marks of a curve below a note, in points.
+MARK_MARGIN = 5.0
 # More of these would hide the curve.
 MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_JUMP_DOTS, MOST_LARGE_DOTS = 400, 40, 60, 60
 # Motions whose knots have a row of ticks each, so high in parts of the panel.
@@ -139,10 +138,10 @@ def _knots(panel: Panel) -> None:
 
 
 def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int) -> None:
-    """Draw the limits, set the range, and say above the curves how near the limits are.
+    """Draw the limits, set the range, and note above the curves how near the limits are.
 
     Args:
-        panel: What has been drawn.
+        panel: With its curves.
         low: Least of the values of all panels that share this one's scale.
         high: Greatest of them.
         rows: Of panels in the picture.
@@ -160,10 +159,10 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
         figure: Any = panel.axis.figure
         width = 72.0 * PANEL_WIDTH * figure.get_figwidth() / columns
         letter = SMALL * (BOLD_LETTER if broken else LETTER)
-        said = [one for one in (note, *together) if one]
-        lines = [line for one in said for line in textwrap.wrap(one, int(width / letter))]
+        notes = [one for one in (note, *together) if one]
+        lines = [line for one in notes for line in textwrap.wrap(one, int(width / letter))]
         height = min(least_height(rows), PANEL_HEIGHT * figure.get_figheight() / rows)
-        taken = NOTE_ROOM + (len(lines) * 1.2 * SMALL + MARK_ROOM) / 72.0 / height
+        taken = NOTE_MARGIN + (len(lines) * 1.2 * SMALL + MARK_MARGIN) / 72.0 / height
         top = bottom + (high - bottom) / (1.0 - min(taken, MOST_TAKEN))
         write_note(panel.axis, "\n".join(lines), broken)
     panel.axis.set_ylim(bottom, top)

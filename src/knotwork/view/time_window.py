@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.polynomial.refined import part
 from knotwork.verification.limits import derivative_limits
-from knotwork.view.motions import Marks, Motion, limit_uses
+from knotwork.view.drawn_motions import Marks, Motion, limit_uses
 
 Window: TypeAlias = tuple[float | None, float | None]
 """From when to when [s]; `None` for the start or the end of the motion."""

@@ -13,7 +13,7 @@ from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
 if TYPE_CHECKING:
-    from knotwork.view.live_server import LiveServer
+    from knotwork.view.page_server import LiveServer
 
     Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str]]
 
@@ -64,9 +64,9 @@ def follow(server: LiveServer, files: Files, made: Made) -> None:
     """Serve a scene, and make it anew after each change of a file, until Ctrl-C.
 
     Args:
-        server: What serves it.
-        files: What it is made from, as far as is known before it was made.
-        made: Makes the scene; gives it with what it was made from, and what is to be said of it.
+        server: Serves it.
+        files: Its source files, as far as known before it is made.
+        made: Makes the scene; returns it with its source files and a line to print.
     """
     serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     serving.start()
@@ -85,22 +85,22 @@ def _renew(server: LiveServer, files: Files, made: Made) -> None:
     start = time.perf_counter()
     server.start()
     try:
-        scene, paths, said = made()
+        scene, paths, line = made()
     except KnotworkError as error:
         _refuse(server, f"error: {error}", str(error))
         return
     except Exception as error:
         if os.environ.get("KNOTWORK_TRACEBACK"):
             raise
-        said = internal_error(error)
-        _refuse(server, said, said)
+        text = internal_error(error)
+        _refuse(server, text, text)
         return
     files.follow(paths)
     server.show(scene)
-    echo(f"{time.strftime('%H:%M:%S')} {said} ({time.perf_counter() - start:.2f} s)")
+    echo(f"{time.strftime('%H:%M:%S')} {line} ({time.perf_counter() - start:.2f} s)")
 
 
-def _refuse(server: LiveServer, said: str, shown: str) -> None:
-    """Show over the page what is wrong, and say it here."""
+def _refuse(server: LiveServer, printed: str, shown: str) -> None:
+    """Show an error over the page, and print it."""
     server.refuse(shown)
-    echo(f"{time.strftime('%H:%M:%S')} {said}", err=True)
+    echo(f"{time.strftime('%H:%M:%S')} {printed}", err=True)

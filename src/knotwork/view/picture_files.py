@@ -1,15 +1,16 @@
-"""Figures to files, written whole or not at all."""
+"""Figures as files, written whole or not at all, and as elements of a page."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.storage import write_file
-from knotwork.view.style import settings
+from knotwork.view.style import NIGHT, settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,9 +65,9 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write a figure to a file, whole or not at all; an existing picture is replaced.
 
     Args:
-        figure: What to write.
+        figure: To write.
         path: The file; its folder is made if it does not exist. The suffix, `.png`, `.svg` or
-            `.pdf`, says what is written.
+            `.pdf`, gives the format.
 
     Returns:
         The path.
@@ -84,3 +85,39 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     with settings():
         figure.savefig(picture, format=suffix[1:], metadata=_UNDATED[suffix])
     return write_file(path, picture.getvalue(), what="a picture")
+
+
+_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+_LEFT_OUT = re.compile(
+    r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|(?<=<g) id=\"[^\"]*\"", re.DOTALL
+)
+_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
+_COLOUR = re.compile(r": #([0-9a-f]{6})\b")
+
+
+def inline_svg(figure: Figure) -> str:
+    """Draw a figure as an element of HTML, without a size of its own.
+
+    Colours that look different in the dark are variables: see `night_colours`. Names that the
+    figure gives its parts are left out.
+    """
+    file = io.StringIO()
+    with settings():
+        figure.savefig(file, format="svg", metadata=_METADATA)
+    return inlined(file.getvalue())
+
+
+def inlined(text: str) -> str:
+    """Make the text of an SVG file an element of HTML, as `inline_svg` does."""
+    head, tag, body = _LEFT_OUT.sub("", text[text.index("<svg") :]).partition(">")
+    body = _COLOUR.sub(lambda found: f": {_variable(found[1])}", body)
+    return _SIZE.sub("", head) + tag + re.sub(r"\s*\n\s*", "\n", body)
+
+
+def _variable(colour: str) -> str:
+    return f"var(--plot-{colour}, #{colour})" if f"#{colour}" in NIGHT else f"#{colour}"
+
+
+def night_colours() -> str:
+    """Declarations of CSS with which pictures look as they are to look in the dark."""
+    return " ".join(f"--plot-{day[1:]}: {night};" for day, night in NIGHT.items())

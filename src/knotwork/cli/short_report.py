@@ -1,4 +1,4 @@
-"""Plans and what the check found of them in short, without the library that draws tables."""
+"""Short reports, without the library that draws tables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _WORDS: dict[str, tuple[str, dict[str, Any]]] = {
     "sampled": ("not proved:", {"fg": "yellow"}),
     "warning": ("warning:", {"fg": "yellow"}),
 }
-"""What is coloured in a line of a short report."""
+"""Coloured word of a line, by its kind."""
 
 
 def print_short_plan(plan: Plan) -> None:
@@ -34,7 +34,7 @@ def print_short_plan(plan: Plan) -> None:
 
 
 def without(plan: Plan) -> str:
-    """Say what of the scenario the planner that was asked for instead of its own left out."""
+    """Name the scenario's options that another planner than its own ignored."""
     left = ", ".join(plan.left_out)
     return f"without the scenario's {left}, which {plan.trajectory.planner} does not take"
 
@@ -57,9 +57,9 @@ def print_next(*, with_robot: bool, with_scenario: bool = True) -> None:
     first = f"next: knotwork {'view' if with_robot and with_scenario else 'plot'} {given}"
     page = " | report {} --html FILE" if with_scenario else ""
     pages = (page.format(given), page.format("…"), "")
-    forms = [f"{first}{said} | --full" for said in pages]
+    forms = [f"{first}{page} | --full" for page in pages]
     width = _width()
-    echo(next((said for said in forms if len(said) <= width), first))
+    echo(next((form for form in forms if len(form) <= width), first))
 
 
 def _width() -> int:

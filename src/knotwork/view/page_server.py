@@ -1,0 +1,225 @@
+"""Pages served to browsers on the same machine: one page, or the newest of a file that changes."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import re
+import sys
+import threading
+from collections.abc import Mapping
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, cast
+
+from knotwork.errors import InputError
+from knotwork.view.page import json_in_html, meshcat_viewer, scene_page, waiting_page
+from knotwork.view.scene import STILL
+
+HOST = "127.0.0.1"
+"""Only this machine can reach the page."""
+NAMES = (HOST, "localhost", "[::1]")
+"""Other names are refused: a foreign page could give its own name this address to read the page."""
+
+
+class PageServer(ThreadingHTTPServer):
+    """Serves one page; no other process is started.
+
+    Attributes:
+        address: Where a browser finds the page.
+    """
+
+    daemon_threads = True
+    # A port on which another program listens must be an error, on every system.
+    allow_reuse_address = sys.platform != "win32"
+
+    def __init__(self, page: str, port: int = 0, handler: type[PageHandler] | None = None) -> None:
+        """Listen on a port, by default any that is free.
+
+        Raises:
+            InputError: The port is in use, or may not be listened on.
+        """
+        self.page = page.encode("utf-8")
+        try:
+            super().__init__((HOST, port), handler or PageHandler)
+        except OSError as error:
+            why = (
+                "is in use"
+                if error.errno == errno.EADDRINUSE
+                else f"can't be used: {error.strerror}"
+            )
+            raise InputError(
+                f"port {port} {why}; give another with --port, or leave it out for one that is free"
+            ) from error
+        self.address = f"http://{HOST}:{self.server_port}/"
+
+    def whole_page(self) -> bytes:
+        """The page as it is sent."""
+        return self.page
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Ignore broken connections; report all other errors."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)  # type: ignore[arg-type]
+
+
+class PageHandler(BaseHTTPRequestHandler):
+    """Answers with the server's page, and to nobody but browsers on this machine."""
+
+    server: PageServer
+
+    def do_GET(self) -> None:
+        """Answer with the page."""
+        self._answer(with_page=True)
+
+    def do_HEAD(self) -> None:
+        """Answer without it."""
+        self._answer(with_page=False)
+
+    def _answer(self, *, with_page: bool) -> None:
+        # A browser may reload or close in the middle of the page.
+        with contextlib.suppress(ConnectionError):
+            host = self.headers.get("Host", HOST)  # browsers always send it
+            if re.sub(r":\d*$", "", host).lower() not in NAMES:
+                self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+                return
+            if self.path.partition("?")[0] == "/":
+                self.send_text(self.server.whole_page(), "text/html", whole=with_page)
+            else:
+                self.answer_other()
+
+    def send_text(self, text: bytes, kind: str, *, whole: bool = True) -> None:
+        """Send text in UTF-8, or only its headers."""
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(text)))
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        if whole:
+            self.wfile.write(text)
+
+    def answer_other(self) -> None:
+        """Answer to a path that is not the page's."""
+        self.send_error(HTTPStatus.NOT_FOUND)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Write no log."""
+
+
+def open_browser(address: str) -> bool:
+    """Open an address in the user's browser; whether there was one to open it in.
+
+    Without a display nothing is tried, so that no browser takes over the terminal.
+    """
+    import webbrowser
+
+    if sys.platform.startswith("linux") and not any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    ):
+        return False
+    try:
+        return webbrowser.open(address, new=2)
+    except webbrowser.Error:
+        return False
+
+
+# A browser that has gone away is noticed when it is written to [s].
+PULSE = 15.0
+
+
+class LiveServer(PageServer):
+    """Serves the last valid scene, and notifies browsers of new ones and of errors.
+
+    Attributes:
+        version: Number of the scene; 0 before there is one.
+        scene: From `make_scene`; `None` before there is one.
+    """
+
+    def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
+        """Listen on a port, by default any that is free; `ghosts` as for `scene_page`.
+
+        Raises:
+            InputError: The port is in use, or may not be listened on; or the package `meshcat` is
+                not installed.
+        """
+        meshcat_viewer()
+        super().__init__(waiting_page(title).html, port, _LiveHandler)
+        self.version = self._still = 0
+        self.scene: dict[str, Any] | None = None
+        self._ghosts = ghosts
+        self._error = ""
+        self._busy = False
+        self._changed = threading.Condition()
+        self._count = 0
+
+    def show(self, scene: Mapping[str, Any]) -> None:
+        """Serve another scene."""
+        last, version = self.scene, self.version + 1
+        if last is None or any(scene[name] is not last[name] for name in STILL):
+            self._still = version
+        self.scene = {**scene, "still": self._still}
+        self._tell(version=version)
+
+    def whole_page(self) -> bytes:
+        """The page, with which following begins."""
+        version, scene = (
+            self.version,
+            self.scene,
+        )  # in this order: a page may be newer
+        if scene is None:
+            return self.page
+        return scene_page(scene, ghosts=self._ghosts, live=version).html.encode("utf-8")
+
+    def refuse(self, error: str) -> None:
+        """Show an error over the last good page."""
+        self._tell(error=error)
+
+    def start(self) -> None:
+        """Notify that the next version is being made; an error stays until then."""
+        self._tell(error=self._error, busy=True)
+
+    def _tell(self, *, version: int | None = None, error: str = "", busy: bool = False) -> None:
+        with self._changed:
+            self.version = self.version if version is None else version
+            self._error, self._busy = error, busy
+            self._count += 1
+            self._changed.notify_all()
+
+    def next_state(self, seen: int) -> tuple[int, str | None]:
+        """Wait for a state after one that was seen; its number and its JSON, `None` for none."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._count != seen, timeout=PULSE):
+                return seen, None
+            state = {"version": self.version, "error": self._error, "busy": self._busy}
+            return self._count, json.dumps(state)
+
+
+class _LiveHandler(PageHandler):
+    def answer_other(self) -> None:
+        """Send parts of the newest scene, or each state as a server-sent event."""
+        server = cast(LiveServer, self.server)
+        scene = server.scene
+        if self.path == "/changes":
+            self._tell_changes(server)
+        elif self.path == "/changing" and scene is not None:
+            changing = {name: value for name, value in scene.items() if name not in STILL}
+            self.send_text(scene_page(changing, scripts=False).html.encode("utf-8"), "text/html")
+        elif self.path == "/still" and scene is not None:
+            still = {name: scene[name] for name in (*STILL, "still")}
+            self.send_text(json_in_html(still).encode("utf-8"), "application/json")
+        else:
+            super().answer_other()
+
+    def _tell_changes(self, server: LiveServer) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", "text/event-stream")
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        seen = -1
+        while True:
+            seen, state = server.next_state(seen)
+            event = ":\n\n" if state is None else f"retry: 1000\ndata: {state}\n\n"
+            self.wfile.write(event.encode("utf-8"))
+            self.wfile.flush()

@@ -1,0 +1,212 @@
+"""The tool, its path and the path asked for, as meshes coloured by speed, deviation and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from knotwork.deviation import deviation_from_path
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.view.marks import RED
+from knotwork.view.mesh import Mesh, merged
+from knotwork.view.primitive_meshes import rod, sphere, triad, tube
+from knotwork.view.tool_curves import stretches, times_along
+from knotwork.view.tool_trace import ToolTrace
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+# Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
+SPEED_COLOURS = np.array(
+    [
+        [0.267, 0.005, 0.329],
+        [0.231, 0.322, 0.545],
+        [0.129, 0.569, 0.549],
+        [0.369, 0.788, 0.384],
+        [0.85, 0.87, 0.12],
+    ]
+)
+# In their place where the speed along tool paths has the colours.
+GREYS = np.array([[0.3, 0.31, 0.34], [0.74, 0.76, 0.79]])
+# Slower than asked for, as asked for, faster
+OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]])
+# Speeds nearer to each other than this, in parts of the greatest, share a mark; and most of them.
+APART, MOST_MARKS = 0.08, 3
+
+
+def speed_colours(
+    path: ToolTrace,
+    scenario: Scenario | None,
+    curve: PiecewisePolynomial,
+    asked: Sequence[CartesianWaypoint],
+) -> tuple[FloatArray, dict[str, Any]]:
+    """Choose the colours of a path.
+
+    Returns:
+        The colour of each sample, shape (n, 3); and the legend: scales with their colours, and the
+        given speeds as marks on them [m/s].
+    """
+    along = [part for _, part, *_ in stretches(scenario, curve)]
+    given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in asked)[::-1]
+    # A tool that fails may be slower than it should be: the scale shows both speeds.
+    high = max([float(path.speed.max()), *given])
+    marks: list[float] = []
+    for speed in given:
+        if speed > APART * high and all(abs(speed - one) > APART * high for one in marks):
+            marks.append(speed)
+    scale = GREYS if along else SPEED_COLOURS
+    legend = {"high": high, "colours": written(scale), "marks": marks[:MOST_MARKS]}
+    colours = mixed(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
+    if not along or scenario is None:
+        return colours, legend
+    tolerance = scenario.tolerances.path_speed
+    for part in along:
+        start, end = part.full_speed
+        on = (path.time >= start) & (path.time <= end)
+        off = (path.speed[on] / part.speed - 1.0) / tolerance
+        colours[on] = mixed(0.5 + 0.5 * off, OFF_COLOURS)
+    speeds = sorted({round(part.speed, 9) for part in along})
+    off_legend = {"off_colours": written(OFF_COLOURS), "off_tolerance": tolerance}
+    return colours, {**legend, **off_legend, "off_speeds": speeds}
+
+
+def mixed(share: FloatArray, colours: FloatArray) -> FloatArray:
+    """Colours for parts in 0 … 1 of a scale, shape (n, 3)."""
+    at = np.linspace(0.0, 1.0, len(colours))
+    return np.stack([np.interp(share, at, column) for column in colours.T], axis=1)
+
+
+def written(colours: FloatArray) -> list[str]:
+    """Colours as pages have them."""
+    return ["#" + bytes(colour).hex() for colour in np.round(255 * colours).astype(np.uint8)]
+
+
+OTHER = (0.45, 0.45, 0.5)
+STEEL = (0.35, 0.36, 0.4, 1.0)
+
+
+def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, Mesh]:
+    """Draw a tool's path in colours of shape (n, 3); in a scene of some size [m].
+
+    Empty if the tool stands still.
+    """
+    meshes = {}
+    line = line_mesh(path.position, colours, 0.0032 * size)
+    if line is not None:
+        meshes["path"] = line
+    broken = np.flatnonzero(path.broken)
+    red: list[Mesh] = []
+    for run in np.split(broken, np.flatnonzero(np.diff(broken) > 1) + 1) if len(broken) else ():
+        part = path.position[max(run[0] - 1, 0) : run[-1] + 2]
+        tubes = line_mesh(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
+        red.append(
+            tubes
+            if tubes is not None  # the tool stands still while the limit is broken
+            else sphere(0.012 * size, RED).moved(np.eye(3), part[0])
+        )
+    if red:
+        meshes["limits broken"] = merged(red)
+    return meshes
+
+
+def other_path_mesh(path: ToolTrace, size: float) -> Mesh | None:
+    """Draw the path of a motion that is compared with; `None` if the tool stands still."""
+    return line_mesh(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
+
+
+def tool_mesh(robot: Robot, size: float) -> Mesh:
+    """A rod from the tool frame to the tool centre point, and the axes there; joint's axes."""
+    tip = robot.model.frames[robot.tcp_frame_id].placement
+    flange = tip * robot.tool_offset.inverse()
+    parts = [triad(0.06 * size, 0.0028 * size).placed(tip)]
+    if np.linalg.norm(tip.translation - flange.translation) > 1e-6:
+        parts.append(rod(flange.translation, tip.translation, 0.006 * size, STEEL))
+    return merged(parts)
+
+
+def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
+    """Draw a line as a tube; `None` if it has no length.
+
+    Args:
+        points: [m], shape (n, 3).
+        colours: Of each point, shape (n, 3).
+        radius: [m].
+    """
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    keep = np.concatenate([[True], apart > 1e-9])
+    points, colours = points[keep], colours[keep]
+    return tube(points, colours, radius) if len(points) > 1 else None
+
+
+# Exact to beyond the tolerance; they differ in lightness, too.
+DEVIATION_COLOURS = np.array([[0.05, 0.4, 0.45], [0.45, 0.7, 0.45], [0.98, 0.85, 0.25]])
+ASKED = (0.1, 0.1, 0.12)
+# Dashes along a path, and points of each, and of most paths; relative to the scene's size.
+DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
+# Length of a dash in half periods: the path's colours must be visible between dashes.
+DASHED = 0.3
+WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
+
+
+def asked_points(scenario: Scenario | None, robot: Robot, size: float) -> list[FloatArray]:
+    """Points of dashes along the scenario's tool paths, in the axes of the URDF's root [m].
+
+    Args:
+        scenario: The task.
+        robot: The arm.
+        size: Extent of the scene [m].
+    """
+    base = robot.base_placement
+    dashes: list[FloatArray] = []
+    for path in scenario.paths if scenario is not None else ():
+        whole = path.motion.path
+        count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
+        starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
+        for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
+            high = low + DASHED * (far - low)
+            points = whole.position(np.linspace(low, high, DASH_POINTS))
+            dashes.append(points @ base.rotation.T + base.translation)
+    return dashes
+
+
+def asked_path_mesh(scenario: Scenario | None, robot: Robot, size: float) -> Mesh | None:
+    """Draw the scenario's tool paths as dashed lines; `None` if there is none."""
+    parts = [
+        line_mesh(points, np.tile(ASKED, (len(points), 1)), WIDTH * size)
+        for points in asked_points(scenario, robot, size)
+    ]
+    drawn = [part for part in parts if part is not None]
+    return merged(drawn) if drawn else None
+
+
+def deviation_mesh(
+    scenario: Scenario | None, robot: Robot, curve: PiecewisePolynomial, size: float
+) -> Mesh | None:
+    """Draw where the tool goes along paths, coloured by its distance from them.
+
+    Args:
+        scenario: The task, with the tolerance.
+        robot: The arm.
+        curve: Its motion, joints in the robot's order.
+        size: Extent of the scene [m].
+
+    Returns:
+        Colours from none of the tolerance to all of it, red beyond; `None` if there is no path.
+    """
+    parts: list[Mesh | None] = []
+    base = robot.base_placement
+    for path, stretch, start, end in stretches(scenario, curve):
+        time = times_along(curve, start, end)
+        q = curve(time)
+        off, _ = deviation_from_path(robot, q, path, stretch, time)
+        points = np.array([(base * robot.forward(row)).translation for row in q])
+        parts.append(line_mesh(points, _colours(off, scenario), DEVIATION_WIDTH * size))
+    drawn = [part for part in parts if part is not None]
+    return merged(drawn) if drawn else None
+
+
+def _colours(off: FloatArray, scenario: Scenario | None) -> FloatArray:
+    share = off / scenario.tolerances.path if scenario is not None else off
+    return np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))

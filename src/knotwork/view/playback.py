@@ -1,0 +1,152 @@
+"""A motion over time in a scene's player: frames, joints, use of limits and failures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.errors import InputError
+from knotwork.joint_space import JointSpace
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
+from knotwork.sampling import sample_times
+from knotwork.scenario import Scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.units import Units
+from knotwork.verification import Report
+from knotwork.view.limit_share import limit_shares
+from knotwork.view.packing import packed_numbers
+from knotwork.view.tool_curves import stretches
+from knotwork.view.tool_trace import tool_speed
+from knotwork.waypoints import FloatArray
+
+LEAST_RATE = 60.0
+"""Frames a second that an animation has at least."""
+
+RATE = 120.0
+MOST_FRAMES = 240_000
+MOST_SPEEDS = 30_000
+
+
+def frame_times(curve: PiecewisePolynomial) -> FloatArray:
+    """Times of an animation's frames [s], `RATE` a second or, if it is long, `LEAST_RATE`.
+
+    Between two frames the first is shown, and none is made up. The last is the end of the motion.
+
+    Raises:
+        InputError: It lasts so long that no page could hold it.
+    """
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    duration = end - start
+    rate = RATE if duration * RATE < MOST_FRAMES else LEAST_RATE
+    if duration * rate >= MOST_FRAMES:
+        raise InputError(
+            f"the motion lasts {duration:g} s; an animation of {LEAST_RATE:g} frames a second can "
+            f"last {MOST_FRAMES / LEAST_RATE:g} s at most: view a part of it"
+        )
+    return sample_times(start, end, rate)
+
+
+def arm_frames(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:
+    """Give a motion's frames, and the tool's speed at each unless there are too many."""
+    time = frame_times(curve)
+    position = curve(time)
+    arm: dict[str, Any] = {
+        "name": name,
+        "start": float(time[0]),
+        "time": packed_numbers((time - time[0]).astype("<f4")),
+        "position": packed_numbers(position.astype("<f4")),
+    }
+    if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
+        speed = tool_speed(robot, position, curve(time, 1))
+        arm["speed"] = packed_numbers(speed.astype("<f4"))
+    return arm
+
+
+def waypoint_times(scenario: Scenario | None, trajectory: JointTrajectory) -> list[dict[str, Any]]:
+    """Give names and times of the waypoints, of a stored trajectory those that it knows."""
+    if scenario is not None:
+        return [{"name": one.name, "time": one.time} for one in scenario.waypoints]
+    times = trajectory.waypoint_times if trajectory.waypoint_times is not None else ()
+    return [{"name": str(i), "time": float(time)} for i, time in enumerate(times)]
+
+
+def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
+    """Describe the joints of a chain: what carries each, where, and how it moves.
+
+    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is what does not move.
+    Joint position q turns it about `axis` by q, or shifts it by q along it, after `quaternion`
+    (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
+    """
+    model, joints = robot.model, joint_tree(robot.model)
+    return [
+        {
+            "name": str(model.names[i]),
+            "parent": joints.parent[i],
+            "origin": joints.translation[i].tolist(),
+            "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
+            "axis": joints.axis[i].tolist(),
+            "slides": not joints.turns[i],
+        }
+        for i in range(1, model.njoints)
+    ]
+
+
+SAMPLES = 800
+# A break at one time is shown this wide, in parts of the motion.
+LEAST_WIDTH = 0.003
+
+
+def strip(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    report: Report | None,
+) -> dict[str, Any]:
+    """Give the use of limits, the given speeds along paths, and the failures, over time.
+
+    Args:
+        robot: The arm.
+        curve: Its motion, joints in the robot's order.
+        scenario: The task.
+        space: Its limits.
+        report: Of the check; the use of the limits in it is shown.
+
+    Returns:
+        Times from the start of the motion [s].
+    """
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    found = report.failures if report is not None else ()
+    least = 0.5 * LEAST_WIDTH * (end - start)
+    broken = []
+    for one in found:
+        if one.at is not None:
+            for low, high in one.spans or ((one.at, one.at),):
+                broken.append([max(low - least, start) - start, min(high + least, end) - start])
+    asked = [
+        [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
+        for _, part, low, high in stretches(scenario, curve)
+    ]
+    time = np.linspace(start, end, SAMPLES)
+    shares = (
+        [share for _, share in limit_shares(robot, curve, space, report.findings, time)]
+        if report is not None and space is not None
+        else []
+    )
+    use = np.max([np.zeros(SAMPLES), *shares], axis=0)
+    return {"use": packed_numbers(use.astype("<f4")), "asked": asked, "broken": broken}
+
+
+def joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:
+    """Names, units and limits of the joints; `None` for a limit that there is not."""
+    panel = []
+    limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
+    for name, unit, bounds in zip(robot.joint_names, robot.joint_units, limits, strict=True):
+        factor, shown = units.shown(1.0, unit)
+        low, high = (factor * float(bound) if np.isfinite(bound) else None for bound in bounds)
+        panel.append({"name": name, "unit": shown, "factor": factor, "low": low, "high": high})
+    return panel
