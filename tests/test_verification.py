@@ -424,14 +424,9 @@ def test_efforts_are_those_of_inverse_dynamics(deburring: Plan, arm: Arm) -> Non
 def test_an_effort_limit_below_the_weight_of_the_arm_is_broken(deburring: Plan) -> None:
     worst = abs(use(deburring.report, "elbow_joint", "effort").value)
     for factor, kept in ((1.0001, True), (0.9999, False)):
-        limited = load_scenario(
-            {
-                "robot": "ur5",
-                "limits": {"effort": {"elbow_joint": worst * factor}},
-                "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
-            }
-        )
-        asked = dataclasses.replace(deburring.scenario, limits=limited.limits)
+        limits = {"effort": {"elbow_joint": worst * factor}}
+        task = deburring.scenario.task.replace(limits=limits)
+        asked = dataclasses.replace(deburring.scenario, task=task)
         report = check(deburring.trajectory, asked)
         assert failing(report) == (set() if kept else {("elbow_joint", "effort")})
 
