@@ -66,8 +66,8 @@ def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
     if len(study.reasons) > MOST_REASONS:
         echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
     for row in _faulty(study):
-        told = f"{row['reason']}, first in row {row['row']}: {row['message']}"
-        tables.print_wrapped(told, "", "  ")
+        line = f"{row['reason']}, first in row {row['row']}: {row['message']}"
+        tables.print_wrapped(line, "", "  ")
     if best is not None:
         values = ", ".join(f"{name} = {_said(best[name])}" for name in study.varied)
         known = study.figures[figure]

@@ -97,7 +97,7 @@ PICTURE = "study.png"
     "--figures",
     metavar="A,B,…",
     type=Listed(),
-    help="Figures that are drawn beside the verdict.",
+    help="Figures that are drawn next to the verdict.",
 )
 @click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
 @click.option(

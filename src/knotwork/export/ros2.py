@@ -7,7 +7,7 @@ define the motion.
 A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
 1 ns early. There are two ways to fill a point. That with the smaller bound on the error is taken.
 
-* The motion at the time in the message. Then a piece includes up to 1/2 ns of the piece beside it.
+* The motion at the time in the message. Then a piece includes up to 1/2 ns of the next piece.
   The two differ by the jump J of the acceleration at the knot, so by J·1/2 ns in velocity. The
   shape functions of a cubic's end velocities are at most 4/27 of its length H. So a position is off
   by at most (4/27) H (J0 + J1)·1/2 ns for the jumps at both ends of a piece, and J·(1/2 ns)².

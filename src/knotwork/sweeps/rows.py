@@ -63,8 +63,8 @@ def to_parquet(spec: StudySpec, rows: Mapping[int, Outcome]) -> bytes:
 
 def _cells(spec: StudySpec, row: int, done: Outcome) -> list[Any]:
     figures = [done.figures.get(name) for name in FIGURES]
-    told = [done.verdict, done.reason, done.message, *figures, done.plan_time]
-    return [row, *spec.values(row), *told]
+    results = [done.verdict, done.reason, done.message, *figures, done.plan_time]
+    return [row, *spec.values(row), *results]
 
 
 def _text(cell: Any) -> str:

@@ -142,7 +142,7 @@ class Task(TaskPart):
     ] = Field(
         default="paper",
         description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
-        "beside each waypoint, at the times given [s], or optimal: where they serve the objective "
+        "next to each waypoint, at the times given [s], or optimal: where they serve the objective "
         "best, within the limits. Left out where some times are free: optimal",
     )
     times: Literal["fastest"] | None = Field(

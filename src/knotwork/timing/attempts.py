@@ -73,7 +73,7 @@ def solved_section(
         in each interval if it is the best; `None` if there is none.
     """
     best: Attempt | None = None
-    rests = _beside_what_is_long(problem)
+    rests = _negligible_free_time(problem)
     if rests is not None:
         return rests
     for start, tightening in _starts(problem, watch, guess):
@@ -88,8 +88,8 @@ def solved_section(
     return _better(best, resting(problem, "stopped" if watch.late(found=False) else "resting"))
 
 
-def _beside_what_is_long(problem: TimingProblem) -> Attempt | None:
-    """The motion with rests, if the time that is free in it is nothing beside that given."""
+def _negligible_free_time(problem: TimingProblem) -> Attempt | None:
+    """The motion with rests, if its free time is negligible against its given time."""
     given = float(np.nansum(problem.duration))
     if not (problem.objective.only_time and problem.free.any() and given):
         return None
