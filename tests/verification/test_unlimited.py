@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 import knotwork as kw
+from judge.cases import bumped
+from judge.motion import Motion
 from judged import judged
 from knotwork.verification import Finding
 from shipped import SCENARIO_FILES
@@ -84,6 +86,30 @@ def test_one_that_lasts_or_is_feeble_is_no_spike(size: float, width: float) -> N
     assert not spikes(kw.check(shaken(plan, size, width), plan.scenario))
 
 
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [(0.005, 0.005), (0.012, 0.015), (0.015, 0.015), (0.02, 0.01), (0.02, 0.025), (0.03, 0.04)],
+)
+@pytest.mark.parametrize("middles", [(1.4,), (1.4, 2.0, 2.6)])
+def test_a_spike_is_found_however_wide_and_often(
+    width: float, height: float, middles: tuple[float, ...]
+) -> None:
+    """What is kept up is no more than what positions a while apart tell of."""
+    plan = kw.plan("ur5_deburring")
+    made = plan.trajectory
+    motion = Motion(made.joint_names, made.polynomial.x, made.polynomial.c)
+    for middle in middles:
+        motion = bumped(motion, 5, middle, width, height)
+    curve = kw.PiecewisePolynomial(motion.c, motion.x)
+    spoiled = kw.JointTrajectory(made.joint_names, curve, joint_units=made.joint_units)
+    report = kw.check(spoiled, plan.scenario)
+    (found,) = report.select(quantity="acceleration_spike")
+    assert found.name == made.joint_names[5]
+    assert found.value == pytest.approx(12.0 * height / width**2, rel=0.02)
+    assert found.limit is not None
+    assert found.limit < 0.6 * found.value
+
+
 def spikes(report: kw.Report) -> list[Finding]:
     return [*report.select(quantity="acceleration_spike"), *report.select(quantity="jerk_spike")]
 
@@ -115,6 +141,25 @@ def test_ordinary_motions_have_no_spike(
     plan = kw.plan(task)
     assert not spikes(plan.report)
     assert judged(plan, task) == []
+
+
+@pytest.mark.parametrize("planner", ["cubic", "septic"])
+@pytest.mark.parametrize("seconds", [0.02, 0.2, 2.0])
+def test_one_move_alone_has_no_spike(planner: str, seconds: float) -> None:
+    """Its peak is all that the motion does."""
+    assert not spikes(kw.plan(moved(seconds, planner=planner)).report)
+
+
+@pytest.mark.parametrize("quick", [0.02, 0.05, 0.2])
+@pytest.mark.parametrize("second", [0.001, 1.0])
+def test_quick_moves_with_a_long_wait_between_have_no_spike(quick: float, second: float) -> None:
+    """Though the second may be next to nothing."""
+    waypoints: list[dict[str, Any]] = [
+        {"joints": {"a": 0.0}},
+        {"after": quick, "joints": {"a": 1.0}, "stop": True, "wait": 60.0},
+        {"after": quick, "joints": {"a": 1.0 + second}},
+    ]
+    assert not spikes(kw.plan({"waypoints": waypoints}).report)
 
 
 @pytest.mark.parametrize("wait", [1e4, 1e6])

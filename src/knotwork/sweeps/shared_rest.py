@@ -2,6 +2,7 @@
 
 A motion that begins at home is never better there than home is, whatever is varied. So it is at
 every waypoint given by joint values that are not varied, unless an object is taken or left there.
+A pose that is not varied counts: rows are planned apart, and may reach it by other joint values.
 Where such a waypoint is the worst of a motion, the figure does not tell rows apart. Then it is
 taken over the rest alone: from each other waypoint to the next one. That is no worse than the whole
 motion, so rows whose motion is worse than that place somewhere stay behind.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion, between
+from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.remedies import rounded_corner
 from knotwork.waypoints import FloatArray
 
@@ -25,10 +27,12 @@ HARMFUL = {2: 1e3, 3: np.inf}
 """A spike above this fails [rad/s², rad/s³ or m]: no arm's joint accelerates like that. Jerk has no
 such bound below the one above which acceleration jumps."""
 WINDOW = 0.1
-"""An acceleration that lasts this long is part of the motion [s]; for a short motion see below."""
-WINDOW_PART = 0.25
-STEPS, MOST_SAMPLES = 10, 100_000
-"""A jerk that lasts for two of so many steps of a window is part of the motion."""
+"""An acceleration that lasts this long is part of the motion [s]; for quick moves see below."""
+PART_OF_MOVE, PART_OF_MOTION = 0.5, 0.25
+"""It lasts no longer than these parts of the time between two waypoints and of the motion."""
+JERK_PART = 0.1
+"""A jerk that lasts for this part of a window is part of the motion."""
+STEPS, MOST_SAMPLES = 4, 100_000
 
 
 def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -68,21 +72,21 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
 def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find accelerations and jerks that are many times as large as any that the motion keeps up.
 
-    A joint that accelerates by `a` for a while changes its velocity by as much. Where an
-    acceleration peaks far above all that velocities change by, it is there and gone: nothing in the
-    task asks for it. So it is with jerk. A joint is named once, by its acceleration first.
+    A joint that keeps up an acceleration gets somewhere by it. Where one peaks far above all that
+    positions a while apart tell of, it is there and gone: nothing in the task asks for it. So it is
+    with jerk. A joint is named once, by its acceleration first.
     """
     named: set[str] = set()
     for order in (2, 3):
         peaks, times = (getattr(motion.curve.extrema(order), one) for one in ("peak", "peak_time"))
-        kept_up, window = sustained(motion.curve, order)
         for unit in sorted(set(space.joint_units)):
             own = np.array([one == unit for one in space.joint_units])
-            most = float(kept_up[own].max())
-            allowed = max(PROPORTION * most, FEEBLE[order])
-            for i in np.flatnonzero(own & (peaks > allowed)):
+            for i in np.flatnonzero(own & (peaks > FEEBLE[order])):
                 name, value, time = space.joint_names[i], float(peaks[i]), float(times[i])
-                if name in named:
+                window = _window(time, motion, scenario) * (JERK_PART if order == 3 else 1.0)
+                most = float(sustained(motion.curve, order, window)[own].max())
+                allowed = max(PROPORTION * most, FEEBLE[order])
+                if name in named or value <= allowed:
                     continue
                 named.add(name)
                 fails = space.robot is not None and value > HARMFUL[order]
@@ -106,27 +110,34 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
                 )
 
 
-def sustained(curve: PiecewisePolynomial, order: int) -> tuple[FloatArray, float]:
-    """Greatest accelerations (order 2) or jerks (order 3) that joints keep up for some time.
+def _window(time: float, motion: Motion, scenario: Scenario) -> float:
+    """How long an acceleration at a time must last to be part of the motion [s]."""
+    around = [
+        after.time - before.time
+        for before, after in pairwise(scenario.waypoints)
+        if before.time - AT_WAYPOINT <= time <= after.time + AT_WAYPOINT
+    ]
+    whole = PART_OF_MOTION * (motion.end_time - motion.start_time)
+    return min(WINDOW, whole, *(PART_OF_MOVE * move for move in around))
+
+
+def sustained(curve: PiecewisePolynomial, order: int, window: float) -> FloatArray:
+    """Greatest accelerations (order 2) or jerks (order 3) that joints keep up for a window [s].
+
+    Differences of positions find them. Positions tell how far a spike gets; velocities within a
+    spike are as large as the spike is.
 
     Returns:
-        Greatest changes of velocity within a window, over its length, shape (d,), and the length
-        [s]; of jerk the greatest changes of the mean acceleration from one step to the next.
+        Greatest central differences of positions, over `window**order`, shape (d,).
     """
     start, end = float(curve.x[0]), float(curve.x[-1])
-    window = min(WINDOW, WINDOW_PART * (end - start))
-    step = window / STEPS
-    count = min(round(2.0 * (end - start) / step), MOST_SAMPLES)
+    half = 0.5 * order * window
+    count = min(math.ceil(STEPS * (end - start) / window), MOST_SAMPLES)
     # of a long motion these are few, so wherever a peak may be there are more
     middles = distinct(np.linspace(start, end, count), curve.x, curve.extrema(order).peak_time)
-
-    def change(lag: float) -> FloatArray:
-        t = np.clip(middles, start + lag, end - lag)
-        before, after = (curve(np.clip(t + by, start, end), 1) for by in (-lag, lag))
-        found = after - before if order == 2 else after - 2.0 * curve(t, 1) + before
-        return np.asarray(np.abs(found).max(axis=0))
-
-    if order == 3:
-        return change(step) / step**2, 2.0 * step
-    changes = [change(0.5 * k * step) for k in range(1, STEPS + 1)]
-    return np.max(changes, axis=0) / window, window
+    t = np.clip(middles, start + half, end - half)
+    found = sum(
+        (-1) ** k * math.comb(order, k) * curve(np.clip(t + half - k * window, start, end))
+        for k in range(order + 1)
+    )
+    return np.asarray(np.abs(found).max(axis=0) / window**order)
