@@ -115,6 +115,7 @@ class Search:
 
         Raises:
             OutOfReachError: A pose has none.
+            CollisionError: Something that stands around touches the robot where it starts.
         """
         result: list[Candidates | None] = [None] * len(self.given)
         poses, units = [], self.scenario.units
@@ -136,13 +137,6 @@ class Search:
                 else candidates
             )
         self.candidates = self.dependent.completed(self.robot, result)
-
-    def check_start(self) -> None:
-        """Check that nothing that stands around touches the robot where it starts.
-
-        Raises:
-            CollisionError: An object does.
-        """
         if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
             self.obstacles.check_start(self.given[0])
 
