@@ -12,8 +12,9 @@ import numpy as np
 
 from knotwork import metrics, storage
 from knotwork.errors import InputError
+from knotwork.infeasibility import FEASIBILITY
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
-from knotwork.pipeline import FEASIBILITY, Plan, plan
+from knotwork.pipeline import Plan, plan
 from knotwork.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.scores import Refusal as Refusal

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from knotwork import resources, storage
 from knotwork.avoidance import MOST_TIMED, best_of_sequences
 from knotwork.errors import InputError
+from knotwork.infeasibility import infeasible
 from knotwork.interpolation import BalancedKnots, get_planner, planner_and_rule
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.planner_options import (
@@ -21,20 +22,17 @@ from knotwork.planner_options import (
     planner_options,
     supported_options,
 )
-from knotwork.scenario import Scenario, load_scenario
+from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.task import Task
-from knotwork.task_to_joint import Infeasibility, TaskSolution, solve_task
+from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Finding, Report, check
+from knotwork.verification import Report, check
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
     from knotwork.timing import Progress
     from knotwork.view.page import Page
-
-FEASIBILITY = "Feasibility"
-"""Group of findings that hold whatever motion goes through the joint waypoints."""
 
 Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
@@ -252,11 +250,24 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if isinstance(knots, str) and knots == "optimal":
+        from knotwork.choosing import with_optimal_knots
+
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
         return best_of_sequences(*_planned(scenario, planner, knots))
-    asked, free = scenario, scenario.free
+    return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress, warm)
 
+
+def _with_chosen_times(
+    scenario: Scenario,
+    free: FreeTimes,
+    planner: str | None,
+    knots: Knots,
+    budget: float | None,
+    progress: Callable[[Progress], None] | None,
+    warm: Plan | None,
+) -> Plan:
+    """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.timing.budget import Budget
 
     time = Budget(budget)
@@ -266,7 +277,7 @@ def plan(
 
         before = None if warm is None else warm.chosen
         chosen = choose_times(
-            asked, free, budget=seconds, progress=progress, solution=solution, warm=before
+            scenario, free, budget=seconds, progress=progress, solution=solution, warm=before
         )
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
@@ -314,7 +325,7 @@ def _planned(
         waypoints = solution.waypoints
         with option_context(scenario, waypoints, replaced):
             trajectory = interpolate(waypoints, options)
-        known = [_infeasible(one) for one in solution.infeasibilities]
+        known = [infeasible(one) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
@@ -328,35 +339,3 @@ def _planned(
 
     solution = solve_task(scenario, space, knots_along_paths(scenario.planner, options))
     return made(solution), made
-
-
-def with_optimal_knots(scenario: Scenario) -> Scenario:
-    """The scenario with knots that are chosen.
-
-    Raises:
-        InputError: It was not read from a file or mapping, or its motion was chosen already.
-    """
-    if scenario.document is None:
-        raise InputError(f"{scenario.name}: knots: optimal needs a scenario from a file or mapping")
-    from knotwork.documents import edited
-    from knotwork.scenario import scenario_of
-
-    return scenario_of(edited(scenario.document, {("knots",): "optimal"}))
-
-
-def _infeasible(found: Infeasibility) -> Finding:
-    """The finding for a velocity limit that is exceeded whatever solutions are chosen."""
-    return Finding(
-        group=FEASIBILITY,
-        subject="waypoint",
-        name=found.waypoint,
-        quantity="joint_velocity_needed",
-        verdict="failed",
-        message=str(found),
-        value=found.velocity,
-        limit=found.limit,
-        margin=found.limit - found.velocity,
-        unit=found.unit,
-        time=found.start,
-        interval=(found.start, found.end) if found.until else None,
-    )

@@ -2,5 +2,6 @@
 
 from knotwork.choosing.choice import ChosenTimes, choose_times
 from knotwork.choosing.freezing import frozen_text, saved_text
+from knotwork.choosing.task import with_optimal_knots
 
-__all__ = ["ChosenTimes", "choose_times", "frozen_text", "saved_text"]
+__all__ = ["ChosenTimes", "choose_times", "frozen_text", "saved_text", "with_optimal_knots"]

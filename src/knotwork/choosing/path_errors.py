@@ -38,7 +38,7 @@ ADVISED_MARGIN = 0.002
 """A speed that is advised leaves this part of the limit to the motion around the waypoint."""
 
 FACTOR, FACTORS, HALVINGS = 4.0, 6, 3
-"""Accelerations along a path are tried in powers of a factor, so many, and then between two."""
+"""Accelerations along a path are tried in powers of a factor, and then between two."""
 
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:

@@ -26,6 +26,17 @@ def knots_of(scenario: Scenario) -> Any:
     return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
 
+def with_optimal_knots(scenario: Scenario) -> Scenario:
+    """The scenario with knots that are chosen.
+
+    Raises:
+        InputError: It was not read from a file or mapping, or its motion was chosen already.
+    """
+    if scenario.document is None:
+        raise InputError(f"{scenario.name}: knots: optimal needs a scenario from a file or mapping")
+    return scenario_of(edited(scenario.document, {("knots",): "optimal"}))
+
+
 @dataclass(frozen=True, eq=False)
 class FreeTask:
     """A scenario with something to choose, and its waypoints at the joints.

@@ -9,7 +9,7 @@ from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.verification.brief import told_failures
+from knotwork.verification.worst import told_failures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

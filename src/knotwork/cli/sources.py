@@ -17,7 +17,7 @@ from knotwork.cli.logs import (
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.verification.brief import told_failures
+from knotwork.verification.worst import told_failures
 
 if TYPE_CHECKING:
     from knotwork.joint_space import JointSpace

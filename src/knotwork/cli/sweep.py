@@ -76,7 +76,7 @@ PICTURE = "study.png"
     "--stop-after",
     metavar="N feasible",
     type=(click.IntRange(min=1), click.Choice(["feasible"])),
-    help="Stop once so many rows pass.",
+    help="Stop once this many rows pass.",
 )
 @click.option(
     "--time-limit",

@@ -72,9 +72,8 @@ def to_pvt(
         f"{points.describe()}.",
         f"Column 1: time [s] since {since}.",
     ]
-    for i, (name, si) in enumerate(
-        zip(trajectory.joint_names, trajectory.joint_units, strict=True)
-    ):
+    for i, name in enumerate(trajectory.joint_names):
+        si = trajectory.joint_units[i]
         unit = "deg" if si == "rad" and degrees else si
         factor, shift = factors[i], shifts[i]
         position, velocity = _in_drive_units(trajectory, i, unit, factor, shift, room)

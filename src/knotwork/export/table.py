@@ -140,13 +140,7 @@ def motion_table(
         note = f"{time.size} samples at {rate:g} Hz"
     tool = {} if robot is None else _tool(trajectory, robot, time)
     return MotionTable(
-        trajectory.joint_names,
-        trajectory.joint_units,
-        trajectory.planner,
-        time,
-        joints,
-        tool,
-        note,
+        trajectory.joint_names, trajectory.joint_units, trajectory.planner, time, joints, tool, note
     )
 
 

@@ -11,6 +11,7 @@ from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, did_you_mean
 from knotwork.foreign.point_units import KEYS, UNUSED_IN_POINT, check_units
 from knotwork.foreign.table import QUANTITIES, PointTable, joint_order
+from knotwork.waypoints import FloatArray
 
 NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
@@ -90,21 +91,10 @@ def read_points(
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
         key = keys[row][quantity] if quantity else None
         where = rows_at if key is None else stands(row, key)
-        where = where if joint is None else (*where, order[joint])
+        where = (*where, *([] if joint is None else [order[joint]]))
         return lambda message, accepted: document.error(where, message, accepted)
 
-    reader = _Reader(document, len(given), start_time)
-    time = np.empty(len(rows))
-    values = {name: np.full((len(rows), len(given)), np.nan) for name in QUANTITIES}
-    for i, (row, names) in enumerate(zip(rows, keys, strict=True)):
-        for name in ("time", "position"):
-            if names[name] is None:
-                raise document.error(stands(i, KEYS[name][0]), "is missing and must be given")
-        for name, key in names.items():
-            if name == "time" and key is not None:
-                time[i] = reader.seconds(row[key], key, stands(i, key))
-            elif key is not None:
-                values[name][i] = reader.numbers(row[key], stands(i, key))
+    time, values = _Reader(document, len(given), start_time).values(rows, keys, stands)
     has = {name: np.array([one[name] is not None for one in keys], bool) for name in values}
     ordered = {name: table[:, order] for name, table in values.items()}
     return PointTable(tuple(joint_names), tuple(joint_units), time, ordered, has, place)
@@ -227,6 +217,27 @@ class _Reader:
             return float(value)
         except OverflowError:
             raise self.document.error(where, "is beyond the range of numbers") from None
+
+    def values(
+        self,
+        rows: Sequence[Mapping[str, Any]],
+        keys: Sequence[Mapping[str, str | None]],
+        stands: Callable[[int, str], Location],
+    ) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Times [s], shape (n,), and quantities, each (n, d), NaN where a row has none."""
+        time = np.empty(len(rows))
+        values = {name: np.full((len(rows), self.joints), np.nan) for name in QUANTITIES}
+        for i, (row, names) in enumerate(zip(rows, keys, strict=True)):
+            for name in ("time", "position"):
+                if names[name] is None:
+                    where = stands(i, KEYS[name][0])
+                    raise self.document.error(where, "is missing and must be given")
+            for name, key in names.items():
+                if name == "time" and key is not None:
+                    time[i] = self.seconds(row[key], key, stands(i, key))
+                elif key is not None:
+                    values[name][i] = self.numbers(row[key], stands(i, key))
+        return time, values
 
     def seconds(self, value: Any, key: str, at: Location) -> float:
         """A time [s] from a number or from whole seconds and nanoseconds."""

@@ -48,9 +48,8 @@ def _assemble(
     """Fill the coefficients of the pieces of the waypoints where some intervals begin.
 
     Each waypoint has a piece from its left to its right knot, and one from there to the left knot
-    of the next. The last waypoint comes with the last interval. It has no second piece, and where
-    an acceleration isn't given at an end the piece between its knots has no length: the values
-    computed for these mean nothing.
+    of the next. The last waypoint, with the last interval, has no second piece; where an end has no
+    acceleration, the piece between its knots has no length: values computed for these mean nothing.
 
     Args:
         data: Times, positions, velocities and knots.
@@ -62,26 +61,23 @@ def _assemble(
     Returns:
         The acceleration at the left knot of the waypoint after them, shape (d,).
     """
-    low, last = intervals.low, intervals.high == data.x.size - 1
-    part, count = slice(low, intervals.high + last), intervals.high + last - low
+    low, high, last = intervals.low, intervals.high, intervals.high == data.x.size - 1
+    part, count = slice(low, high + last), high + last - low
     y, v = (np.ascontiguousarray(rows[:, part]) for rows in (data.y, data.dydx))
     own, left, right = a[:, part], data.knots.left[part], data.knots.right[part]
     # leading axis: left knot and right knot; both are computed at once
     u = np.stack((left, right))[:, None] - data.x[part]
     per_span = np.zeros((2, 1, count))
     per_span[0] = 1.0 / (6.0 * (right - left))
-    following = data.knots.left[low + 1 : intervals.high + 1]
+    following = data.knots.left[low + 1 : high + 1]
     per_span[1, 0, : following.size] = 1.0 / (6.0 * (following - right[: following.size]))
     bend = _knot_accelerations(a, intervals, before_first, last=last)
-    following_bend = bend[2, :, intervals.high - low - 1].copy()
+    following_bend = bend[2, :, high - low - 1].copy()
     # pieces alternate: those of left knots, those of right knots
     first, end = data.knots.range
-    skipped = max(0, first - 2 * low)
+    ranges = (max(0, first - 2 * low), count - max(0, 2 * (low + count) - 1 - end)), (0, high - low)
     sides = []
-    for side, start, stop in (
-        (0, skipped, count - max(0, 2 * (low + count) - 1 - end)),
-        (1, 0, intervals.high - low),
-    ):
+    for side, (start, stop) in enumerate(ranges):
         begin = 2 * (low + start) + side - first
         pieces = c[:, begin : begin + 2 * (stop - start) : 2].transpose(0, 2, 1)
         sides.append((side, slice(start, stop), pieces))

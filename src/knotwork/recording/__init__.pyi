@@ -1,6 +1,6 @@
 from .alignment import Alignment as Alignment
 from .alignment import aligned as aligned
-from .alignment import deviation_findings as deviation_findings
+from .deviations import deviation_findings as deviation_findings
 from .likeness import LeftOfPlan as LeftOfPlan
 from .noise import Noise as Noise
 from .reading import Recording as Recording

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.recording.alignment import Alignment, deviation_findings
+from knotwork.recording.alignment import Alignment
+from knotwork.recording.deviations import deviation_findings
 from knotwork.recording.holes import hole_findings
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check

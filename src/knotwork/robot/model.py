@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import threading
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -17,15 +16,15 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.payload import Payload
 from knotwork.renamed import old_method
 from knotwork.robot.chain import select_chain
+from knotwork.robot.chain_kinematics import ChainKinematics
 from knotwork.robot.description import Description
 from knotwork.robot.joint_limits import chain_limits, limit_tables
 from knotwork.waypoints import FloatArray, read_only
 
 _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
-_TCP = "knotwork: tool centre point"
 
 
-class Robot:
+class Robot(ChainKinematics):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, also for a joint that turns without limit. All poses are of
@@ -90,7 +89,7 @@ class Robot:
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
-        self._add_frames()
+        self._add_frames(given.gravity)
         self.joint_units = tuple(
             "m" if given.urdf.types[name] == "prismatic" else "rad" for name in self.joint_names
         )
@@ -103,27 +102,6 @@ class Robot:
             }
         )
 
-    def _add_frames(self) -> None:
-        model = self.model
-        base = model.frames[model.getFrameId(self.base_frame, pin.BODY)].placement
-        self._world_from_base = None if base.isIdentity(0.0) else base.copy()
-        self._base_from_world = base.inverse()
-        self.tcp_frame_id: int | None = None
-        if self.tool_frame is not None:
-            tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
-            placement = tool.placement * self.tool_offset
-            frame = pin.Frame(_TCP, tool.parentJoint, placement, pin.OP_FRAME)
-            self.tcp_frame_id = model.addFrame(frame)
-            if self.payload is not None:
-                carried = self.payload
-                body = pin.Inertia(carried.mass, carried.centre_of_mass, carried.inertia)
-                model.appendBodyToJoint(tool.parentJoint, body, tool.placement)
-        if self._given.gravity is not None:
-            model.gravity.linear = base.rotation @ self._given.gravity
-        gravity = base.rotation.T @ model.gravity.linear
-        self.gravity = read_only(gravity, (3,), "gravity")
-        self._memory = threading.local()
-
     def _set_limits(self) -> None:
         given = self._given
         planned = self.tool_frame is not None
@@ -134,33 +112,6 @@ class Robot:
         self.velocity_limit = magnitudes["velocity"]
         self.acceleration_limit = magnitudes["acceleration"]
         self.jerk_limit, self.effort_limit = magnitudes["jerk"], magnitudes["effort"]
-
-    @property
-    def data(self) -> Any:
-        """Pinocchio's working memory, made once in each thread."""
-        memory = self._memory
-        try:
-            return memory.data
-        except AttributeError:
-            memory.data = self.model.createData()
-            return memory.data
-
-    @property
-    def dof(self) -> int:
-        """Number of joints, d."""
-        return len(self.joint_names)
-
-    @property
-    def base_placement(self) -> Any:
-        """Base frame in the axes of the URDF's root, as `pin.SE3`."""
-        return self._base_from_world.inverse()
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """Names of the links, each of which may be the base or the tool frame."""
-        return tuple(
-            str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY
-        )
 
     @property
     def joined_links(self) -> frozenset[frozenset[str]]:
@@ -175,33 +126,6 @@ class Robot:
             f"<Robot {self.name!r}: {self.dof} joints from {self.base_frame!r} "
             f"to {self.tool_frame!r}>"
         )
-
-    def frame_index(self, name: str) -> int:
-        """Index in `model` of a link's frame.
-
-        Raises:
-            UnknownNameError: There is no such link.
-        """
-        if name not in self.frame_names:
-            raise UnknownNameError("frame", name, self.frame_names, where=f"robot {self.name!r}")
-        return int(self.model.getFrameId(name, pin.BODY))
-
-    def require_tool(self) -> int:
-        """Return the index of the TCP's frame in `model`.
-
-        Raises:
-            RobotError: No tool frame has been chosen.
-        """
-        if self.tcp_frame_id is None:
-            leaves = self.tool_candidates
-            others = ", ".join(name for name in self.frame_names if name not in leaves)
-            raise RobotError(
-                self.name,
-                "needs a tool frame; name the link that carries the tool with `tool: {frame: "
-                "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
-                f"(links: {others}; links at the end of a chain: {', '.join(leaves)})",
-            )
-        return self.tcp_frame_id
 
     def with_tool(
         self, frame: str | None = None, offset: Any = None, payload: Payload | None = None
@@ -301,100 +225,6 @@ class Robot:
             )
         return self.configurations[name]
 
-    def forward(self, q: ArrayLike) -> Any:
-        """Pose of the TCP in the base frame (eq 1), as `pin.SE3`.
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-
-        Raises:
-            WaypointDataError: `q` is not finite or of another shape.
-            RobotError: No tool frame has been chosen.
-
-        >>> kw.load_robot("planar2").forward([0.0, np.pi / 2]).translation.round(6)
-        array([0.5, 0.4, 0. ])
-        """
-        frame = self.require_tool()
-        pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
-        return self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
-
-    def jacobian(self, q: ArrayLike) -> FloatArray:
-        """Jacobian of the TCP (eq 2), shape (6, d): twist = J(q) v.
-
-        Rows are linear [m/s], then angular [rad/s], at the TCP, in base axes
-        (`local_world_aligned`).
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-
-        Raises:
-            WaypointDataError: A value is not finite, or an array is of another shape.
-            RobotError: No tool frame has been chosen.
-
-        >>> arm = kw.load_robot("planar2")
-        >>> arm.jacobian([0.0, 0.0]) @ [1.0, 0.0]
-        array([0. , 0.9, 0. , 0. , 0. , 1. ])
-        """
-        return self.forward_and_jacobian(q)[1]
-
-    def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
-        """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
-        frame = self.require_tool()
-        pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
-        pose = self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
-        J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
-        J = J.reshape(6, self.dof)  # a single column comes as a vector
-        if self._world_from_base is not None:
-            base_from_world = self._base_from_world.rotation
-            J = np.vstack([base_from_world @ J[:3], base_from_world @ J[3:]])
-        return pose, J
-
-    def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
-        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`.
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-            v: Joint velocities [rad/s or m/s], shape (d,).
-
-        Raises:
-            WaypointDataError: A value is not finite, or an array is of another shape.
-            RobotError: No tool frame has been chosen.
-
-        >>> twist = kw.load_robot("planar2").twist([0.0, 0.0], [1.0, 0.0])
-        >>> twist.linear, twist.angular
-        (array([0. , 0.9, 0. ]), array([0., 0., 1.]))
-        """
-        frame = self.require_tool()
-        q, v = self._checked(q, "q"), self._checked(v, "v")
-        pin.forwardKinematics(self.model, self.data, q, v)
-        pin.updateFramePlacement(self.model, self.data, frame)
-        twist = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
-        if self._world_from_base is None:
-            return twist
-        turn = self._base_from_world.rotation
-        return pin.Motion(turn @ twist.linear, turn @ twist.angular)
-
-    def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
-        """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
-
-        The payload and `gravity` count. Friction is left out, and so are loads that are neither in
-        the URDF nor in the payload.
-
-        Args:
-            q: Joint positions [rad or m], shape (d,).
-            v: Joint velocities [rad/s or m/s], shape (d,).
-            a: Joint accelerations [rad/s² or m/s²], shape (d,).
-
-        Raises:
-            WaypointDataError: An array is not finite or of another shape.
-
-        >>> still = np.zeros(6)
-        >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
-        array([-59.2, -15.7])
-        """
-        q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
-        return np.array(pin.rnea(self.model, self.data, q, v, a))
-
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
         """Find every branch that takes the TCP to a pose, as `Branch`.
 
@@ -406,16 +236,3 @@ class Robot:
         return tuple(importlib.import_module(_KINEMATICS).solve_pose_ik_all(self, pose, **options))
 
     solve_all = old_method("knotwork.Robot.solve_all")
-
-    def _checked(self, values: ArrayLike, what: str) -> FloatArray:
-        array = np.asarray(values)
-        fine = array.shape == (self.model.nq,) and array.dtype == np.float64
-        # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
-        if fine and np.isfinite(array.dot(array)):
-            return array
-        return read_only(values, (self.dof,), what)
-
-    def _in_base(self, placement: Any) -> Any:
-        if self._world_from_base is None:
-            return placement.copy()
-        return self._base_from_world * placement

@@ -212,9 +212,5 @@ def _check_use(file: Task, document: Document, free: FreeTimes) -> None:
             f"{file.planner!r} takes times as they are given, and some are free",
             "modified-hermite; plan --freeze writes a scenario with numbers for any planner",
         )
-    if file.objective is None or isinstance(file.objective, str):
-        effort = file.objective == "effort"
-    else:
-        effort = file.objective.effort > 0.0
-    if effort and file.robot is None:
+    if free.objective.get("effort", 0.0) > 0.0 and file.robot is None:
         raise document.error(("objective",), "effort needs a robot, and the file names none")

@@ -185,7 +185,7 @@ def by_children(
 def as_ready(
     submit: Callable[[Item], Future[Answer]], items: Iterable[Item], most: Callable[[], int]
 ) -> Iterator[Answer]:
-    """Submit items, so many that at most some are under way; what comes of them as it is ready."""
+    """Submit items, with at most `most()` under way; give answers as they are ready."""
     left, waiting = iter(items), set[Future[Answer]]()
     while True:
         waiting.update(map(submit, islice(left, max(0, most() - len(waiting)))))

@@ -94,36 +94,30 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with other values, a row for each combination of them.
 
-    A row whose poses are certainly out of reach is not planned. One whose scenario hangs or crashes
-    says so, and the others go on. The rows are the same, but for the time to plan, with any number
-    of workers.
+    A row whose poses are certainly out of reach is not planned; one that hangs or crashes says so.
+    But for the time to plan, the finished rows are the same with any number of workers.
 
     Args:
         scenario: As for `knotwork.plan`.
-        vary: Values by the path of the field in the file, such as `frames.block.position[0]` or
-            `waypoints[pick].after`: a list or array of values in the file's units, or text, such as
-            `"-200:200:41"` (a range and its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
+        vary: Values by the path of the field in the file, such as `waypoints[pick].after`: a list
+            or array of values in the file's units, or text, such as `"-200:200:41"` (a range and
+            its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
         rows: A CSV file with a path at the head of each column; its rows go together.
         together: All values go together, row by row, in place of their product.
         samples: Number of random samples of fields that are `uniform`; they go together.
         seed: Of the random numbers.
         out: Folder for the study; by default it is in memory only.
         resume: Go on with the study in the folder.
-        workers: Child processes that plan; 0 for this process, where no time limit is kept and a
-            crash is the end. By default as many as there are processors.
+        workers: Child processes, by default one a processor; 0 to plan here without time limit.
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop once this many rows pass.
         time_limit: Of one row [s].
         chunk: Rows that are planned in one go; by default about two seconds of work.
         progress: Called as rows are finished.
 
-    Returns:
-        The rows that are finished.
-
     Raises:
-        InputError: The scenario is wrong as it stands or with each of some values, the values are
-            not written as accepted, there are checks of your own and `workers` is not 0, the folder
-            holds another study or can't be written to, or a package is missing.
+        InputError: Scenario or values are wrong, there are checks of your own and `workers` is not
+            0, the folder has another study or can't be written to, or a package is missing.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
@@ -131,39 +125,53 @@ def sweep(
     {'velocity': 2}
     """
     arrow()
+    workers = _checked_workers(workers, scheduler)
+    for name, count in (("stop_after", stop_after), ("chunk", chunk), ("samples", samples)):
+        _check_count(name, count, 1)
+    axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
+    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    spec = StudySpec(scenario_document(scenario), axes, limit)
+    _refuse_wrong_values(spec)
+    made = _folder(spec, out, resume, lambda: chunk or _chunk_size(spec, workers, scheduler))
+    _plan_rest(made, _planner(workers, scheduler), progress, stop_after or math.inf)
+    return study_of(made)
+
+
+def _checked_workers(workers: int | None, scheduler: str | None) -> int:
+    """Number of child processes, if there is no scheduler."""
     if scheduler is not None and workers is not None:
         raise InputError("workers and scheduler are both given; give one of the two")
     if workers is None:
         workers = os.cpu_count() or 1
     _check_count("workers", workers, 0)
-    _check_count("stop_after", stop_after, 1)
-    _check_count("chunk", chunk, 1)
-    _check_count("samples", samples, 1)
     if scheduler is not None or workers:
         refuse_own_checks("give workers=0, with which this process plans")
     if scheduler is not None:
         executors.distributed()
-    axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
-    limit = finite_number(time_limit, "time_limit", "s", positive=True)
-    spec = StudySpec(scenario_document(scenario), axes, limit)
-    _refuse_wrong_values(spec)
+    return workers
+
+
+def _folder(
+    spec: StudySpec, out: str | Path | None, resume: bool, chunk: Callable[[], int]
+) -> StudyFolder:
+    """The study's folder, made or gone on with; `chunk` gives the rows in a chunk of a new one."""
     if not isinstance(out, str | Path | None):
         raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
-    folder = Path(out) if out is not None else None
-    if resume and folder is None:
-        raise InputError("there is no study to go on with: resume is given without out")
-    if folder is not None and not resume:
+    if out is None:
+        if resume:
+            raise InputError("there is no study to go on with: resume is given without out")
+        return StudyFolder(None, spec, chunk())
+    folder = Path(out)
+    if not resume:
         refuse_study(folder)
-    if folder is not None and is_study(folder):
-        made = reopen(folder, spec)
-    else:
-        size = chunk or _chunk_size(spec, workers, scheduler)
-        made = create(folder, spec, size) if folder is not None else StudyFolder(None, spec, size)
-    run = executors.here if workers == 0 else partial(executors.in_children, workers=workers)
+    return reopen(folder, spec) if is_study(folder) else create(folder, spec, chunk())
+
+
+def _planner(workers: int, scheduler: str | None) -> Callable[[Iterator[Chunk]], Iterator[Planned]]:
+    """What plans chunks of rows."""
     if scheduler is not None:
-        run = partial(executors.on_scheduler, address=scheduler)
-    _plan_rest(made, run, progress, math.inf if stop_after is None else stop_after)
-    return study_of(made)
+        return partial(executors.on_scheduler, address=scheduler)
+    return partial(executors.in_children, workers=workers) if workers else executors.here
 
 
 def _plan_rest(

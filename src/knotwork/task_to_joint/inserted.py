@@ -44,31 +44,26 @@ def completed_waypoints(
     """
     times = scenario.provisional_times
     known = np.full(positions.shape, np.nan)
-    still = space.waits
-    for i in still:
+    for i in space.waits:
         known[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
     asked = np.ones(len(names), dtype=bool)
+    columns = times, names, positions, velocities, known, asked
     parts: list[tuple[Any, ...]] = []
     done = 0
     for path in scenario.paths:
-        _hold(positions, still)
-        own = slice(done, path.first)
-        parts.append(tuple(one[own] for one in (times, names, positions, velocities, known, asked)))
+        _hold(positions, space.waits)
+        parts.append(tuple(one[done : path.first] for one in columns))
         start = positions[path.first]
-        found = way(path, start)
-        followed = followed_path(scenario, space.robot, path, start, knots, found)
+        followed = followed_path(scenario, space.robot, path, start, knots, way(path, start))
         followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
-        # a path that begins where the one before ends: its first waypoint stands there already
-        parts.append(followed)
-        done = path.last + 1
-        if any(other.first == path.last for other in scenario.paths):
-            parts[-1] = tuple(part[:-1] for part in followed)
-            done = path.last
-    _hold(positions, still)
-    rest = slice(done, None)
-    parts.append(tuple(one[rest] for one in (times, names, positions, velocities, known, asked)))
+        # where the next path begins, its first waypoint stands for the last of this one
+        joined = any(other.first == path.last for other in scenario.paths)
+        parts.append(tuple(part[: len(part) - joined] for part in followed))
+        done = path.last + 1 - joined
+    _hold(positions, space.waits)
+    parts.append(tuple(one[done:] for one in columns))
     time, name, position, velocity, acceleration, asked = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )

@@ -11,14 +11,8 @@ import numpy as np
 from knotwork.joint_space import JointSpace
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
-from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
-from knotwork.kinematics.following.continuation import velocity_on_path
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import (
-    Candidates,
-    find_candidates,
-    nearest_candidate,
-)
+from knotwork.kinematics.sequence.candidates import Candidates, find_candidates, nearest_candidate
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.step_costs import (
@@ -33,6 +27,7 @@ from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
 from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
 from knotwork.task_to_joint.obstacles import Obstacles
+from knotwork.task_to_joint.velocities import velocity_at
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
@@ -120,15 +115,28 @@ class Search:
 
         Raises:
             OutOfReachError: A pose has none.
+            CollisionError: Something that stands around touches the robot where it starts.
         """
-        self.candidates = self._candidates()
-
-    def check_start(self) -> None:
-        """Check that nothing that stands around touches the robot where it starts.
-
-        Raises:
-            CollisionError: An object does.
-        """
+        result: list[Candidates | None] = [None] * len(self.given)
+        poses, units = [], self.scenario.units
+        for i in self.dependent.free:
+            target = self.scenario.waypoints[i]
+            if isinstance(target, CartesianWaypoint) and i in self.space.solutions:
+                result[i] = nearest_candidate(self.robot, target, self.space.solutions[i], units)
+            elif isinstance(target, CartesianWaypoint):
+                poses.append((i, target))
+        references = [self._reference(i) for i, _ in poses]
+        found = find_candidates(self.robot, [target for _, target in poses], references, units)
+        for (i, _), candidates in zip(poses, found, strict=True):
+            result[i] = (
+                candidates._replace(
+                    excess=np.zeros_like(candidates.excess),
+                    velocity=np.zeros_like(candidates.velocity),
+                )
+                if i in self.free_velocity
+                else candidates
+            )
+        self.candidates = self.dependent.completed(self.robot, result)
         if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
             self.obstacles.check_start(self.given[0])
 
@@ -140,7 +148,10 @@ class Search:
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
             )
         positions = self._refined(chosen)
-        velocities = [self._velocity(i, q) for i, q in enumerate(positions)]
+        velocities = [
+            velocity_at(self.scenario, self.robot, i, q, self.speeds[i])
+            for i, q in enumerate(positions)
+        ]
         return Found(chosen, positions, np.array(velocities))
 
     def choose(self, candidates: list[Candidates | None]) -> Sequence:
@@ -215,28 +226,6 @@ class Search:
             ]
         )
         return passes[1:] | passes[:-1]
-
-    def _candidates(self) -> list[Candidates | None]:
-        result: list[Candidates | None] = [None] * len(self.given)
-        poses, units = [], self.scenario.units
-        for i in self.dependent.free:
-            target = self.scenario.waypoints[i]
-            if isinstance(target, CartesianWaypoint) and i in self.space.solutions:
-                result[i] = nearest_candidate(self.robot, target, self.space.solutions[i], units)
-            elif isinstance(target, CartesianWaypoint):
-                poses.append((i, target))
-        references = [self._reference(i) for i, _ in poses]
-        found = find_candidates(self.robot, [target for _, target in poses], references, units)
-        for (i, _), candidates in zip(poses, found, strict=True):
-            result[i] = (
-                candidates._replace(
-                    excess=np.zeros_like(candidates.excess),
-                    velocity=np.zeros_like(candidates.velocity),
-                )
-                if i in self.free_velocity
-                else candidates
-            )
-        return self.dependent.completed(self.robot, result)
 
     def _reference(self, index: int) -> FloatArray:
         """The configuration nearest in the sequence that is known beforehand."""
@@ -324,39 +313,3 @@ class Search:
                 if free[i] and self.obstacles.collides(q, waypoint.time):
                     return chosen.q
         return refined
-
-    def _velocity(self, index: int, q: FloatArray) -> FloatArray:
-        """Joint velocities that give the tool its twist (eq 4)."""
-        target, given = self.scenario.waypoints[index], self.speeds[index]
-        if given is not None or not isinstance(target, CartesianWaypoint):
-            return np.array(given)
-
-        for path in self.scenario.paths:
-            if path.first <= index <= path.last:
-                return velocity_on_path(
-                    self.robot, path.motion, q, target.time, self.scenario.pull_to_middle
-                )
-
-        def solved(preferred: FloatArray | None) -> FloatArray:
-            return solve_velocity_ik(
-                self.robot,
-                q,
-                target.twist,
-                preferred=preferred,
-                waypoint=target.name,
-                where=target.where,
-                units=self.scenario.units,
-            )
-
-        v, rate = solved(None), self.scenario.pull_to_middle
-        if not rate or not v.any():
-            return v
-        more = solved(pull_to_middle(self.robot, q, rate)) - v
-        return v + _most_within(v, more, self.robot.velocity_limit) * more
-
-
-def _most_within(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:
-    """The largest part, up to 1, of `more` that brings no velocity to its limit."""
-    room = np.where(more > 0, limit - v, limit + v)
-    parts = np.where(more != 0, np.maximum(room, 0.0) / np.maximum(np.abs(more), 1e-300), np.inf)
-    return float(min(1.0, parts.min()))

@@ -46,8 +46,7 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
     Args:
         scenario: The task.
         space: The joints and the robot it is for.
-        knots: Where the knots of the modified Hermite curve sit for which waypoints are inserted
-            along tool paths: see `ModifiedHermiteSpline`.
+        knots: Of the motion, for waypoints along tool paths: see `ModifiedHermiteSpline`.
 
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
@@ -67,12 +66,7 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
     speeds = [state.velocity if state is not None else None for state in space.targets]
     _check_pull(scenario, space)
     if all(q is not None for q in given):
-        if space.robot is not None and scenario.scene.asks():
-            from knotwork.task_to_joint.obstacles import Obstacles
-
-            Obstacles(scenario, space, space.robot).check_start(np.array(given[0]))
-        positions, velocities = np.array(given, float), np.array(speeds, float)
-        return TaskSolution(_completed(scenario, space, positions, velocities, knots))
+        return _as_given(scenario, space, np.array(given, float), np.array(speeds, float), knots)
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
@@ -82,11 +76,21 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
     search = Search(scenario, space, space.robot, given, speeds, space.near)
     try:
         search.find()
-        search.check_start()
         return _solution(search, knots)
     except OutOfReachError as error:
         suggest_unit(error, scenario, space.robot)
         raise
+
+
+def _as_given(
+    scenario: Scenario, space: JointSpace, positions: FloatArray, velocities: FloatArray, knots: Any
+) -> TaskSolution:
+    """The solution where joint positions are given at all waypoints."""
+    if space.robot is not None and scenario.scene.asks():
+        from knotwork.task_to_joint.obstacles import Obstacles
+
+        Obstacles(scenario, space, space.robot).check_start(positions[0])
+    return TaskSolution(_completed(scenario, space, positions, velocities, knots))
 
 
 def _solution(search: Search, knots: Any) -> TaskSolution:

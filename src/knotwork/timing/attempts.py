@@ -38,7 +38,7 @@ MOST_TIMES = 12
 """How often a start is solved again, with more tightening, before it has failed."""
 
 NEARLY = 1.001
-"""A motion with rests is not improved on if it takes at most so many times what is given of it."""
+"""A motion with rests is not improved on if it takes at most this many times as long."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ most 1.5 |v1 - v0| / T; it takes a length of (v0 + v1) T / 2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError, RampError, SlowStretchError, StretchTimeError
+from knotwork.errors import PathError, RampError, SlowStretchError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
@@ -141,21 +141,20 @@ def speed_profile(
     >>> timing.full_speed.round(6), round(timing.duration, 6)
     (array([[0.15, 2.  ]]), 2.15)
     """
-    _check_acceleration(acceleration)
+    check_acceleration(acceleration)
     length, speed = _checked_stretches(lengths, speeds)
     count = len(length)
     if count - 1 in stops and end_speed is None:
         end_speed = 0.0
     # At a junction each of two stretches meets the speed of the other, if that is lower.
     stop = _End(0.0, fixed=True)
-    before = [_outer_end(start_speed, "start_speed")]
-    before += [stop if i in stops else _End(float(speed[i])) for i in range(count - 1)]
-    after = [stop if i in stops else _End(float(speed[i + 1])) for i in range(count - 1)]
-    after += [_outer_end(end_speed, "end_speed")]
+    before = [outer_end(start_speed, "start_speed")]
+    before += [stop if i in stops else _End(float(v)) for i, v in enumerate(speed[:-1])]
+    after = [stop if i in stops else _End(float(v)) for i, v in enumerate(speed[1:])]
+    after += [outer_end(end_speed, "end_speed")]
     totals = np.concatenate(([0.0], np.cumsum(length)))
     breaks, coefficients, times, full, taken = [0.0], [], [0.0], [], []
-    for i in range(count):
-        ends = before[i], after[i]
+    for i, ends in enumerate(zip(before, after, strict=True)):
         named = "the path" if count == 1 else f"stretch {i}"
         shrink = _fit(i, named, float(length[i]), float(speed[i]), ends, acceleration)
         pieces = _stretch(totals[i : i + 2], float(speed[i]), ends, acceleration / shrink)
@@ -219,88 +218,14 @@ def _stretch(
     ]
 
 
-def speed_for_duration(
-    length: float,
-    duration: float,
-    *,
-    acceleration: float,
-    start_speed: float | None = None,
-    end_speed: float | None = None,
-) -> float:
-    """Find the speed with which a stretch takes a given time, its ramps included.
-
-    Args:
-        length: Length of the stretch [m].
-        duration: The time it is to take [s].
-        acceleration: The greatest acceleration along the path where the speed changes [m/s²].
-        start_speed: Speed at the start of the stretch [m/s]; by default its own.
-        end_speed: Speed at its end [m/s]; by default its own.
-
-    Returns:
-        The speed [m/s].
-
-    Raises:
-        PathError: A value is not greater than zero, or no speed takes this time; the message says
-            which times can be had.
-
-    >>> speed = kw.tool_paths.speed_for_duration(
-    ...     0.1, 2.15, start_speed=0.0, end_speed=0.0, acceleration=0.5)
-    >>> round(speed, 12)
-    0.05
-    """
-    _check_acceleration(acceleration)
-    for what, value, unit in (("length", length, "m"), ("duration", duration, "s")):
-        if not (math.isfinite(value) and value > 0.0):
-            raise PathError(f"{what} is {value!r} {unit}; it must be greater than 0")
-    known = [
-        _outer_end(value, what).speed
-        for what, value in (("start_speed", start_speed), ("end_speed", end_speed))
-        if value is not None
-    ]
-
-    def time(v: float) -> float:
-        ramps = sum((v - p) * abs(v - p) for p in known)
-        return (length + 0.75 * ramps / acceleration) / v
-
-    if not known:
-        return length / duration
-    # Between these speeds the ramps fit; the faster, the sooner.
-    reach = 4.0 * acceleration * length / 3.0
-    fixed = max(known) ** 2 + min(known) ** 2 if len(known) == 2 else known[0] ** 2
-    if len(known) == 2 and 0.75 * abs(known[0] ** 2 - known[1] ** 2) > acceleration * length:
-        raise PathError(
-            f"the stretch is {length:.6g} m long, but to go from {known[0]:.6g} to {known[1]:.6g} "
-            f"m/s takes {0.75 * abs(known[0] ** 2 - known[1] ** 2) / acceleration:.6g} m"
-        )
-    highest = math.sqrt((reach + fixed) / len(known))
-    lowest = math.sqrt(max((fixed - reach) / len(known), 0.0))
-    least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
-    if not least * (1.0 - ROUNDING) <= duration <= most * (1.0 + ROUNDING):
-        upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
-        message = (
-            f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "
-            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
-        )
-        raise StretchTimeError(message, least=least, most=most)
-    return _bisect(lambda v: time(v) > duration, lowest, highest)
-
-
-def _bisect(too_slow: Callable[[float], bool], low: float, high: float) -> float:
-    """Least speed between two that is not too slow, to the last digit."""
-    while low < (middle := 0.5 * (low + high)) < high:
-        if too_slow(middle):
-            low = middle
-        else:
-            high = middle
-    return high
-
-
-def _check_acceleration(acceleration: float) -> None:
+def check_acceleration(acceleration: float) -> None:
+    """Refuse an acceleration [m/s²] that is not greater than zero."""
     if not (math.isfinite(acceleration) and acceleration > 0.0):
         raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
 
 
-def _outer_end(speed: float | None, what: str) -> _End:
+def outer_end(speed: float | None, what: str) -> _End:
+    """Speed at an end of the path; without one, that of the stretch."""
     if speed is None:
         return _End(math.inf)
     if not (math.isfinite(speed) and speed >= 0.0):

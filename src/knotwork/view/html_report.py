@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from knotwork.documents import read_text
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import NOTABLE, alike, summary, told_apart, worst_failures
+from knotwork.verification.brief import NOTABLE, summary
+from knotwork.verification.worst import alike, told_apart, worst_failures
 from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
 from knotwork.view.picture_files import inline_svg, night_colours

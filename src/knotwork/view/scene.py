@@ -18,7 +18,8 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
-from knotwork.verification.brief import summary, told_failures
+from knotwork.verification.brief import summary
+from knotwork.verification.worst import told_failures
 from knotwork.view.arm_at_waypoints import Stops, arm_triangles, find_stops
 from knotwork.view.camera import views
 from knotwork.view.images import image_addresses

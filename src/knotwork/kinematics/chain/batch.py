@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import count
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -134,17 +135,15 @@ def solve_batch(
         targets = targets.take(np.zeros(n, dtype=int))
     index = np.arange(n)
     state = _State(robot, targets, q, limits, (HASTY if hasty else USUAL).least_factor)
-    iteration = 0
     checkpoint = state.square.copy()
-    while True:
+    for iteration in count():
         leaving = state.ended(tolerance, None if group is None else group[index])
         if iteration % check_every == check_every - 1:
             leaving |= state.square > fallen_to * checkpoint
             checkpoint = state.square.copy()
         if iteration == PATIENCE:
             leaving |= state.square > NEAR**2
-        if iteration >= max_iterations:
-            leaving[:] = True
+        leaving |= iteration >= max_iterations
         if leaving.any():
             rows = index[leaving]
             q[rows] = state.q[:, leaving].T
@@ -155,7 +154,6 @@ def solve_batch(
                 break
             state.keep(staying)
         state.step()
-        iteration += 1
     converged = np.maximum(best_position, best_angle) <= tolerance
     return BatchSolution(q, best_position, best_angle, converged, iteration)
 

@@ -97,6 +97,20 @@ class _Workspace:
         self.H, self.ldlt = np.empty((d, d)), LDLT(d)
         self.diagonal = self.H.reshape(-1)[:: d + 1]
 
+    def step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
+        """The step of free joints (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
+        H = self.H
+        J.T.dot(J, out=H)
+        for i in held:
+            H[i] = H[:, i] = 0.0
+        self.diagonal += damping + 1e-30
+        self.ldlt.compute(H)
+        step: FloatArray = self.ldlt.solve(gradient).reshape(-1)  # of a single joint it is (1, 1)
+        moves = step.tolist()
+        if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
+            step *= MAX_STEP / max(map(abs, moves))
+        return step
+
 
 _workspaces: WeakKeyDictionary[Robot, _Workspace] = WeakKeyDictionary()
 
@@ -210,8 +224,7 @@ class PoseSearch:
             polish: Steps within the tolerances at most.
         """
         # For six numbers NumPy's overhead is all there is: no array is made or read twice.
-        evaluate, H, diagonal = self._error, self._work.H, self._work.diagonal
-        compute, solve = self._work.ldlt.compute, self._work.ldlt.solve
+        evaluate = self._error
         lows, highs = limits[0].tolist(), limits[1].tolist()
         most_position, most_orientation, enough = self._squares
         q, at_limit = _inside(start, lows, highs)
@@ -234,20 +247,11 @@ class PoseSearch:
             iteration += 1
             if accepted:
                 J = self._jacobian_here()
-                JT = J.T
-                gradient = JT.dot(e)
+                gradient = J.T.dot(e)
                 held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
                 if len(held):
                     gradient[held] = 0.0
-            JT.dot(J, out=H)
-            for i in held:
-                H[i] = H[:, i] = 0.0
-            diagonal += factor * square + 1e-30
-            compute(H)
-            step = solve(gradient).reshape(-1)  # of a single joint it is (1, 1)
-            moves = step.tolist()
-            if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
-                step *= MAX_STEP / max(map(abs, moves))
+            step = self._work.step(J, gradient, held, factor * square)
             candidate, touches = _inside(q + step, lows, highs)
             error, trial, far, turned = evaluate(candidate)
             accepted = trial < square
@@ -255,7 +259,7 @@ class PoseSearch:
                 q, at_limit, e, square = candidate, touches, error, trial
                 position, orientation = far, turned
                 factor = max(0.2 * factor, least_factor)
-            elif polished or factor > MAX_FACTOR or not any(moves):
+            elif polished or factor > MAX_FACTOR or not step.any():
                 break
             else:
                 factor *= 8.0

@@ -116,19 +116,35 @@ def solve_velocity_ik(
     if not wanted.any() and rest is None:
         return np.zeros(robot.dof)
     (v,), _ = solve_velocities(robot, J[None], wanted, rest)
-    residual, smallest = wanted - J @ v, smallest_singular_value(robot, q)
+    tolerances = linear_tolerance, angular_tolerance
+    _check_attained(robot, J, wanted, v, tolerances, waypoint, where, units)
+    return np.asarray(v)
+
+
+def _check_attained(
+    robot: Robot,
+    J: FloatArray,
+    wanted: FloatArray,
+    v: FloatArray,
+    tolerances: tuple[float, float],
+    waypoint: str,
+    where: str,
+    units: Units,
+) -> None:
+    """Raise an error if joint velocities miss a twist or are too fast next to a singularity."""
+    residual, smallest = wanted - J @ v, float(np.linalg.svd(J, compute_uv=False)[-1])
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
-    if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
+    if linear > tolerances[0] * scale or angular > tolerances[1] * scale:
         message = _unattainable(robot, smallest, wanted, residual, v, units)
     elif smallest < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
         message = _too_fast(robot, J, smallest, v, units)
     else:
-        return np.asarray(v)
+        return
     raise SingularityError(
         waypoint,
         message,
-        smallest_singular_value=float(smallest),
+        smallest_singular_value=smallest,
         residual=(linear, angular),
         joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
         where=where,

@@ -8,7 +8,7 @@ that the self-motion of a redundant arm stays that of the integral. Branch and t
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,24 +137,18 @@ def continue_along(
     result = np.full((len(times), *q.shape), np.nan)
     result[0] = q
     stops = distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
-    at = {float(t): i for i, t in enumerate(times)}
     steps: list[tuple[float, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
     for start, end in pairwise(stops):
         now = float(start)
-        least = float(_piece_durations(path, np.array([0.5 * (start + end)]), "right")[0])
-        least = min(least / LEAST_STEPS, end - start)
+        least = min(_piece_duration(path, 0.5 * (start + end)) / LEAST_STEPS, end - start)
         v = _velocities(field, path, q, now, "right")
         fastest = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
             h = min(least, step / fastest) if fastest else least
-            parts = int(np.ceil((end - now) / h - 1e-9))
-            h = (end - now) / parts
-            parts = min(parts, TOGETHER)
-            last = float(end) if now + (parts + 0.5) * h > end else now + parts * h
-            when = np.linspace(now, last, 2 * parts + 1)
-            stages = Stages.of(path, when, 0.5 * (now + last))
-            for k in range(0, 2 * parts, 2):
+            h, when = _next_times(now, float(end), h)
+            stages = Stages.of(path, when, 0.5 * (now + float(when[-1])))
+            for k in range(0, len(when) - 1, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
                 end_of = moved(field, path, limit, q[alive], v[alive], stages[k : k + 3])
                 far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
@@ -164,22 +158,31 @@ def continue_along(
                 steps.append((float(when[k]), q.copy(), v))
                 q[alive] = end_of.q
                 gone = np.isnan(end_of.q).any(axis=1)
-                lost[alive[gone]], smallest_lost[alive[gone]] = (
-                    end_of.reached[gone],
-                    end_of.smallest[gone],
-                )
+                lost[alive[gone]] = end_of.reached[gone]
+                smallest_lost[alive[gone]] = end_of.smallest[gone]
                 v = _finite_velocities(field, q, stages.twist[k + 2], float(stages.share[k + 2]))
                 now = float(when[k + 2])
                 fastest = float(np.nanmax(np.abs(v), initial=0.0))
                 if h * fastest > SLACK * step:
                     break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v))
-        if float(end) in at:
-            result[at[float(end)]] = q
+        result[times == end] = q
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
     return Continuation(
         result, time, positions, velocities, at_full_speed(path, time), lost, smallest_lost
     )
+
+
+def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:
+    """Length of equal steps to an end, at most as long as given [s], and times of the next ones.
+
+    The middles of the steps are among the times.
+    """
+    parts = int(np.ceil((end - now) / most - 1e-9))
+    h = (end - now) / parts
+    parts = min(parts, TOGETHER)
+    last = end if now + (parts + 0.5) * h > end else now + parts * h
+    return h, np.linspace(now, last, 2 * parts + 1)
 
 
 def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
@@ -263,8 +266,7 @@ def accelerations(
     return v, field.velocities(q, change, gain) + (4.0 * fine - coarse) / 3.0
 
 
-def _piece_durations(path: TimedPath, times: FloatArray, side: str) -> FloatArray:
-    """How long the pieces of a path take that times are in [s], shape (k,)."""
-    where: Literal["left", "right"] = "right" if side == "right" else "left"
-    index = np.searchsorted(path.breaks, times, where)
-    return np.asarray(np.diff(path.breaks)[np.clip(index, 1, len(path.breaks) - 1) - 1])
+def _piece_duration(path: TimedPath, time: float) -> float:
+    """How long the piece of a path takes that a time is in [s]."""
+    index = np.searchsorted(path.breaks, time, "right")
+    return float(np.diff(path.breaks)[np.clip(index, 1, len(path.breaks) - 1) - 1])

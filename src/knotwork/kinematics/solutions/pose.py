@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -104,10 +105,9 @@ def solve_pose_ik(
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
     Three steps: a local search from the start; where that fails or ends far away, the nearest of
-    all solutions; where there is none, a diagnosis. With random poses of the UR5, Z1, Talos arm
-    and Panda the answer was never farther than the nearest of `solve_pose_ik_all`; that is not
-    proved. Joints are taken by whole turns to where they are nearest. A redundant arm is moved
-    along its self-motion as near as it gets. The same arguments always give the same answer.
+    all solutions; where there is none, a diagnosis. That no solution is nearer was so with random
+    poses of four arms, but is not proved. Joints are taken by whole turns to where they are
+    nearest, and a redundant arm along its self-motion. The same arguments give the same answer.
 
     Args:
         robot: The robot.
@@ -116,29 +116,22 @@ def solve_pose_ik(
         position_tolerance: [m].
         orientation_tolerance: [rad].
         max_restarts: With `nearest=False`, further local searches at most for a first solution.
-        near: Configuration that the answer should be near [rad or m], shape (d,); by default the
-            start.
-        nearest: Look for the nearest solution. Without, the first solution found is the answer, as
-            other solvers do it: from a start close by that is the nearest all the same.
+        near: Configuration to be near [rad or m], shape (d,); by default the start.
+        nearest: Look for the nearest solution; otherwise the first one found is the answer.
         waypoint: Name of the waypoint, for errors.
         where: Where it is defined, for errors.
         units: What errors say lengths and angles in.
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: It is not reachable; the message says by how much, and whether the
-            point would be in another orientation.
-        WaypointDataError: An array is not finite or of another shape, or a tolerance is finer
-            than rounding.
+        UnreachablePoseError: It is not reachable; by how much, and if in another orientation.
+        WaypointDataError: An array isn't finite or of another shape; a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
-    Examples:
-        >>> import knotwork as kw
-        >>> robot = kw.load_robot("ur5")
-        >>> home = robot.configuration("home")
-        >>> found = kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home)
-        >>> (found.q - home).round(6).tolist()
-        [0.1, 0.1, 0.1, 0.1, 0.1, 0.1]
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configuration("home")
+    >>> kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home).q - home
+    array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(max_restarts, "max_restarts")
@@ -149,17 +142,12 @@ def solve_pose_ik(
     asked = position_tolerance, orientation_tolerance
     kept = _Nearest(search, goal, nearest)
     kept.search_from(first, HASTY)
+    reason = partial(solution_or_reason, search, goal, asked, waypoint, where, units)
     if kept.best is None and joint_axes(robot).certain_miss(pose.translation) > position_tolerance:
-        kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
-    if nearest and kept.is_nearest():
-        return kept.answer("nearest solution")
-    if not nearest and kept.find_any(max_restarts):
-        return kept.answer("first solution")
-    every = solutions_within_limits(search)
-    kept.take_all(every)
-    if kept.best is None:
-        kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
-    return kept.answer(f"nearest of {max(len(every), 1)} solutions")
+        kept.take(reason().q)
+    if kept.is_nearest() if nearest else kept.find_any(max_restarts):
+        return kept.answer("nearest solution" if nearest else "first solution")
+    return kept.of_all(reason)
 
 
 def _checked(start: ArrayLike, dof: int) -> FloatArray:
@@ -266,6 +254,14 @@ class _Nearest:
         """Starts around the goal."""
         robot = self.search.robot
         return starts(robot, self.limits, RESTARTS_BESIDE, around=self.goal, radius=radius)
+
+    def of_all(self, reason: Callable[[], LocalSolution]) -> IKSolution:
+        """The nearest of all solutions; where there is none, what a diagnosis finds or raises."""
+        every = solutions_within_limits(self.search)
+        self.take_all(every)
+        if self.best is None:
+            self.take(reason().q)
+        return self.answer(f"nearest of {max(len(every), 1)} solutions")
 
     def answer(self, kind: str) -> IKSolution:
         """The nearest solution."""

@@ -22,33 +22,26 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.containment import one_inside_the_other
-from knotwork.scene.distances import (
-    ROUNDING,
-    Nearest,
-    nearest_of_bodies,
-)
+from knotwork.scene.distances import ROUNDING, Nearest, nearest_of_bodies
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
+from knotwork.verification.bounds.division import IndexArray, Known, divided, first_intervals
 from knotwork.verification.bounds.polynomials import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
-IndexArray = NDArray[np.intp]
-
 PARTS = 24
-"""The motion is first divided into about so many intervals, and at every break."""
+"""The motion is first divided into about this many intervals, and at every break."""
 
 DIGITS = 12
-"""Lengths [m] that agree to so many digits after the point are equal when times are chosen: what
+"""Lengths [m] that agree to this many digits after the point are equal when times are chosen: what
 rounds differently on another machine must not choose them."""
 
 PRECISION = 1e-3
@@ -136,18 +129,6 @@ def least_clearance(
     return min(found, key=lambda one: one.distance - one.margin)
 
 
-class Known(NamedTuple):
-    """What has been measured of m items, each a pair of solids at the middle of an interval.
-
-    Attributes:
-        distance: Between the solids [m], `nan` where it has not been measured; shape (m,).
-        normal: Unit vectors from the second to the first, shape (m, 3).
-    """
-
-    distance: FloatArray
-    normal: FloatArray
-
-
 class _Search:
     """The division of the time of a motion, for all pairs of solids together."""
 
@@ -160,12 +141,7 @@ class _Search:
     ) -> None:
         self.model, self.curve, self.resolution = model, curve, resolution
         self.table = SolidPairs(model)
-        self.first, self.second, self.pair = (
-            self.table.first,
-            self.table.second,
-            self.table.pair,
-        )
-        self.margin = self.table.margin
+        self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
         self.least_part = PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
@@ -179,7 +155,7 @@ class _Search:
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = self._intervals()
+        first = first_intervals(self.curve.x, self.windows, PARTS)
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
             item, combo = self._there(intervals)
@@ -188,20 +164,6 @@ class _Search:
                 intervals, item, combo, known = self._level(intervals, item, combo, known)
         self._look_inside()
         return self._clearances()
-
-    def _intervals(self) -> Intervals:
-        """The first intervals."""
-        x = self.curve.x
-        inner = self.windows[(self.windows > x[0]) & (self.windows < x[-1])]
-        edges = distinct(x, inner)
-        span = np.diff(edges)
-        parts = np.maximum(1, np.ceil(PARTS * span / (x[-1] - x[0]))).astype(int)
-        index = np.repeat(np.arange(len(span)), parts)
-        step = np.arange(len(index)) - np.repeat(np.cumsum(parts) - parts, parts)
-        start = edges[index] + span[index] * (step / parts[index])
-        length = span[index] / parts[index]
-        piece = np.clip(np.searchsorted(x, start + length / 2) - 1, 0, len(x) - 2)
-        return Intervals(piece, start - x[piece], length)
 
     def _there(self, intervals: Intervals) -> tuple[IndexArray, IndexArray]:
         """Which pairs of solids are there together in which intervals."""
@@ -244,7 +206,7 @@ class _Search:
         np.minimum.at(self.undecided_from, combo[left], at - half)
         np.maximum.at(self.undecided_until, combo[left], at + half)
         known = Known(distance[is_open], known.normal[is_open])
-        return _divided(intervals, item[is_open], combo[is_open], known)
+        return divided(intervals, item[is_open], combo[is_open], known)
 
     def _goal(self) -> FloatArray:
         """An interval is closed where its bound comes up to this [m], for each pair of solids."""
@@ -353,22 +315,3 @@ class _Search:
                 )
             )
         return tuple(result)
-
-
-def _divided(
-    intervals: Intervals, item: IndexArray, combo: IndexArray, known: Known
-) -> tuple[Intervals, IndexArray, IndexArray, Known]:
-    """Intervals of items that are still open, each in three parts; the middle ones are measured."""
-    used, place = np.unique(item, return_inverse=True)
-    third = intervals.length[used] / 3
-    start = intervals.start[used]
-    parts = Intervals(
-        np.repeat(intervals.piece[used], 3),
-        (start[:, None] + third[:, None] * np.arange(3)).ravel(),
-        np.repeat(third, 3),
-    )
-    items = (3 * place[:, None] + np.arange(3)).ravel()
-    distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
-    distance[:, 1], normal[:, 1] = known
-    parts_known = Known(distance.ravel(), normal.reshape(-1, 3))
-    return parts, items, np.repeat(combo, 3), parts_known

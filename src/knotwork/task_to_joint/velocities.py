@@ -1,0 +1,58 @@
+"""The joint velocities at a scenario's waypoint whose joint positions are chosen (eq 4)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
+from knotwork.kinematics.following.continuation import velocity_on_path
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+
+def velocity_at(
+    scenario: Scenario, robot: Robot, index: int, q: FloatArray, given: FloatArray | None
+) -> FloatArray:
+    """Joint velocities [rad/s or m/s], shape (d,), that give the tool its twist at a waypoint.
+
+    Args:
+        scenario: The task.
+        robot: The arm.
+        index: Index of the waypoint.
+        q: Joint positions there [rad or m], shape (d,).
+        given: Joint velocities where the waypoint gives them, else `None`.
+
+    Raises:
+        SingularityError: No joint velocities give the twist.
+    """
+    target, rate = scenario.waypoints[index], scenario.pull_to_middle
+    if given is not None or not isinstance(target, CartesianWaypoint):
+        return np.array(given)
+    for path in scenario.paths:
+        if path.first <= index <= path.last:
+            return velocity_on_path(robot, path.motion, q, target.time, rate)
+
+    def solved(preferred: FloatArray | None) -> FloatArray:
+        return solve_velocity_ik(
+            robot,
+            q,
+            target.twist,
+            preferred=preferred,
+            waypoint=target.name,
+            where=target.where,
+            units=scenario.units,
+        )
+
+    v = solved(None)
+    if not rate or not v.any():
+        return v
+    more = solved(pull_to_middle(robot, q, rate)) - v
+    return v + _most_within(v, more, robot.velocity_limit) * more
+
+
+def _most_within(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:
+    """The largest part, up to 1, of `more` that brings no velocity to its limit."""
+    room = np.where(more > 0, limit - v, limit + v)
+    parts = np.where(more != 0, np.maximum(room, 0.0) / np.maximum(np.abs(more), 1e-300), np.inf)
+    return float(min(1.0, parts.min()))
