@@ -108,6 +108,15 @@ def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> No
     ran = knotwork("sweep", "study", "--vary", "rate=1")
     assert ran.code == 2
     assert "--vary: study is the folder of a study, whose rows are only shown" in ran.err
+    for option in (
+        ["--workers", "0"],
+        ["--scheduler", "tcp://nowhere:1"],
+        ["--zip"],
+        ["--seed", "0"],
+    ):
+        ran = knotwork("sweep", "study", *option)
+        assert (ran.code, ran.out) == (2, "")
+        assert f"{option[0]}: study is the folder of a study" in ran.err
 
 
 def test_progress_has_rate_time_left_and_how_many_pass(

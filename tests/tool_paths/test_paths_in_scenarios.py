@@ -173,7 +173,7 @@ def test_a_path_that_the_arm_cannot_follow_says_where_and_why() -> None:
         kw.plan(task(FIRST, far))
     fast = {**LINE, "speed": 3000}
     with pytest.raises(
-        FollowingError, match=r"would have to turn at .* of the speed it could be"
+        FollowingError, match=r"would have to turn at .*; feasible at .* of the speed"
     ) as e:
         kw.plan(task(FIRST, fast, UP, path={"acceleration": 1e6}))
     assert e.value.cause == "velocity limit"

@@ -300,10 +300,10 @@ def test_a_motion_through_a_wall_says_where_a_waypoint_between_would_have_to_go(
     assert said.use == math.inf  # 5 mm are to be kept, so no part of them is left
     for words in (
         *("mm deep in wall at", "between 'here' and 'there'", "5 mm are to be kept"),
-        *("free is the side", "can lead past"),
+        *("move the tool", "can lead past"),
     ):
         assert words in said.message
-    assert "; between 'start' and 'here' free is the side" in said.message  # each contact has one
+    assert "; between 'start' and 'here' move the tool" in said.message  # each contact has one
     (_, here), (time, there) = sorted(proposed(said.message).items())
     assert 3 < time < 6
     # The wall is 250 mm high: the tool goes over it, with the margin, and some more for the bend.
@@ -370,8 +370,8 @@ def test_a_plan_under_the_floor_fails_once_there_is_a_floor() -> None:
     worst = pairs(report)["wrist_3_link, floor"]
     assert worst.value is not None
     assert worst.value < -0.45
-    assert "waypoint 'low' is in it and has to move itself" in worst.message
-    assert "towards [0, 0, 1]" in worst.message
+    assert "waypoint 'low' itself collides: move it at least" in worst.message
+    assert "along [0, 0, 1]" in worst.message
 
 
 def test_a_clear_pair_says_how_near_it_comes(knotwork: Command, tmp_path: Path) -> None:

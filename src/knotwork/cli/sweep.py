@@ -58,7 +58,7 @@ PICTURE = "study.png"
     type=click.IntRange(min=1),
     help="Number of random samples of what is uniform(…).",
 )
-@click.option("--seed", metavar="N", type=int, default=0, help="Of the random samples.")
+@click.option("--seed", metavar="N", type=int, help="Of the random samples; 0 if left out.")
 @click.option("--out", "-o", metavar="DIR", type=NewPath(), help="Folder for the study.")
 @click.option("--resume", is_flag=True, help="Go on with the study in the folder.")
 @click.option(
@@ -135,8 +135,7 @@ def sweep(
     for name in [*(figures or []), *filter(None, [best])]:
         figure_named(name)
     if is_study(source):
-        shown = {f"--{name}": planning[name] for name in ("vary", "rows", "resume")}
-        _refuse_planning(source, {**shown, "--out": out})
+        _refuse_planning(source, planning | {"out": out})
         study = sweeps.Study.open(source)
     else:
         given = {name: value for name, value in planning.items() if value is not None}
@@ -196,11 +195,12 @@ def _picture_path(given: str | None, folder: Path | None) -> Path | None:
 
 
 def _refuse_planning(source: str, given: dict[str, Any]) -> None:
-    for option, value in given.items():
-        if value:
+    for name, value in given.items():
+        if value is not None and value is not False and value != ():
+            option = "zip" if name == "together" else name.replace("_", "-")
             raise InputError(
-                f"{option}: {source} is the folder of a study, whose rows are only shown; to plan, "
-                "give the scenario"
+                f"--{option}: {source} is the folder of a study, whose rows are only shown; "
+                "to plan, give the scenario"
             )
 
 

@@ -35,7 +35,7 @@ ROOM_PRECISION = 2e-4
 """The least clearance of a motion is found to this [m], so that motions can be ranked by it."""
 
 LEADS_PAST = "can lead past"
-FARTHER = "where the motion beside it still collides, put it farther that way"
+FARTHER = "where the motion next to it still collides, move it further in that direction"
 
 
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -258,19 +258,19 @@ class _WaysOut:
         if way is None:
             return APART
         scale, unit = self.scenario.shown_length
-        move = f"{scale * way.distance:.4g} {unit} towards {_shown(way.direction)}"
+        move = f"{scale * way.distance:.4g} {unit} along {_shown(way.direction)}"
         place = f"{_shown(scale * way.tool)} {unit}"
         if waypoint is not None:
             return (
-                f"waypoint {waypoint!r} is in it and has to move itself: with the tool at "
-                f"{place}, {move}, or farther, it would be clear"
+                f"waypoint {waypoint!r} itself collides: move it at least {move}, to have the "
+                f"tool at {place}"
             )
         there = f"{_shown(scale * (way.tool + way.beyond * way.direction))} {unit}"
         step = 0.01 * float(np.linalg.norm(along)) or 1.0
         rounded = step * np.round(along / step)
         per_metre, speed_unit = self.scenario.units.shown(1.0, "m/s")
         return (
-            f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {there}, "
+            f"move the tool {move}: a waypoint near {time:.3f} s with the tool at {there}, "
             f"passed at some {_shown(per_metre * rounded)} {speed_unit}, {LEADS_PAST}"
         )
 

@@ -69,10 +69,10 @@ class LimitingConstraint(NamedTuple):
             if self.smallest_singular_value < 0.05
             else ""
         )
-        slower = "" if self.part is None else f"; at {self.part:g} of the speed it could be done"
+        slower = "" if self.part is None else f"; feasible at {self.part:g} of the speed"
         return (
             f"{joint} would have to turn at {units.text(self.value, f'{kind}/s', '.4g')}, and its "
-            f"limit is {units.shown(self.limit, kind)[0]:.4g}{singular}{slower}"
+            f"limit is {units.text(self.limit, f'{kind}/s', '.4g')}{singular}{slower}"
         )
 
 
