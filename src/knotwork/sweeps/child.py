@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import faulthandler
 import importlib
+import math
 import os
 import pickle
 import queue
@@ -101,7 +102,7 @@ class Child:
                 stderr=subprocess.DEVNULL,
                 env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
             )
-            self._answer(None, START_LIMIT)
+            self._answer(None, math.inf)
         return self._answer(question, question[-1])
 
     def _answer(self, question: Any, limit: float) -> Any:

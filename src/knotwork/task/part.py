@@ -1,4 +1,4 @@
-"""`TaskPart`: what all parts of a task have in common: checked when made, and never changed."""
+"""`TaskPart`: what all parts of a task have in common: they are checked when they are made."""
 
 from __future__ import annotations
 
