@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.containment import one_inside_the_other
@@ -14,9 +13,7 @@ from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.solids import Placed
 from knotwork.scene.supports import support
-from knotwork.waypoints import FloatArray
-
-IndexArray = NDArray[np.intp]
+from knotwork.waypoints import FloatArray, IndexArray
 
 
 class SolidPairs:

@@ -12,12 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.timing.budget import OnStep, casadi_callback
-from knotwork.waypoints import FloatArray
-
-IndexArray = NDArray[np.intp]
+from knotwork.waypoints import FloatArray, IndexArray
 
 OPTIONS: dict[str, Any] = {
     "print_time": False,

@@ -21,8 +21,8 @@ import numpy as np
 
 from knotwork.timing.efforts import effort_kernel, tool_kernel, work_kernel
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.program import Block, IndexArray, Kernel
-from knotwork.waypoints import FloatArray
+from knotwork.timing.program import Block, Kernel
+from knotwork.waypoints import FloatArray, IndexArray
 
 if TYPE_CHECKING:
     from knotwork.timing.dynamics import Dynamics

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import (
@@ -17,9 +16,7 @@ from knotwork.timing.efforts import (
 )
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.spline import pieces_each
-from knotwork.waypoints import FloatArray
-
-IndexArray = NDArray[np.intp]
+from knotwork.waypoints import FloatArray, IndexArray
 
 Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
 

@@ -78,7 +78,8 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
     """
     named: set[str] = set()
     for order in (2, 3):
-        peaks, times = (getattr(motion.curve.extrema(order), one) for one in ("peak", "peak_time"))
+        found = motion.curve.extrema(order)
+        peaks, times = found.peak, found.peak_time
         for unit in sorted(set(space.joint_units)):
             own = np.array([one == unit for one in space.joint_units])
             for i in np.flatnonzero(own & (peaks > FEEBLE[order])):

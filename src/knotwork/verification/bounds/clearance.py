@@ -32,10 +32,10 @@ from knotwork.scene.distances import ROUNDING, Nearest, nearest_of_bodies
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
-from knotwork.verification.bounds.division import IndexArray, Known, divided, first_intervals
+from knotwork.verification.bounds.division import Known, divided, first_intervals
 from knotwork.verification.bounds.polynomials import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, IndexArray
 
 PARTS = 24
 """The motion is first divided into about this many intervals, and at every break."""
@@ -186,13 +186,14 @@ class _Search:
         )
         motion = motions.largest(item, combo)
         least = self.table.least(rotation, origin)[item, combo]
-        self._measure(time[item], rotation, origin, item, combo, known, least, motion)
+        placed = self.table.axes(rotation, origin)
+        self._measure(time[item], *placed, item, combo, known, least, motion)
         distance = known.distance
         lower = np.where(np.isnan(distance), least, distance - ROUNDING) - motion
         goal = self._goal()[combo]
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
         where = item[apart], combo[apart], known.normal[apart]
-        gap = self.table.gaps(*where, *self.table.axes(rotation, origin)) - ROUNDING
+        gap = self.table.gaps(*where, *placed) - ROUNDING
         lower[apart] = np.maximum(lower[apart], gap - motions.along(*where))
         decided = lower >= goal
         small = motion <= self.resolution
@@ -218,8 +219,8 @@ class _Search:
     def _measure(
         self,
         time: FloatArray,
-        rotation: FloatArray,
-        origin: FloatArray,
+        turn: FloatArray,
+        shift: FloatArray,
         item: IndexArray,
         combo: IndexArray,
         known: Known,
@@ -233,8 +234,8 @@ class _Search:
 
         Args:
             time: Of each item [s].
-            rotation: Of all joints at each of the k times, shape (k, n + 1, 3, 3).
-            origin: Of all joints then [m], shape (k, n + 1, 3).
+            turn: Rotations of the solids' own axes at each of the k times, shape (k, s, 3, 3).
+            shift: Their origins then [m], shape (k, s, 3).
             item: Which of the k times each item is at.
             combo: Pair of solids of each item.
             known: What has been measured of each item; what is measured now is filled in.
@@ -245,7 +246,6 @@ class _Search:
         waiting = np.flatnonzero(np.isnan(known.distance) & (lower < first_goal[combo]))
         waiting = waiting[np.argsort(np.round(lower[waiting], DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()
-        turn, shift = self.table.axes(rotation, origin)
         columns = (waiting, combo[waiting], item[waiting], lower[waiting], motion[waiting])
         for i, c, k, nearest, moved in zip(*(one.tolist() for one in columns), strict=True):
             if nearest >= goal[c]:

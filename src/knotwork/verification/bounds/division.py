@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.distinct import distinct
 from knotwork.verification.bounds.polynomials import Intervals
-from knotwork.waypoints import FloatArray
-
-IndexArray = NDArray[np.intp]
+from knotwork.waypoints import FloatArray, IndexArray
 
 
 class Known(NamedTuple):
