@@ -447,3 +447,16 @@ def test_a_wait_has_one_label_where_it_begins() -> None:
     names = [one["text"] for one in scene(plan.view())["labels"] if one["kind"] == "waypoint"]
     assert "bead end" in names
     assert not [name for name in names if "wait" in name]
+
+
+def test_the_nearest_object_is_named_whatever_its_name_holds() -> None:
+    """Not the robot and itself, which are nearer to one another."""
+    still = {"joints": "home"}
+    task = {
+        "robot": "ur5",
+        "scene": {"objects": {"post, left": {"box": [0.1, 0.1, 0.1], "position": [0, 0, 3]}}},
+        "waypoints": [still, {**still, "after": 1}],
+    }
+    labels = scene(kw.plan(task).view())["labels"]
+    (closest,) = [one["text"] for one in labels if one["kind"] == "closest"]
+    assert ", post, left: " in closest

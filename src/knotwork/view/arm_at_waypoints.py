@@ -1,18 +1,18 @@
-"""The arm at the waypoints, for its translucent copies and for the camera."""
+"""The arm at the waypoints and along its motion, for its translucent copies and for the camera."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree, place_joints
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.view.links import LinkShapes
-from knotwork.view.mesh import coarse
+from knotwork.view.mesh import box_corners
 from knotwork.waypoints import FloatArray
 
 MOST_STOPS = 200
@@ -21,8 +21,6 @@ DISTANCE = 0.12
 MOST_COPIES = 4
 # Samples of the arm along the motion.
 PASSED = 40
-# Detail of the arm where only its outline counts, relative to the scene's size.
-DETAIL = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +43,7 @@ class Stops:
         Args:
             size: Extent of the scene [m].
         """
-        kept = [0] if len(self.outlines) else []
+        kept = [0]
         apart = np.full(len(self.outlines), np.inf)
         while len(kept) < MOST_COPIES:
             moved = np.linalg.norm(self.outlines - self.outlines[kept[-1]], axis=2).max(axis=1)
@@ -72,54 +70,22 @@ def find_stops(
         scenario: The task.
         trajectory: The motion, for the times of waypoints that it knows.
     """
-    times = scenario.times if scenario is not None else trajectory.waypoint_times
-    times = curve.x[[0, -1]] if times is None else times
-    times = times[(times >= curve.x[0]) & (times <= curve.x[-1])]
-    if not len(times):
-        times = curve.x[[0, -1]]
-    position = np.asarray(curve(times[:: len(times) // MOST_STOPS + 1]))
-    boxes: list[FloatArray | None] = []
-    for shape in shapes.shapes:
-        corners = None
-        if shape is not None:
-            low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
-            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
-        boxes.append(corners)
-    outlines, passed = (
-        np.array([_placed(robot, boxes, q) for q in some])
-        for some in (position, curve(np.linspace(curve.x[0], curve.x[-1], PASSED)))
-    )
-    return Stops(position, outlines, passed)
+    start, end = curve.x[[0, -1]]
+    known = scenario.times if scenario is not None else trajectory.waypoint_times
+    times = np.asarray(known if known is not None else ())
+    times = times[(times >= start) & (times <= end)]
+    times = times[:: len(times) // MOST_STOPS + 1] if len(times) else curve.x[[0, -1]]
+    position = np.asarray(curve(times))
+    boxes = [None if one is None else box_corners(one.vertices) for one in shapes.shapes]
+    joints = joint_tree(robot.model)
 
+    def outlines(q: FloatArray) -> FloatArray:
+        rotation, origin = place_joints(joints, q)
+        placed = [
+            box @ rotation[:, i].swapaxes(1, 2) + origin[:, i, np.newaxis]
+            for i, box in enumerate(boxes)
+            if box is not None
+        ]
+        return np.concatenate(placed, axis=1)
 
-def arm_triangles(
-    robot: Robot, shapes: LinkShapes, positions: FloatArray, size: float
-) -> list[FloatArray]:
-    """Give the arm's surface, coarsely, at each of some joint positions.
-
-    Args:
-        robot: The arm.
-        shapes: Its meshes.
-        positions: Joint positions [rad or m], shape (s, d).
-        size: Extent of the scene [m].
-
-    Returns:
-        For each its triangles' corners in the axes of the URDF's root [m], shape (m, 3, 3).
-    """
-    corners: list[FloatArray | None] = []
-    for shape in shapes.shapes:
-        rough = coarse(shape, DETAIL * size) if shape is not None else None
-        corners.append(rough.vertices[rough.faces].reshape(-1, 3) if rough is not None else None)
-    return [_placed(robot, corners, q).reshape(-1, 3, 3) for q in positions]
-
-
-def _placed(robot: Robot, points: list[FloatArray | None], q: FloatArray) -> FloatArray:
-    """Put points that joints carry, `None` where one carries nothing, at joint positions q."""
-    data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, q)
-    placed = [
-        own @ at.rotation.T + at.translation
-        for own, at in zip(points, data.oMi, strict=True)
-        if own is not None
-    ]
-    return np.concatenate(placed)
+    return Stops(position, outlines(position), outlines(curve(np.linspace(start, end, PASSED))))

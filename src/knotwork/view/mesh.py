@@ -18,15 +18,8 @@ _Number = TypeVar("_Number", bound=np.generic)
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
-# A file whose corners have more normals of their own than this shades its faces flat, so that
-# rounded parts look faceted: its normals are not used.
-MOST_CORNERS = 0.6
-# Faces that meet at less than this are shaded as one smooth surface.
-CREASE = np.cos(np.radians(35.0))
-MOST_AROUND = 64
-"""Faces around a point of which a mean is made: a file may have all of its faces around one."""
-MOST_PAIRS = 1_000_000
-"""Of faces around a point that are looked at together."""
+CREASE = np.radians(35.0)
+"""Faces that meet at less than this are shaded as one smooth surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +32,8 @@ class Mesh:
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, not seen, to 1, opaque.
-        coloured: Whether its colours are given, or a warning names their fault; else it is grey.
+        coloured: Whether its colours are given; else it is grey.
+        fault: Why the image that its file names is not taken, or empty.
         uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
         image: File of the image that gives it its colours, or `None`.
     """
@@ -50,6 +44,7 @@ class Mesh:
     colours: FloatArray
     opacity: float = 1.0
     coloured: bool = True
+    fault: str = ""
     uv: FloatArray | None = None
     image: Path | None = None
 
@@ -89,6 +84,12 @@ def normalised(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.divide(vectors, length, out=np.array(vectors), where=length > 0))
 
 
+def box_corners(points: FloatArray) -> FloatArray:
+    """Corners of the box about points of shape (n, 3), along the axes; shape (8, 3)."""
+    bounds = zip(points.min(axis=0), points.max(axis=0), strict=True)
+    return np.array(np.meshgrid(*bounds)).reshape(3, -1).T
+
+
 def merged(meshes: Sequence[Mesh]) -> Mesh:
     """Put meshes into one, without their images; it is as opaque as the first."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
@@ -108,26 +109,8 @@ def drawable(part: MeshPart) -> Mesh:
     corners = part.points[part.triangles]
     if part.image is not None and part.uv is not None:
         return replace(from_triangles(corners, WHITE, part.uv), image=part.image)
-    mesh = _with_own_normals(part) or from_triangles(corners, part.colour or GREY)
-    return replace(mesh, coloured=part.colour is not None or bool(part.fault))
-
-
-def _with_own_normals(part: MeshPart) -> Mesh | None:
-    """Use a file's own normals, if there are some and they are not those of single faces."""
-    if part.normals is None or part.corner_normals is None or len(part.normals) < 2:
-        return None
-    pairs = part.triangles * len(part.normals) + part.corner_normals
-    vertices, faces = np.unique(pairs, return_inverse=True)
-    if len(vertices) > MOST_CORNERS * pairs.size:
-        return None
-    point, normal = np.divmod(vertices, len(part.normals))
-    mesh = Mesh(
-        part.points[point],
-        normalised(part.normals[normal]),
-        faces.reshape(-1, 3),
-        np.zeros((len(vertices), 3)),
-    )
-    return mesh.painted(part.colour or GREY)
+    mesh = from_triangles(corners, part.colour or GREY)
+    return replace(mesh, coloured=part.colour is not None, fault=part.fault)
 
 
 def from_triangles(
@@ -142,50 +125,30 @@ def from_triangles(
         colour: Red, green, blue and opacity.
         uv: Place in an image of each corner, shape (m, 3, 2).
     """
+    from trimesh import Trimesh
+    from trimesh.graph import connected_component_labels
+
     corners = np.asarray(corners, dtype=float)
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     keep = np.linalg.norm(areas, axis=1) > 0
-    corners, areas = corners[keep], areas[keep]
-    points, index = unique_rows(corners.reshape(-1, 3).round(7))
-    normals = np.round(127 * _creased(areas, index, len(points)))
-    columns = [index[:, np.newaxis], normals]
+    areas = areas[keep]
+    points, index = unique_rows(corners[keep].reshape(-1, 3).round(7))
+    joined = Trimesh(points, index.reshape(-1, 3), process=False)
+    smooth = joined.face_adjacency[joined.face_adjacency_angles < CREASE]
+    surface = connected_component_labels(smooth, len(areas))
+    columns = [index, np.repeat(surface, 3)]
     if uv is not None:
-        columns.append(uv[keep].reshape(-1, 2))
-    unique, inverse = unique_rows(np.hstack(columns))
+        columns += [*uv[keep].reshape(-1, 2).T]
+    unique, inverse = unique_rows(np.stack(columns, axis=1))
+    normals = np.zeros((len(unique), 3))
+    np.add.at(normals, inverse, np.repeat(areas, 3, axis=0))
     mesh = Mesh(
         points[unique[:, 0].astype(np.int64)],
-        normalised(unique[:, 1:4]),
+        normalised(normals),
         inverse.reshape(-1, 3),
         np.zeros((len(unique), 3)),
     ).painted(colour)
-    return mesh if uv is None else replace(mesh, uv=unique[:, 4:])
-
-
-def _creased(areas: FloatArray, index: IndexArray, points: int) -> FloatArray:
-    """Normal at each corner of each face: the mean of the faces around that are nearly level.
-
-    Where very many faces share a point, each keeps its own.
-    """
-    faces = np.repeat(np.arange(len(areas)), 3)
-    order = np.argsort(index, kind="stable")
-    counts = np.bincount(index, minlength=points)
-    starts = np.cumsum(counts) - counts
-    unit = normalised(areas)
-    normals = unit[faces]
-    corners = np.flatnonzero(counts[index] <= MOST_AROUND)
-    parts = -(-int(counts[index[corners]].sum()) // MOST_PAIRS)
-    for some in np.array_split(corners, max(1, parts)):
-        # Each corner with each face that shares its point.
-        repeats = counts[index[some]]
-        corner = np.repeat(some, repeats)
-        first = np.cumsum(repeats) - repeats
-        within = np.arange(len(corner)) - np.repeat(first, repeats)
-        neighbour = faces[order[starts[index[corner]] + within]]
-        level = np.einsum("ij,ij->i", unit[faces[corner]], unit[neighbour]) > CREASE
-        near = np.where(level[:, np.newaxis], areas[neighbour], 0.0)
-        if len(some):
-            normals[some] = normalised(np.add.reduceat(near, first))
-    return normals
+    return mesh if uv is None else replace(mesh, uv=unique[:, 2:])
 
 
 def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:

@@ -13,12 +13,9 @@ from knotwork.waypoints import FloatArray
 
 def box(size: Sequence[float], colour: Sequence[float]) -> Mesh:
     """Make a box about the origin; size along x, y and z [m]."""
-    unit = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    quads = np.array(
-        [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    )
-    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    return from_triangles((unit * np.asarray(size, dtype=float))[triangles], colour)
+    from trimesh import creation
+
+    return from_triangles(creation.box(extents=size).triangles, colour)
 
 
 def turned(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh:
@@ -30,21 +27,9 @@ def turned(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh
         colour: Red, green, blue and opacity.
         sides: Number of sides around.
     """
-    ring = np.asarray(profile, dtype=float)
-    angle = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    points = np.concatenate(
-        [
-            ring[:, np.newaxis, :1] * around[np.newaxis],
-            np.broadcast_to(ring[:, np.newaxis, 1:], (len(ring), sides, 1)),
-        ],
-        axis=2,
-    )
-    low, high = points[:-1], points[1:]
-    low_next, high_next = np.roll(low, -1, axis=1), np.roll(high, -1, axis=1)
-    first = np.stack([low, low_next, high_next], axis=2).reshape(-1, 3, 3)
-    second = np.stack([low, high_next, high], axis=2).reshape(-1, 3, 3)
-    return from_triangles(np.concatenate([first, second]), colour)
+    from trimesh import creation
+
+    return from_triangles(creation.revolve(profile, sections=sides).triangles, colour)
 
 
 def cylinder(radius: float, length: float, colour: Sequence[float]) -> Mesh:
@@ -132,21 +117,15 @@ def tube(points: FloatArray, colours: FloatArray, radius: float, sides: int = 8)
         carried = across[i - 1] - along[i] * (across[i - 1] @ along[i])
         length = float(np.linalg.norm(carried))
         across[i] = carried / length if length > 1e-6 else frame_along(along[i])[:, 0]
-    up = np.cross(along, across)
-    angle = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
-    normals = (
-        np.cos(angle)[np.newaxis, :, np.newaxis] * across[:, np.newaxis]
-        + np.sin(angle)[np.newaxis, :, np.newaxis] * up[:, np.newaxis]
-    )
-    vertices = points[:, np.newaxis] + radius * normals
-    row, side = np.meshgrid(np.arange(len(points) - 1), np.arange(sides), indexing="ij")
-    low, low_next = row * sides + side, row * sides + (side + 1) % sides
-    faces = np.concatenate(
-        [
-            np.stack([low, low_next, low_next + sides], axis=-1).reshape(-1, 3),
-            np.stack([low, low_next + sides, low + sides], axis=-1).reshape(-1, 3),
-        ]
-    )
+    angle = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)[:, np.newaxis, np.newaxis]
+    around = np.cos(angle) * across + np.sin(angle) * np.cross(along, across)
+    normals = around.swapaxes(0, 1).reshape(-1, 3)
+    ring = np.arange(len(normals)).reshape(-1, sides)
+    beside = np.roll(ring, -1, axis=1)
+    quads = np.stack([ring[:-1], beside[:-1], beside[1:], ring[1:]], axis=-1).reshape(-1, 4)
     return Mesh(
-        vertices.reshape(-1, 3), normals.reshape(-1, 3), faces, np.repeat(colours, sides, axis=0)
+        np.repeat(points, sides, axis=0) + radius * normals,
+        normals,
+        np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]),
+        np.repeat(colours, sides, axis=0),
     )

@@ -16,17 +16,17 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
-from knotwork.units import SI, Units
+from knotwork.units import SI
 from knotwork.verification import Report, check
 from knotwork.verification.brief import summary
 from knotwork.verification.worst import told_failures
-from knotwork.view.arm_at_waypoints import Stops, arm_triangles, find_stops
+from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
-from knotwork.view.objects import Objects, scene_objects
+from knotwork.view.objects import scene_objects
 from knotwork.view.packing import packed, thing
 from knotwork.view.path_meshes import (
     DEVIATION_COLOURS,
@@ -46,8 +46,6 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.015
-# The first view is chosen by what the arm hides at this number of waypoints.
-MOST_HIDING = 5
 # Drawn in their own colours, whatever the light.
 UNLIT = ("path", "limits broken", "failures", "deviation")
 # Parts of a scene that depend on the robot alone: most of the data.
@@ -71,18 +69,18 @@ class _Shown:
     asked: Sequence[CartesianWaypoint]
     path: ToolTrace | None
 
-    @property
-    def units(self) -> Units:
-        """Those of the scenario, and SI without one, as in plots."""
-        return self.scenario.units if self.scenario is not None else SI
+    def task_points(self) -> FloatArray:
+        """The tool's path and the waypoints [m], shape (n, 3)."""
+        path = [] if self.path is None else [self.path.position]
+        asked = [target.pose.translation[np.newaxis] for target in self.asked]
+        return np.concatenate([np.zeros((0, 3)), *path, *asked])
 
     def points(self) -> FloatArray:
         """Everything that must be in view [m], shape (n, 3)."""
         points = [self.stops.outlines.reshape(-1, 3), self.stops.passed.reshape(-1, 3)]
+        points.append(self.task_points())
         if self.path is not None:
-            points.append(self.path.position)
             points += asked_points(self.scenario, self.robot, 1.0)
-        points += [target.pose.translation[np.newaxis] for target in self.asked]
         if self.scenario is not None:
             base = self.robot.base_placement
             placed = (base * frame for frame in self.scenario.frames.values())
@@ -122,13 +120,31 @@ def make_scene(
     points = shown.points()
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
     still, unread = _robot_data(shown, size, before)
-    if before is not None and still["joints"] is not before["joints"]:
-        before = None
-    arm, objects = _arm_data(shown, trajectory, points, size, before)
+    same = before is not None and still["joints"] is before["joints"]
+    task = shown.task_points()
+    objects = scene_objects(scenario, robot, shown.curve, report, size)
+    things, labels, legend = _task_data(shown, size)
+    units = scenario.units if scenario is not None else SI
+    arms = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
     return {
         "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
         **still,
-        **arm,
+        "arms": [arm_frames(name, motion, robot) for name, motion in arms.items()],
+        "ghosts": shown.stops.position[shown.stops.distinct(size)].tolist(),
+        "things": [*things, *objects.things],
+        "labels": [*labels, *objects.labels],
+        "waypoints": waypoint_times(scenario, trajectory),
+        "strip": strip(robot, shown.curve, scenario, space, report),
+        "joint_panel": joint_panel(robot, units),
+        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
+        "legend": legend,
+        "size": size,
+        "floor": float(min(shown.stops.outlines[..., 2].min(), 0.0)),
+        **views(
+            _thinned(np.concatenate([points, objects.points])),
+            task,
+            before["view"]["from"] if same and before is not None else None,
+        ),
         **_verdict(report),
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
@@ -208,53 +224,13 @@ def _failures(
     return [str(item) for item in check(trajectory, scenario, space=space).failures]
 
 
-def _arm_data(
-    shown: _Shown,
-    trajectory: JointTrajectory,
-    points: FloatArray,
-    size: float,
-    before: Mapping[str, Any] | None,
-) -> tuple[dict[str, Any], Objects]:
-    """The arm's motions, the task, and where to look from."""
-    robot, stops, path = shown.robot, shown.stops, shown.path
-    copies = stops.position[stops.distinct(size)]
-    moved = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
-    things, labels, legend = ([], [], {}) if path is None else _task_data(shown, path, size)
-    objects = scene_objects(shown.scenario, robot, shown.curve, shown.report, size)
-    things, labels = [*things, *objects.things], [*labels, *objects.labels]
-    points = np.concatenate([points, objects.points])
-    arms: Sequence[FloatArray] = ()
-    if path is not None and before is None:
-        hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
-        arms = arm_triangles(robot, shown.shapes, hiding, size)
-    data = {
-        "arms": [arm_frames(name, motion, robot) for name, motion in moved.items()],
-        "ghosts": copies.tolist(),
-        "things": things,
-        "labels": labels,
-        "waypoints": waypoint_times(shown.scenario, trajectory),
-        "strip": strip(robot, shown.curve, shown.scenario, shown.space, shown.report),
-        "joint_panel": joint_panel(robot, shown.units),
-        "units": {"length": shown.units.length, "per_metre": shown.units.shown(1.0, "m")[0]},
-        "legend": legend,
-        "size": size,
-        "floor": float(min(stops.outlines[..., 2].min(), 0.0)),
-        **views(
-            _thinned(points),
-            path.position if path is not None else np.zeros((0, 3)),
-            np.array([one.pose.translation for one in shown.asked]).reshape(-1, 3),
-            arms,
-            None if before is None else before["view"]["from"],
-        ),
-    }
-    return data, objects
-
-
 def _task_data(
-    shown: _Shown, path: ToolTrace, size: float
+    shown: _Shown, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
-    """Meshes by name, labels and the legend."""
-    robot = shown.robot
+    """Meshes of the tool and its task, labels and the legend; nothing without a tool."""
+    robot, path = shown.robot, shown.path
+    if path is None:
+        return [], [], {}
     colours, speeds = speed_colours(path, shown.scenario, shown.curve, shown.asked)
     meshes = path_meshes(path, colours, size)
     along = {
@@ -275,11 +251,7 @@ def _task_data(
         for name, mesh in meshes.items()
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
-    legend = {
-        **speeds,
-        **seconds,
-        "broken": bool(path.broken.any()),
-    }
+    legend = {**speeds, **seconds, "broken": bool(path.broken.any())}
     if shown.scenario is not None and "deviation" in meshes:
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)
