@@ -93,7 +93,7 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     drawn = data(limit)[1]
     assert drawn[~np.isnan(drawn)] == pytest.approx(1e3 * worst.limit)
     assert not np.isnan(drawn).all()
-    (curve,) = lines(axis, "tool")
+    (curve,) = lines(axis, "curve")
     most = np.nanmax(data(curve)[1]) / 1e3  # the value is the worst sample, the excess what is left
     assert worst.value * (1 - 1e-6) <= most <= worst.value + worst.excess + 1e-9
     assert len(lines(axis, "broken")) == 1
@@ -110,7 +110,7 @@ def test_a_limit_from_below_is_shown_too() -> None:
         figure = plot_tool(plan)
         row = figure.axes[-1]
         assert row.get_ylabel().replace("\n", " ") == "smallest singular value"
-        assert np.nanmin(data(lines(row, "tool")[0])[1]) == pytest.approx(least.value, rel=1e-3)
+        assert np.nanmin(data(lines(row, "curve")[0])[1]) == pytest.approx(least.value, rel=1e-3)
         assert bool(lines(row, "broken")) == (share > 1)
         assert f"limit {share * least.value:.3g}" in notes(figure)[-1]
         assert plan.report.ok == (share < 1)

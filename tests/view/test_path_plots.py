@@ -61,7 +61,7 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
         ("speed error", "path_speed", 100 / 0.06),
     ):
         axis = panel(figure, title)
-        time, value = data(lines(axis, "tool")[0])
+        time, value = data(lines(axis, "curve")[0])
         found = seam.report.select(quantity=quantity)
         assert len(found) == 3
         for one in found[:2]:  # both at 60 mm/s
@@ -80,7 +80,7 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
 
 def test_deviation_of_an_arc_is_its_distance_from_the_circle(seam: Plan) -> None:
     axis = panel(plot_tool(seam), "off tool path")
-    time, off = data(lines(axis, "tool")[0])
+    time, off = data(lines(axis, "curve")[0])
     robot = seam.space.robot
     assert robot is not None
     start, end = (seam.scenario.waypoints[i].time for i in (3, 4))
@@ -93,7 +93,7 @@ def test_deviation_of_an_arc_is_its_distance_from_the_circle(seam: Plan) -> None
 
 def test_straight_paths_are_for_intervals_that_are_no_path(seam: Plan) -> None:
     axis = panel(plot_tool(seam), "off straight path")
-    time, _ = data(lines(axis, "tool")[0])
+    time, _ = data(lines(axis, "curve")[0])
     assert time[0] == seam.scenario.waypoints[4].time
     assert time[-1] == seam.scenario.waypoints[5].time
 
@@ -136,7 +136,7 @@ def test_only_waypoints_of_the_scenario_are_named_and_nothing_overlaps(
 @pytest.mark.parametrize("draw", [plot_tool, plot_joints])
 def test_a_window_shows_the_same_curve_between_two_times(seam: Plan, draw: Any) -> None:
     whole, part = draw(seam), draw(seam, window=(3.0, 5.0))
-    kind = "tool" if draw is plot_tool else "curve"
+    kind = "curve"
     low, high = part.axes[0].get_xlim()
     assert 2.9 < low < 3 < 5 < high < 5.1
     assert [text.get_text() for text in waypoint_names(part.axes[0])] == ["corner"]

@@ -25,7 +25,7 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
         "off straight path [mm]",
         "turned from it [deg]",
     ]
-    time, speed = data(lines(figure.axes[0], "tool")[0])
+    time, speed = data(lines(figure.axes[0], "curve")[0])
     robot = deburring.space.robot
     assert robot is not None
     for i in range(0, len(time), 97):
@@ -49,7 +49,7 @@ def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> No
     assert robot is not None
     worst = straight_path_deviation(robot, deburring.trajectory, deburring.scenario.waypoints)
     assert worst is not None
-    off, turned = (data(lines(axis, "tool")[0]) for axis in figure.axes[2:])
+    off, turned = (data(lines(axis, "curve")[0]) for axis in figure.axes[2:])
     assert np.nanmax(off[1]) == pytest.approx(1e3 * worst.position, rel=0.01)
     assert np.nanmax(turned[1]) == pytest.approx(math.degrees(worst.orientation), rel=0.01)
     # from the start, which is given by joint values, there is no straight path
@@ -60,7 +60,7 @@ def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> No
 def test_planners_lie_over_each_other(deburring: Plan) -> None:
     figure = plot_tool([deburring, kw.plan("ur5_deburring", planner="trapezoidal")])
     for axis in figure.axes:
-        assert [str(line.get_gid()).split(":")[1] for line in lines(axis, "tool")] == [
+        assert [str(line.get_gid()).split(":")[1] for line in lines(axis, "curve")] == [
             "modified-hermite",
             "trapezoidal",
         ]

@@ -91,7 +91,7 @@ def box_corners(points: FloatArray) -> FloatArray:
 
 
 def merged(meshes: Sequence[Mesh]) -> Mesh:
-    """Put meshes into one, without their images; it is as opaque as the first."""
+    """Put meshes into one, with their faults but no images; it is as opaque as the first."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
@@ -101,6 +101,7 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
         ),
         np.concatenate([mesh.colours for mesh in meshes]),
         meshes[0].opacity,
+        fault="; ".join(dict.fromkeys(mesh.fault for mesh in meshes if mesh.fault)),
     )
 
 
@@ -125,8 +126,7 @@ def from_triangles(
         colour: Red, green, blue and opacity.
         uv: Place in an image of each corner, shape (m, 3, 2).
     """
-    from trimesh import Trimesh
-    from trimesh.graph import connected_component_labels
+    from trimesh import Trimesh, graph
 
     corners = np.asarray(corners, dtype=float)
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -135,7 +135,7 @@ def from_triangles(
     points, index = unique_rows(corners[keep].reshape(-1, 3).round(7))
     joined = Trimesh(points, index.reshape(-1, 3), process=False)
     smooth = joined.face_adjacency[joined.face_adjacency_angles < CREASE]
-    surface = connected_component_labels(smooth, len(areas))
+    surface = graph.connected_component_labels(smooth, len(areas))  # type: ignore[no-untyped-call]
     columns = [index, np.repeat(surface, 3)]
     if uv is not None:
         columns += [*uv[keep].reshape(-1, 2).T]

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import InputError
 from knotwork.meshes.mesh_files import read_mesh
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Shape
 from knotwork.scene.cells import read_cells
-from knotwork.verification import Report
-from knotwork.view.mesh import Mesh, drawable, from_triangles, merged
+from knotwork.verification import Finding, Report
+from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merged
 from knotwork.view.packing import label, thing
 from knotwork.view.primitive_meshes import box, frame_along, rod, solid, sphere, turned
 from knotwork.waypoints import FloatArray
@@ -31,26 +30,22 @@ def cloud_mesh(shape: Shape, colour: Sequence[float]) -> Mesh:
     Raises:
         InputError: The file can't be read.
     """
-    if shape.path is None:
-        raise InputError("a point cloud needs a file")
+    from trimesh import creation
+
+    assert shape.path is not None  # a task's clouds have files
     changed = shape.path.stat().st_mtime_ns
     cells = read_cells(shape.path, changed, shape.scale[0], shape.resolution)
     while len(cells.index) > MOST_DRAWN:
         cells = cells.coarser()
+    cube = creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
     taken = set(map(tuple, cells.index.tolist()))
-    quads = []
-    for axis in range(3):
-        across, up = np.eye(3)[axis - 2], np.eye(3)[axis - 1]
-        for side in (0, 1):
-            step = np.eye(3, dtype=np.int64)[axis] * (2 * side - 1)
-            neighbours = map(tuple, (cells.index + step).tolist())
-            bare = np.array([one not in taken for one in neighbours])
-            corner = cells.index[bare] + side * np.eye(3)[axis]
-            ring = [corner, corner + across, corner + across + up, corner + up]
-            quads.append(np.stack(ring if side else ring[::-1], axis=1))
-    corners = np.concatenate(quads) * cells.edge
-    triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
-    return from_triangles(triangles, colour)
+    sides = []
+    for side in cube.facets:  # two triangles each
+        outwards = np.round(cube.face_normals[side[0]]).astype(np.int64)
+        neighbours = map(tuple, (cells.index + outwards).tolist())
+        bare = cells.index[[one not in taken for one in neighbours]]
+        sides.append(bare[:, np.newaxis, np.newaxis, np.newaxis] + cube.triangles[side])
+    return from_triangles(np.concatenate(sides).reshape(-1, 3, 3) * cells.edge, colour)
 
 
 OBJECT = (0.76, 0.70, 0.58, 1.0)
@@ -100,7 +95,8 @@ def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
         made = cloud_mesh(shape, colour)
     elif shape.path is not None:
         parts = [drawable(part) for part in read_mesh(shape.path)]
-        made = merged([part if part.coloured else part.painted(colour) for part in parts])
+        own = [one if one.coloured or one.fault else one.painted(colour) for one in parts]
+        made = merged(own)
         made = made.scaled(shape.scale)
     elif shape.kind == "ellipsoid":
         made = sphere(1.0, colour).scaled(shape.size)
@@ -130,66 +126,60 @@ def scene_objects(
     """
     things: list[dict[str, Any]] = []
     labels: list[dict[str, Any]] = []
+    drawn: list[tuple[str, Mesh]] = []
     points = [np.zeros((0, 3))]
-    base = robot.base_placement
-    for one in scenario.scene.objects if scenario is not None else ():
-        plane = one.shape.kind == "half_space"
-        mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(base)
-        things.append(thing(OBJECTS, mesh, around=True))
-        if plane:
-            continue
-        middle, detail = mesh.vertices.mean(axis=0), f"object {one.name!r}"
-        labels.append(label(one.name, "object", middle, detail))
-        corners = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
-        if np.ptp(corners, axis=0).max() <= size:
-            points.append(corners)
     if scenario is not None:
-        things += _carried(scenario, robot, curve, size)
+        for one in scenario.scene.objects:
+            plane = one.shape.kind == "half_space"
+            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size)
+            mesh = mesh.placed(robot.base_placement)
+            things.append(thing(OBJECTS, mesh, around=True))
+            drawn.append((f"object {one.name!r}", mesh))
+            if plane:
+                continue
+            middle = mesh.vertices.mean(axis=0)
+            labels.append(label(one.name, "object", middle, f"object {one.name!r}"))
+            corners = box_corners(mesh.vertices)
+            if np.ptp(corners, axis=0).max() <= size:
+                points.append(corners)
+        for name, mesh, parts in _carried(scenario, robot, curve, size):
+            things += parts
+            drawn.append((name, mesh))
     things += _hulls(robot)
-    if report is not None:
-        line, distance = _closest(report, {one["text"] for one in labels}, base, size)
+    if scenario is not None and report is not None:
+        line, distance = _closest(report, scenario, robot.base_placement, size)
         things, labels = things + line, labels + distance
-    warnings = () if scenario is None else tuple(_lost_images(scenario))
-    return Objects(things, labels, np.concatenate(points), warnings)
-
-
-def _lost_images(scenario: Scenario) -> Iterator[str]:
-    """Images named in the scene's meshes that can't colour them."""
-    scene = scenario.scene
-    named = [(f"object {one.name!r}", one.shape) for one in scene.objects]
-    named += [(f"object {one.name!r}", one.shape) for one in scene.held]
-    for what, shape in (*named, *(("tool", shape) for shape in scene.tool)):
-        mesh = shape.path if shape.kind == "mesh" else None
-        parts = read_mesh(mesh) if mesh is not None else ()
-        faults = dict.fromkeys(part.fault for part in parts if part.fault)
-        if faults:
-            yield f"{what}: {'; '.join(faults)}"
+    faults = tuple(f"{name}: {mesh.fault}" for name, mesh in drawn if mesh.fault)
+    return Objects(things, labels, np.concatenate(points), faults)
 
 
 def _carried(
     scenario: Scenario, robot: Robot, curve: PiecewisePolynomial, size: float
-) -> list[dict[str, Any]]:
+) -> Iterator[tuple[str, Mesh, list[dict[str, Any]]]]:
     """The tool's shapes, and held objects: before they are taken, carried, and left."""
-    things = []
     scene, model = scenario.scene, robot.model
-    if scene.tool and robot.tool_frame is not None:
-        frame = model.frames[robot.frame_index(robot.tool_frame)]
-        for shape in scene.tool:
-            mesh = shape_mesh(shape, TOOL, size).placed(frame.placement)
-            things.append(thing("tool shape", mesh, carrier=int(frame.parentJoint)))
+    if robot.tool_frame is None or not (scene.tool or scene.held):
+        return
+    frame = model.frames[robot.require_tool()]
+    joint = int(frame.parentJoint)
+    mount = model.frames[robot.frame_index(robot.tool_frame)].placement
+    for shape in scene.tool:
+        mesh = shape_mesh(shape, TOOL, size).placed(mount)
+        yield "tool", mesh, [thing("tool shape", mesh, carrier=joint)]
     times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     for held in scene.held:
-        frame = model.frames[robot.require_tool()]
         mesh = shape_mesh(held.shape, HELD, size)
-        start, end = (
-            float(np.clip(times[name], curve.x[0], curve.x[-1])) for name in (held.take, held.leave)
-        )
+        taken, left = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
         carried = mesh.placed(frame.placement)
-        things.append(thing("held", carried, carrier=int(frame.parentJoint), between=[start, end]))
-        for time, between in ((start, [None, start]), (end, [end, None])):
-            stands = mesh.placed(robot.base_placement * robot.forward(curve(time)))
-            things.append(thing("held", stands, between=between))
-    return things
+        before, after = (
+            mesh.placed(robot.base_placement * robot.forward(curve(at))) for at in (taken, left)
+        )
+        parts = [
+            thing("held", carried, carrier=joint, between=[taken, left]),
+            thing("held", before, between=[None, taken]),
+            thing("held", after, between=[left, None]),
+        ]
+        yield f"object {held.name!r}", mesh, parts
 
 
 def _hulls(robot: Robot) -> list[dict[str, Any]]:
@@ -212,18 +202,23 @@ def _hulls(robot: Robot) -> list[dict[str, Any]]:
 
 
 def _closest(
-    report: Report, objects: set[str], base: pin.SE3, size: float
+    report: Report, scenario: Scenario, base: pin.SE3, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """The line between the nearest points, and its label; nothing where bodies are too near.
 
     Pairs with an object come first.
     """
+    names = [one.name for one in scenario.scene.objects]
     pairs = [found for found in report.select(subject="pair") if len(found.points) == 2]
-    around = [found for found in pairs if not found.detail]
-    if not around or not all(found.ok for found in pairs):
+    if not pairs or not all(found.ok for found in pairs):
         return [], []
-    outside = [found for found in around if objects & set(found.name.split(", "))]
-    nearest = min(outside or around, key=lambda found: found.value or 0.0)
+
+    def rank(found: Finding) -> tuple[bool, bool, float]:
+        ends = (f"{name}, " for name in names), (f", {name}" for name in names)
+        around = found.name.startswith(tuple(ends[0])) or found.name.endswith(tuple(ends[1]))
+        return found.detail, not around, found.value or 0.0
+
+    nearest = min(pairs, key=rank)
     first, second = (base.act(np.array(point)) for point in nearest.points)
     distance = report.units.text(nearest.value or 0.0, "m", ".3g")
     text = f"{nearest.name}: {distance} at {nearest.time or 0.0:.2f} s"

@@ -1,116 +1,210 @@
-"""A panel of a picture: which curves it shows, in which unit and range."""
+"""A panel of a picture: curves over time, their limits and marks, and how all is drawn."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.units import Units
-from knotwork.view.drawn_motions import Motion
+from knotwork.view.style import (
+    LOOKS,
+    SMALL,
+    WRONG,
+    colour,
+    dashes,
+    dress,
+    least_height,
+    mark_waypoints,
+    write_note,
+)
+from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# A range below this, relative to the values or to 1 of their SI unit, is rounding of a curve that
+# stands still; it is shown this wide, relative to the values or to 1 of the shown unit.
+STILL, STILL_RANGE = 1e-9, 0.2
+# Margins below the curves for the knots, and above them, in parts of the range.
+FOOT, HEAD = 0.12, 0.07
+# A limit further off the curves than this, in parts of their range, is a note and no line: it
+# would squash them.
+NEAR = 0.35
+# Margin around a note, and its greatest height, in parts of the panel's height.
+NOTE_MARGIN, MOST_TAKEN = 0.06, 0.7
+# Width of the panels in parts of the figure's, and of letters, plain and bold, in parts of the
+# font's size.
+PANEL_WIDTH, LETTER, BOLD_LETTER = 0.85, 0.55, 0.62
+# Height of the panels in parts of the figure's.
+PANEL_HEIGHT = 0.57
+# Margin for marks of a curve below a note, in points.
+MARK_MARGIN = 5.0
+# Height of a row of knots in parts of the panel.
+KNOT_TICK = 0.035
+# Letters in a line of a quantity's name; panels lower than this [in] have the unit below it.
+LONG, LOW = 17, 2.2
 
-@dataclass(frozen=True)
-class Series:
-    """One joint of one motion in a panel, and how it is drawn.
+
+class Mark(NamedTuple):
+    """Something drawn of a curve: its kind, as in `LOOKS`, where, and how it looks otherwise."""
+
+    kind: str
+    time: FloatArray
+    value: FloatArray
+    look: dict[str, Any]
+
+
+@dataclass
+class Curve:
+    """One curve of a panel.
 
     Attributes:
-        motion: The motion.
-        joint: Its joint.
+        name: What it is, in the names of all that is drawn of it.
         index: Which colour and line style.
-        who: Its name in the panel, empty if it is alone.
+        time: Times [s], shape (n,).
+        value: In the unit shown, shape (n,), NaN where the curve is parted.
+        marks: What else is drawn of it.
     """
 
-    motion: Motion
-    joint: str
+    name: str
     index: int
-    who: str
+    time: FloatArray
+    value: FloatArray
+    marks: list[Mark] = field(default_factory=list)
 
-    @property
-    def component(self) -> int:
-        """Index of the joint in the motion."""
-        return self.motion.trajectory.joint_names.index(self.joint)
+    def mark(self, kind: str, time: FloatArray, value: FloatArray, **look: Any) -> None:
+        """Mark places of the curve."""
+        if len(time):
+            self.marks.append(Mark(kind, time, value, look))
+
+
+@dataclass
+class Level:
+    """A limit of a panel.
+
+    Attributes:
+        kind: `"limit"` or `"tolerance"`.
+        value: In the unit shown.
+        spans: From when to when it holds [s].
+        always: Whether it is drawn however far it is from the curves.
+    """
+
+    kind: str
+    value: float
+    spans: Sequence[tuple[float, float]]
+    always: bool = False
 
 
 @dataclass
 class Panel:
-    """A panel and its curves; drawing them finds the range of values.
+    """Curves of one quantity over time.
 
     Attributes:
-        axis: Where.
-        quantity: Name of the quantity.
-        series: The curves, all of joints of one unit.
-        units: Those that values are shown in.
-        low, high: Range of values to show.
+        title: Name of the quantity.
+        unit: Unit that values are shown in.
+        factor: From the SI unit to the shown one.
+        curves: The curves.
+        waypoints: Times of the waypoints [s].
+        zero: Whether 0 is always in the range.
+        levels: Limits to draw as lines.
+        allowed: What is beyond these values is shaded.
+        bands: Rectangles to fill: start and end [s], least and greatest value.
+        knots: Rows of ticks: times [s] and colour.
+        note: What is written above the curves.
+        broken: Whether that is a failure.
     """
 
-    axis: Axes
-    quantity: str
-    series: list[Series]
-    units: Units
-    low: float = np.inf
-    high: float = -np.inf
+    title: str
+    unit: str
+    factor: float
+    curves: list[Curve]
+    waypoints: FloatArray
+    zero: bool = False
+    levels: list[Level] = field(default_factory=list)
+    allowed: tuple[float, float] = (-np.inf, np.inf)
+    bands: list[tuple[float, float, float, float]] = field(default_factory=list)
+    knots: list[tuple[FloatArray, str]] = field(default_factory=list)
+    note: str = ""
+    broken: bool = False
 
-    @property
-    def order(self) -> int:
-        """Order of the derivative."""
-        return DERIVATIVES.index(self.quantity)
+    def span(self) -> tuple[float, float]:
+        """Least and greatest of the values shown."""
+        asked = [mark.value for one in self.curves for mark in one.marks if mark.kind == "asked"]
+        values = np.concatenate([*(one.value for one in self.curves), *asked, [0.0] * self.zero])
+        values = values[np.isfinite(values)]
+        return float(values.min()), float(values.max())
 
-    @property
-    def _shown(self) -> tuple[float, str]:
-        first = self.series[0]
-        own = first.motion.trajectory.joint_units[first.component]
-        return self.units.shown(1.0, rate_unit(own, self.order))
 
-    @property
-    def factor(self) -> float:
-        """From the SI unit to the shown one."""
-        return self._shown[0]
+def draw_panel(
+    axis: Axes, panel: Panel, span: tuple[float, float], rows: int, columns: int
+) -> None:
+    """Draw a panel: its curves and marks, limits that are near, and the note above all.
 
-    @property
-    def unit(self) -> str:
-        """Unit that values are shown in."""
-        return self._shown[1]
+    Args:
+        axis: Where.
+        panel: What.
+        span: Least and greatest of the values of all panels that share this one's scale.
+        rows: Of panels in the picture.
+        columns: Likewise.
+    """
+    dress(axis)
+    figure: Any = axis.figure
+    low_row = figure.get_figheight() / rows < LOW
+    title = textwrap.fill(panel.title, LONG)
+    unit = f"[{panel.unit}]" if panel.unit else ""
+    axis.set_ylabel(("\n" if low_row else " ").join(filter(None, [title, unit])))
+    for one in panel.curves:
+        look: dict[str, Any] = {"color": colour(one.index), "linestyle": dashes(one.index)}
+        look |= {"linewidth": 2.0, "zorder": 3, "solid_capstyle": "butt"}
+        axis.plot(one.time, one.value, gid=f"curve:{one.name}", **look)
+        for mark in one.marks:
+            gid = f"{mark.kind}:{one.name}"
+            axis.plot(mark.time, mark.value, gid=gid, **LOOKS[mark.kind] | mark.look)
+    mark_waypoints(axis, panel.waypoints)
+    for row, (times, look_of) in enumerate(panel.knots):
+        low, high = KNOT_TICK * row, KNOT_TICK * (row + 0.85)
+        upright: dict[str, Any] = {"transform": axis.get_xaxis_transform(), "linewidth": 1.6}
+        axis.vlines(times, low, high, color=look_of, gid=f"knots:{row}", zorder=4, **upright)
+    for start, end, least, most in panel.bands:
+        axis.fill_between([start, end], least, most, gid="band", **LOOKS["band"])
+    bottom, top = _draw_levels(axis, panel, *_widened(panel.factor, *span))
+    bottom, top = bottom - FOOT * (top - bottom), top + HEAD * (top - bottom)
+    if panel.note:
+        letter = SMALL * (BOLD_LETTER if panel.broken else LETTER)
+        width = int(72.0 * PANEL_WIDTH * figure.get_figwidth() / columns / letter)
+        lines = [line for one in panel.note.split("\n") for line in textwrap.wrap(one, width)]
+        height = min(least_height(rows), PANEL_HEIGHT * figure.get_figheight() / rows)
+        taken = NOTE_MARGIN + (len(lines) * 1.2 * SMALL + MARK_MARGIN) / 72.0 / height
+        top = bottom + (top - bottom) / (1.0 - min(taken, MOST_TAKEN))
+        write_note(axis, "\n".join(lines), panel.broken)
+    axis.set_ylim(bottom, top)
+    far = 10.0 * (top - bottom)  # the top may be raised
+    lower, upper = panel.allowed
+    for start, end in ((bottom - far, lower), (upper, top + far)):
+        if start < end and bottom < end and start < top:
+            axis.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")
 
-    @property
-    def percent(self) -> bool:
-        """Whether values are parts of each joint's own limits: joints share the panel, all limited.
 
-        A position is in parts of half its range, from the middle of it.
-        """
-        bounds = [one.motion.bounds(one.joint, self.quantity) for one in self.series]
-        return not self.one_joint and bool(np.isfinite(bounds).all())
+def _widened(factor: float, low: float, high: float) -> tuple[float, float]:
+    """A range of values; one that is rounding is made as wide as `STILL_RANGE`."""
+    middle = 0.5 * (low + high)
+    scale = max(1.0, abs(middle))
+    if high - low >= STILL * max(factor, scale):
+        return low, high
+    return middle - 0.5 * STILL_RANGE * scale, middle + 0.5 * STILL_RANGE * scale
 
-    @property
-    def shown_in(self) -> str:
-        """The unit at the panel's axis."""
-        if self.percent:
-            return "% of range" if self.quantity == "position" else "% of limit"
-        return self.unit
 
-    def scale(self, one: Series) -> tuple[float, float]:
-        """Factor and offset from a curve's values to those shown."""
-        if not self.percent:
-            return self.factor, 0.0
-        lower, upper = one.motion.bounds(one.joint, self.quantity)
-        factor = 200.0 / max(upper - lower, 1e-12)
-        return factor, -0.5 * factor * (lower + upper)
-
-    @property
-    def alone(self) -> bool:
-        """Whether one joint of one motion is shown, with its details."""
-        return len(self.series) == 1
-
-    @property
-    def one_joint(self) -> bool:
-        """Whether all curves are of the same joint."""
-        return len({one.joint for one in self.series}) == 1
-
-    def gid(self, kind: str, one: Series) -> str:
-        """Name of something drawn for a curve, for those who look for it in the figure."""
-        return f"{kind}:{one.motion.label}:{one.joint}:{self.quantity}"
+def _draw_levels(axis: Axes, panel: Panel, low: float, high: float) -> tuple[float, float]:
+    """Draw the limits that are near the curves; give the range with them."""
+    margin = NEAR * (high - low)
+    for level in panel.levels:
+        if level.always or low - margin <= level.value <= high + margin:
+            low, high = min(low, level.value), max(high, level.value)
+            times = np.array([(start, end, end) for start, end in level.spans]).ravel()[:-1]
+            values = np.tile([level.value, level.value, np.nan], len(level.spans))[:-1]
+            gid = f"{level.kind}:{panel.title}"
+            axis.plot(times, values, gid=gid, zorder=2, **LOOKS[level.kind])
+    return low, high

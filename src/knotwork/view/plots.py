@@ -27,8 +27,8 @@ from knotwork.view.headings import (
     picture_title,
     settle,
 )
-from knotwork.view.panel import Panel, Series
-from knotwork.view.panel_drawing import draw_panel, finish_panel
+from knotwork.view.joint_panels import Series, joint_panel
+from knotwork.view.panel import draw_panel
 from knotwork.view.style import (
     SMALL,
     checked_size,
@@ -44,8 +44,6 @@ if TYPE_CHECKING:
 
 # Letters in a line of a row's name.
 ROW_LETTERS = 12
-# Rows lower than this [in] name quantity and unit below each other.
-LOW = 2.0
 # Up to this number joints are compared in columns of their own, planners over each other.
 MOST_JOINT_COLUMNS = 3
 # With more joints each planner has a column of its own.
@@ -102,14 +100,15 @@ def plot_joints(
     cells = cells if together or split else list(map(list, zip(*cells, strict=True)))
     owners = [one.label for one in found]
     with settings():
-        figure, panels = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
+        figure = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
         head = picture_title(found, "joint motions") if title is None else title
         curve_legend(figure, owners if overlaid else () if split else names, head)
         explain_marks(figure, len(found) if overlaid else 1)
         heads = owners if together else kinds if split else names
-        tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
-        frame_times(tops, bottoms, found, heads if len(tops) > 1 or overlaid else ())
-        settle(figure, len(panels), grows=page is None)
+        columns = len(cells[0])
+        tops, bottoms = figure.axes[:columns], figure.axes[-columns:]
+        frame_times(tops, bottoms, found, heads if columns > 1 or overlaid else ())
+        settle(figure, len(cells), grows=page is None)
     return figure
 
 
@@ -129,16 +128,6 @@ def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list
         ]
         rows.append([(kind, curves) for kind in kinds])
     return rows
-
-
-def _name_row(line: list[Panel]) -> None:
-    """Name the joint of a row and the units in it."""
-    for panel in line:
-        panel.axis.set_ylabel(f"[{panel.unit}]")
-    (name,) = shortened([line[0].series[0].joint], MOST_LEGEND_LETTERS)
-    parts = textwrap.wrap(name.replace("_", "_ "), ROW_LETTERS, break_long_words=False)
-    words = "\n".join(part.replace("_ ", "_") for part in parts)
-    line[0].axis.set_ylabel(f"{words}\n[{line[0].unit}]", fontsize=SMALL)
 
 
 def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
@@ -171,36 +160,36 @@ def _draw(
     *,
     shared: bool,
     split: bool,
-) -> tuple[Figure, list[list[Panel]]]:
-    """Draw panels with their curves, limits and labels; `shared` as for a row."""
+) -> Figure:
+    """Draw panels with their curves, limits and labels; a row is `shared` that has one scale."""
     rows, columns = len(cells), len(cells[0])
     figure = new_figure(rows, columns, page)
     axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    panels = [
-        [Panel(axis, *cell, units) for axis, cell in zip(line, row, strict=True)]
-        for line, row in zip(axes, cells, strict=True)
-    ]
-    for line in panels:
-        _draw_row(line, rows, shared=shared)
+    for line, row in zip(axes, cells, strict=True):
+        panels = [joint_panel(quantity, series, units) for quantity, series in row]
+        spans = np.array([panel.span() for panel in panels])
+        if shared:
+            spans[:] = spans[:, 0].min(), spans[:, 1].max()
+        for axis, panel, span in zip(line, panels, spans, strict=True):
+            if split:
+                panel.title = ""
+            draw_panel(axis, panel, span, rows, columns)
+        if shared:
+            limits = np.array([axis.get_ylim() for axis in line])
+            for axis in line:
+                axis.set_ylim(limits.min(), limits.max())
+            for axis in line[1:]:
+                axis.set_ylabel("")
         if split:
-            _name_row(line)
-        if figure.get_size_inches()[1] / rows < LOW:
-            first = line[0].axis
-            first.set_ylabel(first.get_ylabel().replace(" [", "\n["))
+            line[0].set_ylabel(
+                f"{_row_name(row[0][1][0].joint)}\n[{panels[0].unit}]", fontsize=SMALL
+            )
     figure.align_ylabels()
-    return figure, panels
+    return figure
 
 
-def _draw_row(line: list[Panel], rows: int, *, shared: bool) -> None:
-    for panel in line:
-        draw_panel(panel)
-    low, high = min(panel.low for panel in line), max(panel.high for panel in line)
-    for panel in line:
-        span = (low, high) if shared else (panel.low, panel.high)
-        finish_panel(panel, *span, rows, len(line))
-    if shared:
-        limits = np.array([panel.axis.get_ylim() for panel in line])
-        for panel in line:
-            panel.axis.set_ylim(limits.min(), limits.max())
-        for panel in line[1:]:
-            panel.axis.set_ylabel("")
+def _row_name(joint: str) -> str:
+    """The name of a joint, in short lines."""
+    (name,) = shortened([joint], MOST_LEGEND_LETTERS)
+    parts = textwrap.wrap(name.replace("_", "_ "), ROW_LETTERS, break_long_words=False)
+    return "\n".join(part.replace("_ ", "_") for part in parts)

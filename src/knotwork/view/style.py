@@ -55,6 +55,7 @@ LOOKS: dict[str, dict[str, Any]] = {
         "markerfacecolor": "white",
         "markeredgecolor": DARK,
         "markeredgewidth": 1.3,
+        "zorder": 4,
     },
     "knots": {
         "linestyle": "none",
@@ -63,7 +64,13 @@ LOOKS: dict[str, dict[str, Any]] = {
         "markersize": 8.0,
         "markeredgewidth": 1.6,
     },
-    "knot-dots": {"linestyle": "none", "marker": "D", "color": DARK, "markersize": 4.0},
+    "knot-dots": {
+        "linestyle": "none",
+        "marker": "D",
+        "color": DARK,
+        "markersize": 4.0,
+        "zorder": 3.8,
+    },
     "limit": {"color": DARK, "linestyle": (0, (7, 4)), "linewidth": 1.3},
     "band": {"color": "#009E73", "alpha": 0.35, "linewidth": 7.0, "zorder": 1.5},
     "jump": {
@@ -73,14 +80,22 @@ LOOKS: dict[str, dict[str, Any]] = {
         "marker": "o",
         "markersize": 4.0,
         "markerfacecolor": "white",
+        "zorder": 3.5,
     },
-    "broken": {"color": WRONG, "linewidth": 8.0, "alpha": 0.6, "solid_capstyle": "butt"},
+    "broken": {
+        "color": WRONG,
+        "linewidth": 8.0,
+        "alpha": 0.6,
+        "solid_capstyle": "butt",
+        "zorder": 2.5,
+    },
     "worst": {
         "linestyle": "none",
         "marker": "X",
         "markersize": 9.0,
         "markerfacecolor": WRONG,
         "markeredgecolor": "white",
+        "zorder": 5,
     },
 }
 

@@ -31,7 +31,7 @@ POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
 ALONG, PIECE_ALONG, MOST_ALONG = 240, 16, 12_000
 
 Curve = tuple[FloatArray, FloatArray]
-"""Times [s], shape (n,), and values, shape (n, 2), parted by NaN where nothing is to be seen."""
+"""Times [s], shape (n,), and values, shape (n, k), parted by NaN where nothing is to be seen."""
 
 
 def robot_of(motion: Motion) -> Robot:
@@ -82,21 +82,21 @@ def speeds(motion: Motion) -> Curve:
 
 
 def place_rates(motion: Motion, frame: str, order: int) -> Curve:
-    """Speed [m/s] or acceleration [m/s²] of a link's origin, or of the tool; the second is NaN."""
+    """Speed [m/s] or acceleration [m/s²] of a link's origin, or of the tool."""
     robot = robot_of(motion)
 
     def measured(*states: FloatArray) -> FloatArray:
-        return _alone(frame_values(robot, frame, order, *states))
+        return frame_values(robot, frame, order, *states)[:, np.newaxis]
 
     return _over_time(motion, measured, range(order + 1))
 
 
 def least_singular_values(motion: Motion) -> Curve:
-    """The smallest singular value of the tool Jacobian; the second is NaN."""
+    """The smallest singular value of the tool Jacobian."""
     robot = robot_of(motion)
 
     def measured(q: FloatArray, *_: FloatArray) -> FloatArray:
-        return _alone(singular_values(robot, q))
+        return singular_values(robot, q)[:, np.newaxis]
 
     return _over_time(motion, measured, (0,))
 
@@ -106,7 +106,7 @@ def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iter
 
     Args:
         motion: Whose.
-        measured: Its values, shape (n, 2), from position, velocity and acceleration of the joints.
+        measured: Its values, shape (n, k), from position, velocity and acceleration of the joints.
         orders: At jumps of these derivatives the curve is parted.
     """
     curve = motion.curve
@@ -125,20 +125,15 @@ def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iter
     return np.insert(time, index, also), np.insert(values, index, found, axis=0)
 
 
-def _alone(values: FloatArray) -> FloatArray:
-    """Values as the first of two."""
-    return np.stack((values, np.full(values.shape, np.nan)), axis=1)
-
-
 def speed_errors(motion: Motion) -> Curve:
-    """Velocity along the path beyond the speed asked for, as a part of it; the second is NaN."""
+    """Velocity along the path beyond the speed asked for, as a part of it."""
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in full_speeds(motion):
         time = times_along(motion.curve, start, end)
         q, v = motion.curve(time), motion.curve(time, 1)
         speed = speed_along_path(robot, q, v, path, stretch, time)
-        parts.append((time, _alone(speed / stretch.speed - 1.0)))
-    return _joined(parts)
+        parts.append((time, (speed / stretch.speed - 1.0)[:, np.newaxis]))
+    return _joined(parts, 1)
 
 
 def path_deviations(motion: Motion) -> Curve:
@@ -148,7 +143,7 @@ def path_deviations(motion: Motion) -> Curve:
         time = times_along(motion.curve, start, end)
         off = deviation_from_path(robot, motion.curve(time), path, stretch, time)
         parts.append((time, np.stack(off, axis=1)))
-    return _joined(parts)
+    return _joined(parts, 2)
 
 
 def straight_deviations(motion: Motion) -> Curve:
@@ -163,7 +158,7 @@ def straight_deviations(motion: Motion) -> Curve:
             poses = map(robot.forward, motion.curve(time))
             off = [deviation_from_line(pose, before.pose, after.pose) for pose in poses]
             parts.append((time, np.array(off)))
-    return _joined(parts)
+    return _joined(parts, 2)
 
 
 def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatArray:
@@ -176,19 +171,16 @@ def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatAr
     return np.append((edges[:-1, None] + np.diff(edges)[:, None] * part).ravel(), end)
 
 
-def _joined(parts: list[Curve]) -> Curve:
+def _joined(parts: list[Curve], columns: int) -> Curve:
     """Join curves, parted by NaN where one does not begin as the other ends."""
-    times, values = [np.empty(0)], [np.empty((0, 2))]
+    times, values = [np.empty(0)], [np.empty((0, columns))]
     for time, value in parts:
         if len(times[-1]) and times[-1][-1] < time[0]:
             times.append(time[:1])
-            values.append(np.full((1, 2), np.nan))
+            values.append(np.full((1, columns), np.nan))
         times.append(time)
         values.append(value)
     return np.concatenate(times), np.concatenate(values)
-
-
-PERCENT = 1e2
 
 
 @dataclass(frozen=True)
@@ -197,8 +189,7 @@ class Row:
 
     Attributes:
         title: Of the quantity.
-        unit: Unit that it is shown in.
-        factor: From SI to that unit.
+        unit: Its SI unit, or `"%"`.
         curve: Function that measures a motion.
         component: Which of its values is shown.
         asked: Part of a waypoint's velocity that is marked, `"linear"` or `"angular"`, or none.
@@ -210,9 +201,8 @@ class Row:
 
     title: str
     unit: str
-    factor: float
     curve: Callable[[Motion], Curve]
-    component: int
+    component: int = 0
     asked: str = ""
     limit: float | None = None
     tolerance: bool = False
@@ -220,53 +210,36 @@ class Row:
     least: bool = False
 
 
-def tool_rows(motions: list[Motion], degrees: bool | None) -> list[Row]:
+def tool_rows(motions: list[Motion]) -> list[Row]:
     """The rows that may be drawn; the caller leaves out those without values."""
     for motion in motions:
         robot_of(motion)  # an error, before anything is drawn
     scenario = motions[0].scenario
     allowed = scenario.tolerances if scenario is not None else ToleranceSet()
-    units = motions[0].units(degrees)
-    factor, angle = units.shown(1.0, "rad")
-    metres, length = units.shown(1.0, "m")
-    return [
-        Row(
-            *("tool speed", f"{length}/s", metres, speeds, 0, "linear"),
-            limit=scenario.motion_limits.tool_speed if scenario is not None else None,
-            judged=("tool_speed", ""),
-        ),
-        Row("turning speed", f"{angle}/s", factor, speeds, 1, "angular"),
-        Row("speed error", "%", PERCENT, speed_errors, 0, limit=allowed.path_speed, tolerance=True),
-        Row(
-            "off tool path", length, metres, path_deviations, 0, limit=allowed.path, tolerance=True
-        ),
-        Row(
-            *("turned from it", angle, factor, path_deviations, 1),
-            limit=allowed.path_orientation,
-            tolerance=True,
-        ),
-        Row("off straight path", length, metres, straight_deviations, 0),
-        Row("turned from it", angle, factor, straight_deviations, 1),
-        *(_limit_rows(scenario.motion_limits, metres, length) if scenario is not None else ()),
+    limits = scenario.motion_limits if scenario is not None else MotionLimits()
+    off, turned, straight = path_deviations, "turned from it", straight_deviations
+    speed, speed_error = limits.tool_speed, allowed.path_speed
+    rows = [
+        Row("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),
+        Row("turning speed", "rad/s", speeds, 1, "angular"),
+        Row("speed error", "%", speed_errors, limit=speed_error, tolerance=True),
+        Row("off tool path", "m", off, limit=allowed.path, tolerance=True),
+        Row(turned, "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
+        Row("off straight path", "m", straight),
+        Row(turned, "rad", straight, 1),
     ]
-
-
-def _limit_rows(limits: MotionLimits, factor: float, unit: str) -> Iterator[Row]:
-    """Rows of limits that no other row has."""
-
-    def of_place(name: str, order: int, limit: float, frame: str, quantity: str) -> Row:
-        curve = partial(place_rates, frame=frame, order=order)
-        shown = rate_unit(unit, order)
-        return Row(name, shown, factor, curve, 0, limit=limit, judged=(quantity, frame))
-
-    if limits.tool_acceleration is not None:
-        yield of_place("tool acceleration", 2, limits.tool_acceleration, "", "tool_acceleration")
-    for one in limits.frame_speed:
-        yield of_place(f"speed of {one.frame}", 1, one.speed, one.frame, "frame_speed")
+    places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
+    places += [
+        (f"speed of {one.frame}", one.frame, one.speed, 1, "frame_speed")
+        for one in limits.frame_speed
+    ]
+    for title, frame, limit, order, quantity in places:
+        if limit is not None:
+            curve = partial(place_rates, frame=frame, order=order)
+            unit = rate_unit("m", order)
+            rows.append(Row(title, unit, curve, limit=limit, judged=(quantity, frame)))
     if limits.singular_value is not None:
-        yield Row(
-            *("smallest singular value", "", 1.0, least_singular_values, 0),
-            limit=limits.singular_value,
-            judged=("smallest_singular_value", ""),
-            least=True,
-        )
+        title, judged = "smallest singular value", ("smallest_singular_value", "")
+        least = limits.singular_value
+        rows.append(Row(title, "", least_singular_values, limit=least, judged=judged, least=True))
+    return rows

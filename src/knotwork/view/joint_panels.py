@@ -1,0 +1,240 @@
+"""Panels of joints: curves of one quantity with what was asked for, knots, jumps and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.units import Units
+from knotwork.verification import Finding
+from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.view.curves import strokes
+from knotwork.view.drawn_motions import Motion
+from knotwork.view.panel import STILL, Curve, Level, Panel
+from knotwork.view.style import DARK, colour, rounded
+from knotwork.waypoints import FloatArray
+
+# More of these would hide the curve; of more marks in a panel each is small.
+MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_LARGE_MARKS = 400, 40, 60
+# Motions whose knots have a row of ticks each.
+MOST_KNOT_ROWS = 3
+# Curves nearer to each other than this at all times looked at, in parts of the panel's range, are
+# seen as one.
+SAMPLES, SAME = 400, 0.006
+
+
+@dataclass(frozen=True)
+class Series:
+    """One joint of one motion in a panel, and how it is drawn.
+
+    Attributes:
+        motion: The motion.
+        joint: Its joint.
+        index: Which colour and line style.
+        who: Its name in the panel, empty if it is alone.
+    """
+
+    motion: Motion
+    joint: str
+    index: int
+    who: str
+
+    @property
+    def component(self) -> int:
+        """Index of the joint in the motion."""
+        return self.motion.trajectory.joint_names.index(self.joint)
+
+    def use(self, quantity: str) -> Finding | None:
+        """Use of the limit of a quantity, `None` where no limit is given."""
+        return self.motion.uses.get((self.joint, quantity))
+
+    def margin(self, quantity: str) -> float:
+        """Margin to a limit in parts of half the range: negative beyond it."""
+        use = self.use(quantity)
+        margin = use.margin if use is not None and use.margin is not None else 0.0
+        lower, upper = self.motion.bounds(self.joint, quantity)
+        return float(margin / (0.5 * (upper - lower))) if np.isfinite(upper - lower) else margin
+
+
+def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
+    """Make the panel of a quantity.
+
+    Where joints share the panel and all have limits, values are in percent of each joint's own
+    limits; a position is in percent of half its range, from the middle of it.
+
+    Args:
+        quantity: Name of the quantity.
+        series: The curves, all of joints of one unit.
+        units: Those that values are shown in.
+    """
+    first, order = series[0], DERIVATIVES.index(quantity)
+    own = first.motion.trajectory.joint_units[first.component]
+    factor, unit = units.shown(1.0, rate_unit(own, order))
+    bounds = [one.motion.bounds(one.joint, quantity) for one in series]
+    one_joint = len({one.joint for one in series}) == 1
+    percent = not one_joint and bool(np.isfinite(bounds).all())
+    scales = [(factor, 0.0)] * len(series)
+    shown_in = unit
+    if percent:
+        shown_in = "% of range" if quantity == "position" else "% of limit"
+        factors = [200.0 / max(upper - lower, 1e-12) for lower, upper in bounds]
+        scales = [(k, -0.5 * k * sum(bound)) for k, bound in zip(factors, bounds, strict=True)]
+    curves = [
+        _curve(one, quantity, *scale, len(series))
+        for one, scale in zip(series, scales, strict=True)
+    ]
+    marks = first.motion.marks
+    panel = Panel(quantity, shown_in, factor, curves, np.empty(0) if marks is None else marks.time)
+    motions = {one.motion.label: one for one in series}
+    if order < 2:
+        _mark_asked(panel, series, scales, order, alone=len(motions) == 1)
+    if len(motions) <= MOST_KNOT_ROWS:
+        panel.knots = [
+            (one.motion.knots, DARK if len(motions) == 1 else colour(one.index))
+            for one in motions.values()
+            if len(one.motion.knots) <= MOST_KNOT_TICKS
+        ]
+    if len(series) == 1 and quantity != "jerk":
+        _mark_knots(curves[0], first, order, factor)
+    if one_joint or percent:
+        values = [
+            100.0 * np.sign(bound) if percent else factor * bound
+            for one, limits in zip(series, bounds, strict=True)
+            if one.use(quantity) is not None
+            for bound in limits
+        ]
+        span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
+        panel.levels = [Level("limit", float(value), span) for value in dict.fromkeys(values)]
+    if one_joint:
+        panel.allowed = factor * bounds[0][0], factor * bounds[0][1]
+    note, panel.broken = _limit_note(series, quantity, factor, unit)
+    panel.note = "\n".join(filter(None, [note, *_coinciding(panel, series, scales, order)]))
+    return panel
+
+
+def _curve(one: Series, quantity: str, factor: float, offset: float, count: int) -> Curve:
+    """A curve, its jumps, and the parts of it beyond its limit, the worst by a cross.
+
+    Nothing is beyond unless the exact extrema break the limit.
+    """
+    motion, order = one.motion, DERIVATIVES.index(quantity)
+    drawn = strokes(motion.curve, one.component, order, factor, offset)
+    name = f"{motion.label}:{one.joint}:{quantity}"
+    made = Curve(name, one.index, *drawn.line(steps=quantity == "jerk"))
+    if quantity != "jerk":
+        marker = "o" if drawn.jumps.size * count <= MOST_LARGE_MARKS else ""
+        made.mark("jump", *drawn.jump_lines(), color=colour(one.index), marker=marker)
+    use = one.use(quantity)
+    if use is not None and not use.ok:
+        lower, upper = (
+            factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound))) + offset
+            for bound, sign in zip(motion.bounds(one.joint, quantity), (-1, 1), strict=True)
+        )
+        made.mark("broken", *drawn.beyond(lower, upper))
+        found = use.value or 0.0
+        worst = found if np.isfinite(found) else use.limit  # a jump is marked at the limit
+        value = factor * (worst or 0.0) + offset
+        made.mark("worst", np.array([use.time or 0.0]), np.array([value]))
+    return made
+
+
+def _mark_asked(
+    panel: Panel,
+    series: Sequence[Series],
+    scales: Sequence[tuple[float, float]],
+    order: int,
+    *,
+    alone: bool,
+) -> None:
+    """Mark the values asked for at the waypoints, of each joint once."""
+    large = len(panel.waypoints) * len(series) <= MOST_LARGE_MARKS
+    seen: set[str] = set()
+    for made, one, (factor, offset) in zip(panel.curves, series, scales, strict=True):
+        marks = one.motion.marks
+        if marks is not None and one.joint not in seen:
+            seen.add(one.joint)
+            value = factor * marks.asked[order][:, one.component] + offset
+            known = np.isfinite(value)
+            look: dict[str, Any] = {"markersize": 6.0 if large else 3.5}
+            look |= {"markeredgecolor": colour(one.index)} if alone else {}
+            made.mark("asked", marks.time[known], value[known], **look)
+
+
+def _mark_knots(made: Curve, one: Series, order: int, factor: float) -> None:
+    """Mark knots on a curve, but where it jumps."""
+    curve = one.motion.curve
+    if len(curve.x) <= MOST_KNOT_DOTS:
+        jumps = np.abs(curve.jumps(order)[:, one.component])
+        keep = np.concatenate(([True], jumps < STILL, [True])) & np.isin(curve.x, one.motion.knots)
+        value = factor * curve(curve.x, order)[:, one.component]
+        made.mark("knot-dots", curve.x[keep], value[keep])
+
+
+def _limit_note(
+    series: Sequence[Series], quantity: str, factor: float, unit: str
+) -> tuple[str, bool]:
+    """Name the curve nearest to its limit, or furthest beyond it; and whether one is beyond."""
+    uses = [use for one in series if (use := one.use(quantity)) is not None]
+    if not uses:
+        return "", False
+    first = min(
+        (one for one in series if one.use(quantity) is not None),
+        key=lambda one: one.margin(quantity),
+    )
+    use = first.use(quantity) or uses[0]
+    name = f"{first.who}: " if first.who else ""
+    limits = _limits(first.motion.bounds(first.joint, quantity), factor, unit, use)
+    value = f"{rounded(factor * (use.value or 0.0))} at {rounded(use.time or 0.0)} s"
+    broken = sum(not one.ok for one in uses)
+    if broken:
+        more = f", and {broken - 1} more beyond" if broken > 1 else ""
+        if np.isinf(use.value or 0.0):
+            value = f"a jump, infinite {quantity}, at {rounded(use.time or 0.0)} s"
+        return f"{name}{value} breaks {limits}{more}", True
+    if use.only_sampled:
+        return f"{name}{value}, sampled only: {limits}", False
+    if quantity == "position":
+        margin = use.margin if use.margin is not None else np.inf
+        return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
+    part = 100 * (1 - first.margin(quantity))
+    return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False
+
+
+def _limits(bounds: tuple[float, float], factor: float, unit: str, use: Finding) -> str:
+    lower, upper = (factor * bound for bound in bounds)
+    if lower == -upper:
+        return f"limit ±{rounded(upper)} {unit}"
+    if use.quantity == "position" and np.isfinite([lower, upper]).all():
+        return f"limits {rounded(lower)} … {rounded(upper)} {unit}"
+    return f"limit {rounded(factor * (use.limit or 0.0))} {unit}"
+
+
+def _coinciding(
+    panel: Panel, series: Sequence[Series], scales: Sequence[tuple[float, float]], order: int
+) -> list[str]:
+    """Name the curves of a panel that lie over each other."""
+    low, high = panel.span()
+    start = max(one.motion.curve.x[0] for one in series)
+    end = min(one.motion.curve.x[-1] for one in series)
+    time = np.linspace(start, end, SAMPLES)
+    groups: list[tuple[FloatArray, list[str]]] = []
+    for one, (factor, offset) in zip(series, scales, strict=True):
+        value = factor * one.motion.curve(time, order)[:, one.component] + offset
+        for other, names in groups:
+            if np.abs(value - other).max() < SAME * (high - low):
+                names.append(one.who)
+                break
+        else:
+            groups.append((value, [one.who]))
+    return [f"{_listed(names)} lie over each other" for _, names in groups if len(names) > 1]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """A list of names; the last of many are counted."""
+    if len(names) > 3:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more"
+    return f"{', '.join(names[:-1])} and {names[-1]}"
