@@ -106,7 +106,7 @@ def test_one_value_has_a_curve_and_three_have_a_column_each() -> None:
 def test_powers_of_ten_have_cells_of_one_size() -> None:
     made = study({SPEED: [1, 10, 100, 1000], AFTER: [1, 2]}).plot([])
     made.draw_without_rendering()
-    assert [label.get_text() for label in made.axes[0].get_yticklabels()] == [
+    assert [label.get_text() for label in made.axes[0].get_xticklabels()] == [
         *("1", "10", "100", "1000")
     ]
 

@@ -460,3 +460,16 @@ def test_the_nearest_object_is_named_whatever_its_name_holds() -> None:
     labels = scene(kw.plan(task).view())["labels"]
     (closest,) = [one["text"] for one in labels if one["kind"] == "closest"]
     assert ", post, left: " in closest
+
+
+def test_an_arm_is_seen_from_beside_its_task_and_a_flat_one_from_above() -> None:
+    plan = kw.plan("ur5_deburring")
+    towards = np.array(scene(plan.view())["view"]["from"])
+    assert np.linalg.norm(towards) == pytest.approx(1.0)
+    assert 0.3 < towards[2] < 0.7
+    poses = [one.pose.translation for one in plan.scenario.waypoints if hasattr(one, "pose")]
+    x, y, _ = plan.space.robot.base_placement.act(np.mean(poses, axis=0))
+    aside = np.arctan2(towards[1], towards[0]) - np.arctan2(y, x)
+    assert np.degrees(aside) % 360 == pytest.approx(25, abs=10)
+    flat = scene(at_rest(kw.load_robot("planar2")))
+    assert flat["view"]["from"][2] > 0.7

@@ -186,6 +186,7 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
         "worst": "worst",
     }
     handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}
+    handles["jump"].set_marker("o")
     if "knot-dots" in shown:
         handles["knots"] = (Line2D([], [], **LOOKS["knot-dots"]), handles["knots"])
     used = [kind for kind in words if kind in shown]

@@ -159,8 +159,8 @@ def _mark_asked(
             seen.add(one.joint)
             value = factor * marks.asked[order][:, one.component] + offset
             known = np.isfinite(value)
-            look: dict[str, Any] = {"markersize": 6.0 if large else 3.5}
-            look |= {"markeredgecolor": colour(one.index)} if alone else {}
+            look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
+            look |= {"mec": colour(one.index)} if alone else {}
             made.mark("asked", marks.time[known], value[known], **look)
 
 

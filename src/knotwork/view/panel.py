@@ -206,5 +206,5 @@ def _draw_levels(axis: Axes, panel: Panel, low: float, high: float) -> tuple[flo
             times = np.array([(start, end, end) for start, end in level.spans]).ravel()[:-1]
             values = np.tile([level.value, level.value, np.nan], len(level.spans))[:-1]
             gid = f"{level.kind}:{panel.title}"
-            axis.plot(times, values, gid=gid, zorder=2, **LOOKS[level.kind])
+            axis.plot(times, values, gid=gid, **LOOKS[level.kind])
     return low, high

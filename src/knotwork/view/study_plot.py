@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
+import math
+import re
+import textwrap
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.view.study_rows import PASSED, DrawnStudy, Places, differ, wrapped
 from knotwork.view.style import (
     DARK,
     GRID,
+    LARGE,
     NORMAL,
     SMALL,
     WIDTH,
     dress,
     new_figure,
     number,
+    printable,
+    rounded,
     settings,
+    shortened,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+PASSED = "passed"
+PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
+# Reasons, most frequent first; distinct in lightness, too. Further ones share one colour.
+REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
+LEAST_SPREAD = 1e-3
+"""Part of a figure by which rows must differ for it not to be the same."""
+LETTER = 0.092
+"""Width of a letter of normal size [in]."""
 MOST_SHAPES = 5000
 """Cells or dots that are drawn one by one in a file of lines."""
 STRIP = 0.35
@@ -35,11 +51,125 @@ UNASKED = ("clearance", "smallest_singular_value", "duration", "velocity_use", "
 """Figures of which the first that differs between rows is drawn unasked."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Places of rows along one direction of a picture.
+
+    Attributes:
+        title: The varied value.
+        at: Place of each row, shape (n,).
+        names: Of the places 0, 1, …; empty where values are drawn to scale.
+        words: Whether the names are words, not numbers.
+    """
+
+    title: str
+    at: Any
+    names: Sequence[str] = ()
+    words: bool = False
+
+    def dress(self, axis: Any, length: float) -> None:
+        """Label an axis of a panel of this length [in]."""
+        from matplotlib.ticker import MaxNLocator
+
+        upright = axis.axis_name == "y"
+        if not self.names:
+            axis.set_major_formatter(lambda value, _: number(value))
+            most = min(max(2, int(length / (0.35 if upright else 0.8))), 7)
+            axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+            return
+        lying = (max(map(len, self.names)) + 2) * LETTER
+        turned = self.words and not upright and len(self.names) * lying > length
+        each = 0.2 if upright else 2 * LETTER if turned else lying
+        shown = range(0, len(self.names), math.ceil(len(self.names) * each / length))
+        axis.set_ticks(shown, [self.names[i] for i in shown])
+        for label in axis.get_ticklabels() if turned else ():
+            label.set(rotation=35, ha="right", rotation_mode="anchor")
+
+
+class _Drawn:
+    """A study as its pictures need it.
+
+    Attributes:
+        kinds: For each row that it passed, or why it did not, shape (n,).
+        palette: A colour for rows that pass, and for each of the reasons, most frequent first.
+        codes: For each row which of these colours it has, shape (n,).
+        dots: Whether the values go together, as random samples do, else they make a grid.
+        varied: Places of the rows by varied value.
+    """
+
+    def __init__(self, study: Any) -> None:
+        self._study = study
+        pairs = zip(study["verdict"], study["reason"], strict=True)
+        self.kinds = np.array([one if one == PASSED else why for one, why in pairs], str)
+        counts = Counter(self.kinds[self.kinds != PASSED].tolist())
+        reasons = [kind for kind, _ in counts.most_common()]
+        self.palette = {PASSED: PASSED_COLOUR} | dict.fromkeys(reasons, OTHER_COLOUR)
+        self.palette |= dict(zip(reasons, REASON_COLOURS, strict=False))
+        self.codes = np.array([[*self.palette].index(kind) for kind in self.kinds], float)
+        columns = [column for axis in study.together for column in axis]
+        self.dots = len(study.together) == 1
+        in_order = len(columns) == 2 and not self.dots
+        self.varied = [self._places(column, in_order) for column in columns]
+
+    def _places(self, column: str, in_order: bool) -> _Places:
+        values, title = self._study[column], printable(self._study.titles[column])
+        if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+            at = np.array(values, float)
+            if not in_order:
+                return _Places(title, at)
+            distinct, at = np.unique(at, return_inverse=True)
+            return _Places(title, at.astype(float), [rounded(value, 4) for value in distinct])
+        texts = [str(value).lower() if isinstance(value, bool) else str(value) for value in values]
+        names = list(dict.fromkeys(texts))
+        at = np.array([names.index(name) for name in texts], float)
+        return _Places(printable(column), at, shortened(names, 24), words=True)
+
+    @property
+    def verdict_look(self) -> dict[str, Any]:
+        """Colours of the codes, as Matplotlib takes them."""
+        from matplotlib.colors import ListedColormap
+
+        colours = list(self.palette.values())
+        return {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
+
+    def label(self, figure: str) -> str:
+        """Title of a figure, with its unit."""
+        known = self._study.figures[figure]
+        unit = self._study.units.shown(0.0, known.unit)[1]
+        return f"{known.title} [{unit}]" if unit else known.title
+
+    def values(self, figure: str) -> Any:
+        """A figure by row, NaN where a row does not pass or does not have it, shape (n,)."""
+        factor = self._study.units.shown(1.0, self._study.figures[figure].unit)[0]
+        given = np.array(self._study[figure], float)  # which makes NaN of None
+        return np.where((self.kinds == PASSED) & np.isfinite(given), factor * given, math.nan)
+
+    def write(self, figure: Figure) -> None:
+        """Write the study's name and how many rows pass above all, and the verdicts below."""
+        from matplotlib.patches import Patch
+
+        counts = Counter(self.kinds.tolist())
+        text = f"{printable(self._study.name)}: {counts[PASSED]} of {len(self.kinds)} rows pass"
+        figure.suptitle(_wrapped(text, 0.8 * figure.get_figwidth()), fontsize=LARGE)
+        shown: dict[str, str] = {}
+        others = [kind for kind in counts if self.palette[kind] == OTHER_COLOUR]
+        for kind, colour in self.palette.items():
+            if counts[kind] and kind not in others:
+                shown[f"{printable(kind)} ({counts[kind]})"] = colour
+        if others:
+            count = sum(counts[kind] for kind in others)
+            shown[f"{len(others)} other reasons ({count})"] = OTHER_COLOUR
+        columns = 0.95 * figure.get_figwidth() / (LETTER * (max(map(len, shown)) + 8))
+        handles = [Patch(color=colour, label=text) for text, colour in shown.items()]
+        columns = max(1, min(4, int(columns)))
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+
+
 def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     """Draw the verdict, and figures of the rows that pass, over the varied values.
 
-    One varied value makes curves, two make a map: of cells, or of dots where they go together, as
-    random samples do. Of more each has a column, with a dot a row.
+    Two varied values make a map: of cells, or of dots where they go together, as random samples
+    do. Else each value has a column with a dot a row, and figures of one value are curves.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> study = kw.sweep({"waypoints": lift}, {"waypoints[1].after": "1:2:3"}, workers=0)
@@ -53,7 +183,7 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     Raises:
         InputError: There are no rows, or a figure is unknown or in none of them.
     """
-    drawn = DrawnStudy(study)
+    drawn = _Drawn(study)
     if not len(drawn.kinds):
         raise InputError("there are no rows to draw yet")
     for name in figures or ():
@@ -62,25 +192,23 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
         if not np.isfinite(drawn.values(name)).any():
             raise InputError(f"no row that passes has the figure {name!r}")
     if figures is None:
-        figures = [name for name in UNASKED if differ(drawn.values(name))][:1]
-    varied = [one for axis in drawn.axes for one in axis]
+        figures = [name for name in UNASKED if _differ(drawn.values(name))][:1]
     with settings():
-        figure = (_draw_map if len(varied) == 2 else _draw_columns)(drawn, varied, figures)
-        drawn.write_heading(figure)
+        figure = (_draw_map if len(drawn.varied) == 2 else _draw_columns)(drawn, figures)
+        drawn.write(figure)
     return figure
 
 
-def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]) -> Figure:
-    """Draw a column for each value: the verdict, and below it a panel for each figure.
+def _draw_columns(study: _Drawn, names: Sequence[str]) -> Figure:
+    """Draw a column for each value: the verdict as dots, and below it a panel for each figure.
 
-    The verdict is a strip of cells over the only value; over several it is dots, those of the rows
-    that pass above the others.
+    Over several values the dots of the rows that pass are above the others.
     """
-    rows = 1 + len(names)
+    rows, columns = 1 + len(names), study.varied
     alone = len(columns) == 1
     figure = new_figure(rows, len(columns))
     figure.set_figwidth(max(WIDTH, COLUMN * len(columns)))
-    below = 1.5 if any(x.names is not None for x in columns) else 0.0
+    below = 1.5 if any(x.words for x in columns) else 0.0
     figure.set_figheight(below + (figure.get_figheight() if names or not alone else 2.2))
     ratios = [STRIP if alone else 1.0, *[1.0] * len(names)]
     axes = figure.subplots(
@@ -89,74 +217,82 @@ def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]
     # at random, so that the density of dots shows how many rows pass there
     random = np.random.default_rng(0).random(len(study.kinds))
     rank = np.argsort(np.lexsort((random, study.kinds == PASSED)))
-    high = Places("", np.zeros(len(rank)) if alone else rank.astype(float), None)
-    height = 0.6 * figure.get_figheight() / rows
     width = 0.8 * figure.get_figwidth() / len(columns)
     for column, x in zip(axes.T, columns, strict=True):
         first, *others = column
-        _draw(first, x, high, study.codes, dots=not alone, **study.verdict_look)
+        _draw(first, x.at, np.zeros(len(rank)) if alone else rank, study.codes, study.verdict_look)
         first.set_yticks([])
         order = np.argsort(x.at, kind="stable")
         # only numbers of one value have an order in which to join them
-        style = ".-" if alone and x.names is None else "o"
+        style = ".-" if alone and not x.words else "o"
         for axis, name in zip(others, names, strict=True):
             axis.plot(x.at[order], study.values(name)[order], style, color=DARK, markersize=4.0)
             dress(axis)
         x.dress(column[-1].xaxis, width)
-        column[-1].set_xlabel(wrapped(x.title, width))
+        column[-1].set_xlabel(_wrapped(x.title, width))
     for axis, name in zip(axes[1:, 0], names, strict=True):
-        axis.set_ylabel(wrapped(study.label(name), height))
-    study.write_legend(figure)
+        axis.set_ylabel(_wrapped(study.label(name), 0.6 * figure.get_figheight() / rows))
     return figure
 
 
-def _draw_map(study: DrawnStudy, varied: list[Places], names: Sequence[str]) -> Figure:
+def _draw_map(study: _Drawn, names: Sequence[str]) -> Figure:
     """Draw verdict and figures side by side over two values."""
-    # names have more space upright
-    x, y = sorted(varied, key=lambda one: one.names is not None)
+    x, y = sorted(study.varied, key=lambda one: one.words)  # names have more space upright
     # a verdict that is the same everywhere is in the heading
-    shown = ["", *names] if not names or len(set(study.kinds)) > 1 else list(names)
-    dots = len(study.axes) == 1
-    edges = {"edgecolors": DARK, "linewidths": 0.5} if dots else {}  # seen in the dark, too
+    shown = ["", *names] if not names or len(study.palette) > 1 else list(names)
     figure = new_figure(1, len(shown))
     axes = figure.subplots(1, len(shown), squeeze=False, sharex=True, sharey=True)[0]
-    width, height = figure.get_size_inches() / (len(shown), 1) - (0.9, 0.8)
+    width, height = figure.get_size_inches() / (len(axes), 1) - (0.9, 0.8)
     for axis, name in zip(axes, shown, strict=True):
         values = study.values(name) if name else study.codes
-        low, high = np.nanmin(values), np.nanmax(values)
-        look = (
-            {"vmin": low, "vmax": high, "cmap": "viridis", **edges} if name else study.verdict_look
+        low = np.nanmin(values)
+        ranged = {"vmin": low, "vmax": np.nanmax(values), "cmap": "viridis"}
+        drawn = _draw(
+            axis, x.at, y.at, values, ranged if name else study.verdict_look, dots=study.dots
         )
-        drawn = _draw(axis, x, y, values, dots=dots, **look)
         x.dress(axis.xaxis, width)
         y.dress(axis.yaxis, height)
-        axis.set_xlabel(wrapped(x.title, width))
+        axis.set_xlabel(_wrapped(x.title, width))
         if name:
-            ticks = None if differ(values) else [low]
+            ticks = None if _differ(values) else [low]
             bar = figure.colorbar(
                 drawn, ax=axis, pad=0.02, ticks=ticks, format=lambda at, _: number(at)
             )
-            bar.set_label(wrapped(study.label(name), 0.55 * figure.get_figheight()))
-    figure.supylabel(wrapped(y.title, 0.6 * figure.get_figheight()), fontsize=NORMAL)
-    if "" in shown:
-        study.write_legend(figure)
+            bar.set_label(_wrapped(study.label(name), 0.55 * figure.get_figheight()))
+    figure.supylabel(_wrapped(y.title, 0.6 * figure.get_figheight()), fontsize=NORMAL)
     return figure
 
 
-def _draw(axis: Axes, x: Places, y: Places, values: Any, *, dots: bool, **look: Any) -> Any:
+def _draw(
+    axis: Axes, x: Any, y: Any, values: Any, look: dict[str, Any], *, dots: bool = True
+) -> Any:
     """Draw a value for each row in colours; rows whose value is NaN are left out."""
     here = np.isfinite(values)
     if not here.any():
         middle: dict[str, Any] = {"transform": axis.transAxes, "ha": "center", "va": "center"}
         axis.text(0.5, 0.5, "no row passes", color=DARK, fontsize=SMALL, zorder=3, **middle)
+    raster = len(here) > MOST_SHAPES
     if dots:
         size = min(max(4000 / len(here), 6.0), 36.0)
-        look["rasterized"] = len(here) > MOST_SHAPES
-        return axis.scatter(x.at[here], y.at[here], c=values[here], s=size, **look)
+        look = look | {"edgecolors": DARK, "linewidths": 0.5}  # seen in the dark, too
+        return axis.scatter(x[here], y[here], c=values[here], s=size, rasterized=raster, **look)
     axis.set_facecolor(GRID)
-    grid = np.full((len(y.values), len(x.values)), np.nan)
-    grid[np.searchsorted(y.values, y.at[here]), np.searchsorted(x.values, x.at[here])] = values[
-        here
-    ]
-    look["rasterized"] = grid.size > MOST_SHAPES
-    return axis.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(grid), **look)
+    grid = np.full((int(y.max()) + 1, int(x.max()) + 1), np.nan)
+    grid[y.astype(int), x.astype(int)] = values
+    rows, columns = map(np.arange, grid.shape)
+    return axis.pcolormesh(columns, rows, np.ma.masked_invalid(grid), rasterized=raster, **look)
+
+
+def _differ(values: Any) -> bool:
+    """Whether values of a figure differ by more than rounding; NaN are left out."""
+    known = values[np.isfinite(values)]
+    return len(known) > 0 and bool(np.ptp(known) > LEAST_SPREAD * np.abs(known).max())
+
+
+def _wrapped(text: str, length: float) -> str:
+    """Break text into lines of this length [in]: at spaces, and within the words of paths."""
+    hint = "\v"
+    parts = re.sub(r"([._])(?=[^\W\d])", rf"\1{hint}", text)
+    letters = max(6, int(length / LETTER))
+    lines = textwrap.wrap(parts, letters, replace_whitespace=False, break_on_hyphens=False)
+    return "\n".join(lines).replace(hint, "")

@@ -47,58 +47,24 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
 )
 # How each kind of mark is drawn, in panels and in the legend below them; its gid begins with it.
 LOOKS: dict[str, dict[str, Any]] = {
-    "waypoint": {"color": FAINT, "linewidth": 0.8},
+    "waypoint": {"color": FAINT, "lw": 0.8},
     "asked": {
-        "linestyle": "none",
+        "ls": "",
         "marker": "o",
-        "markersize": 6.0,
-        "markerfacecolor": "white",
-        "markeredgecolor": DARK,
-        "markeredgewidth": 1.3,
+        "ms": 6,
+        "mfc": "white",
+        "mec": DARK,
+        "mew": 1.3,
         "zorder": 4,
     },
-    "knots": {
-        "linestyle": "none",
-        "marker": "|",
-        "color": DARK,
-        "markersize": 8.0,
-        "markeredgewidth": 1.6,
-    },
-    "knot-dots": {
-        "linestyle": "none",
-        "marker": "D",
-        "color": DARK,
-        "markersize": 4.0,
-        "zorder": 3.8,
-    },
-    "limit": {"color": DARK, "linestyle": (0, (7, 4)), "linewidth": 1.3},
-    "band": {"color": "#009E73", "alpha": 0.35, "linewidth": 7.0, "zorder": 1.5},
-    "jump": {
-        "color": DARK,
-        "linestyle": (0, (1, 1.5)),
-        "linewidth": 1.2,
-        "marker": "o",
-        "markersize": 4.0,
-        "markerfacecolor": "white",
-        "zorder": 3.5,
-    },
-    "broken": {
-        "color": WRONG,
-        "linewidth": 8.0,
-        "alpha": 0.6,
-        "solid_capstyle": "butt",
-        "zorder": 2.5,
-    },
-    "worst": {
-        "linestyle": "none",
-        "marker": "X",
-        "markersize": 9.0,
-        "markerfacecolor": WRONG,
-        "markeredgecolor": "white",
-        "zorder": 5,
-    },
+    "knots": {"ls": "", "marker": "|", "color": DARK, "ms": 8, "mew": 1.6},
+    "knot-dots": {"ls": "", "marker": "D", "color": DARK, "ms": 4, "zorder": 3.8},
+    "limit": {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2},
+    "band": {"color": "#009E73", "alpha": 0.35, "lw": 7.0, "zorder": 1.5},
+    "jump": {"color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "ms": 4, "mfc": "white", "zorder": 3.5},
+    "broken": {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5},
+    "worst": {"ls": "", "marker": "X", "ms": 9, "mfc": WRONG, "mec": "white", "zorder": 5},
 }
-
 LOOKS |= {"tolerance": LOOKS["limit"], "beyond": LOOKS["broken"]}
 
 # More upright lines than this would hide the curves.
@@ -164,9 +130,9 @@ def number(value: float) -> str:
     return f"{value:.7g}".replace("-", "−") if abs(value) > 0 else "0"
 
 
-def rounded(value: float) -> str:
+def rounded(value: float, digits: int = 3) -> str:
     """A number in a note: three digits."""
-    return number(float(f"{value:.3g}"))
+    return number(float(f"{value:.{digits}g}"))
 
 
 def printable(text: str) -> str:
