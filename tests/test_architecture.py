@@ -223,7 +223,6 @@ IMPORTED_BY_TESTS = {
         "timing.infeasible",
         "timing.problem",
         "verification.bounds",
-        "view.camera",
         "view.curves",
     ),
     "files of a format: what is written is what is read, for any content": (

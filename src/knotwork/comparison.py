@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
+import timeit
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -25,8 +25,6 @@ from knotwork.task import Task
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
-from knotwork.verification.collisions import GROUP as COLLISIONS
-from knotwork.verification.paths import GROUP as PATHS
 from knotwork.waypoints import JointWaypoints
 
 
@@ -113,8 +111,10 @@ def compare(
         UnknownNameError: There is no such planner or rule.
         InputError: The scenario is wrong, or a waypoint can't be met as asked.
     """
-    by_default = planners is None
-    names = list(DEFAULT) if planners is None else _names(planners)
+    given_names = [planners] if isinstance(planners, str) else planners
+    names = list(dict.fromkeys(DEFAULT if given_names is None else given_names))
+    if not names:
+        raise InputError(f"no planner to compare is given; accepted: {', '.join(PLANNERS)}")
     for name in names:
         get_planner(name)
     if not isinstance(scenario, Scenario):
@@ -126,18 +126,16 @@ def compare(
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
-        options = (
-            supported_options(given, scenario.planner, name)[0]
-            if name != scenario.planner
-            else given
-        )
+        options = given
+        if name != scenario.planner:
+            options, _ = supported_options(given, scenario.planner, name)
         try:
             trajectory, seconds = _timed(name, base.joint_waypoints, options)
         except InputError as error:
             rows.append(Refusal(name, str(error)))
             continue
         plain = trajectories.get(name.partition(":")[0])
-        if by_default and plain is not None and _same_motion(trajectory, plain):
+        if planners is None and plain is not None and _same_motion(trajectory, plain):
             continue
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, base))
@@ -157,18 +155,6 @@ def _base(scenario: Scenario) -> Plan:
         return plan(scenario, planner="cubic")
 
 
-def _names(planners: Sequence[str]) -> list[str]:
-    """Names of planners, each once.
-
-    Raises:
-        InputError: There is none.
-    """
-    names = list(dict.fromkeys([planners] if isinstance(planners, str) else planners))
-    if not names:
-        raise InputError(f"no planner to compare is given; accepted: {', '.join(PLANNERS)}")
-    return names
-
-
 def _same_motion(one: JointTrajectory, other: JointTrajectory) -> bool:
     a, b = one.polynomial, other.polynomial
     return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
@@ -182,12 +168,8 @@ def _timed(
     name: str, waypoints: JointWaypoints, options: PlannerOptions
 ) -> tuple[JointTrajectory, float]:
     planner = get_planner(name)
-    best = float("inf")
-    for _ in range(RUNS):
-        start = time.perf_counter()
-        trajectory = planner(waypoints, options)
-        best = min(best, time.perf_counter() - start)
-    return trajectory, best
+    seconds = timeit.repeat(lambda: planner(waypoints, options), number=1, repeat=RUNS)
+    return planner(waypoints, options), min(seconds)
 
 
 def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -> Score:
@@ -205,22 +187,29 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         report = check(trajectory, scenario, space=space, known=known)
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
+    kinds = ("velocity", "acceleration", "jerk")
+    peaks = [metrics.peak(trajectory, i + 1, space.limits[kind]) for i, kind in enumerate(kinds)]
     return Score(
         planner=name,
         position_miss=metrics.position_miss(trajectory, waypoints),
         velocity_miss=metrics.velocity_miss(trajectory, waypoints),
         acceleration_jump=metrics.acceleration_jump(trajectory),
         end_acceleration=metrics.end_acceleration(trajectory),
-        peak_velocity=metrics.peak(trajectory, 1, space.limits["velocity"]),
-        peak_acceleration=metrics.peak(trajectory, 2, space.limits["acceleration"]),
-        peak_jerk=metrics.peak(trajectory, 3, space.limits["jerk"]) if jerk_bounded else None,
+        peak_velocity=peaks[0],
+        peak_acceleration=peaks[1],
+        peak_jerk=peaks[2] if jerk_bounded else None,
         velocity_fluctuation=float(metrics.velocity_fluctuation(trajectory, waypoints).max()),
         squared_acceleration=metrics.integral_of_square(trajectory, 2),
         squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
-        **_along_paths(report, scenario.tolerances.path_speed),
-        clearance=_clearance(report),
+        tool_path_deviation=_greatest(report, "path_deviation", lambda value, _: value),
+        tool_path_speed_error=_greatest(
+            report,
+            "path_speed",
+            lambda value, limit: scenario.tolerances.path_speed * value / limit,
+        ),
+        clearance=_greatest(report, "clearance", lambda value, limit: value - limit, min),
         duration=trajectory.duration,
         required=required,
         failed=required - met,
@@ -228,21 +217,13 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
     )
 
 
-def _clearance(report: Report) -> float | None:
-    """Distance of the nearest pair beyond its margin [m]."""
-    found = report.select(group=COLLISIONS, quantity="clearance")
-    return min(((one.value or 0.0) - (one.limit or 0.0) for one in found), default=None)
-
-
-def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
-    """Largest deviations along tool paths; that of the speed as a part of it."""
-    found = [one for one in report.findings if one.group == PATHS]
-    worst: dict[str, float] = {}
-    for one in found:
-        if one.value is not None and one.limit is not None:
-            off = one.value if one.quantity == "path_deviation" else allowed * one.value / one.limit
-            worst[one.quantity] = max(off, worst.get(one.quantity, 0.0))
-    return {
-        "tool_path_deviation": worst.get("path_deviation"),
-        "tool_path_speed_error": worst.get("path_speed"),
-    }
+def _greatest(
+    report: Report,
+    quantity: str,
+    figure: Callable[[float, float], float],
+    choose: Callable[..., float | None] = max,
+) -> float | None:
+    """The worst figure of the findings on a quantity, from value and limit; `None` without any."""
+    found = report.select(quantity=quantity)
+    pairs = [(one.value, one.limit) for one in found if one.subject in ("path", "pair")]
+    return choose((figure(v, m) for v, m in pairs if v is not None and m is not None), default=None)

@@ -89,23 +89,17 @@ _PARTS = tuple(item.name for item in fields(metrics.Peak))
 
 def flat_columns() -> list[str]:
     """Columns of `flat`, in the order of a score."""
-    names: list[str] = []
-    for item in fields(Score):
-        if item.name in _PEAKS:
-            names += [f"{item.name}.{part}" for part in _PARTS]
-        else:
-            names.append(item.name)
-    return [*names, "reason"]
+    parts = {name: [f"{name}.{part}" for part in _PARTS] for name in _PEAKS}
+    columns = [one for item in fields(Score) for one in parts.get(item.name, [item.name])]
+    return [*columns, "reason"]
 
 
 def flat(row: Score | Refusal) -> dict[str, Any]:
     """Values by the columns of a table in which a peak takes four."""
-    values: dict[str, Any] = {}
-    for name, value in asdict(row).items():
-        if name not in _PEAKS:
-            values[name] = value
-        elif value is not None:
-            values.update({f"{name}.{part}": value[part] for part in _PARTS})
+    values = asdict(row)
+    for name in _PEAKS:
+        peak = values.pop(name, None) or {}
+        values |= {f"{name}.{part}": value for part, value in peak.items()}
     return values
 
 

@@ -23,7 +23,6 @@ HELD = """() => {
   return [viewer.renderer.info.memory.geometries, arm.uuid];
 }"""
 
-FETCHED = "performance.getEntriesByType('resource').map((one) => one.name.split('/').pop())"
 ANOTHER_ROBOT = """
 description: Another robot
 robot: z1
@@ -108,8 +107,6 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
                 tab.wait_for_selector(f"#head .description:text('{words}')", state="attached")
                 tab.wait_for_function("viewer.needs_render === false")
             assert tab.evaluate(HELD) == held
-            assert "changing" in tab.evaluate(FETCHED)
-            assert "still" not in tab.evaluate(FETCHED)  # the robot is the same
 
             save(task, good.replace("description:", "description: fault"))
             tab.wait_for_selector("#live.wrong:text('ZeroDivisionError: boom')")
@@ -120,7 +117,6 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             time.sleep(0.3)
             save(task, ANOTHER_ROBOT)
             tab.wait_for_selector("#head .description:text('Another')", state="attached")
-            assert "still" in tab.evaluate(FETCHED)
             assert tab.locator("#joint-rows > div").count() == 6
 
             save(tmp_path / "sign.stl", "no mesh")

@@ -11,7 +11,7 @@ from knotwork.view.mesh import box_corners
 from knotwork.waypoints import FloatArray
 
 # Above the horizon, and of scenes lower than FLAT, relative to their width.
-ELEVATION, STEEP, FLAT = np.radians(38.0), np.radians(52.0), 0.3
+ELEVATION, STEEP, FLAT = np.radians(24.0), np.radians(52.0), 0.3
 # From the direction of the task, so that the arm is not before it.
 ASIDE = np.radians(25.0)
 # A task smaller than this, in parts of the arm and the task, is shown alone at first, with

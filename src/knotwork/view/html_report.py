@@ -30,13 +30,8 @@ NO_ROBOT = (
 MOST = 6
 MOST_USE = 100.0
 """A larger use of a limit is not printed in percent."""
-_VERDICTS = {
-    "met": "ok",
-    "failed": "FAIL",
-    "undecided": "undecided",
-    "warning": "warning",
-    "information": "not required",
-}
+_VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
+"""Verdicts that are written otherwise."""
 
 
 def report_page(plan: PlanLike) -> Page:

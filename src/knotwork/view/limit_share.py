@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import cache, partial
 
 import numpy as np
 
@@ -40,26 +41,24 @@ def limit_shares(
         A finding, and the part of its limit that is used at each time, shape (n,); beyond 1 the
         limit is broken, and it is infinite at jumps and where a limit of 0 is.
     """
-    joints: dict[str, FloatArray] = {}
+    states = [curve(time, k) for k in range(3)]
+    of_joints = cache(partial(_joint_values, robot=robot, curve=curve, time=time))
     for found in findings:
         most = np.inf if found.use is None and not found.ok else found.use
         if found.group not in LIMITS or found.limit is None or most is None:
             continue
-        quantity = found.quantity
-        if found.subject == "joint" and quantity in JOINT_QUANTITIES:
+        values, lower, upper = np.zeros(time.shape), -np.inf, found.limit
+        if found.subject == "joint" and found.quantity in JOINT_QUANTITIES:
             i = space.joint_names.index(found.name)
-            if quantity not in joints:
-                joints[quantity] = _joint_values(quantity, robot, curve, time)
-            values, sides = joints[quantity][:, i], _judged_sides(found, i, space)
-        elif quantity in FRAME_ORDERS:
-            states = (curve(time, k) for k in range(3))
-            values = frame_values(robot, found.name, FRAME_ORDERS[quantity], *states)
-            sides = (-np.inf, found.limit)
-        elif quantity == LEAST_SINGULAR_VALUE:
-            values, sides = singular_values(robot, curve(time)), (found.limit, np.inf)
+            values = of_joints(found.quantity)[:, i]
+            lower, upper = _judged_sides(found, i, space)
+        elif found.quantity in FRAME_ORDERS:
+            values = frame_values(robot, found.name, FRAME_ORDERS[found.quantity], *states)
+        elif found.quantity == LEAST_SINGULAR_VALUE:
+            values, lower, upper = singular_values(robot, states[0]), found.limit, np.inf
         else:  # of a check of someone's own: at its time alone
-            values, sides = np.zeros(time.shape), (-np.inf, np.inf)
-        share = np.minimum(np.maximum(_part(values, sides[1]), _part(-values, -sides[0])), most)
+            upper = np.inf
+        share = np.minimum(np.maximum(_part(values, upper), _part(-values, -lower)), most)
         share[... if found.time is None else np.abs(time - found.time).argmin()] = most
         yield found, share
 

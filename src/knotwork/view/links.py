@@ -84,7 +84,11 @@ def link_shapes(robot: Robot) -> LinkShapes:
         warnings.append(f"no colour is given for parts of {', '.join(plain)}; they are drawn grey")
     if not any(by_link.values()):
         warnings.append(f"robot {robot.name!r} has no shapes to draw; its links are drawn as lines")
-        by_link = {link: _lines(urdf.carried.get(link, ())) for link in links}
+        ball = sphere(1.6 * LINE_RADIUS, JOINT)
+        for link in links:
+            origins = urdf.carried.get(link, ())
+            balls = [ball.moved(np.eye(3), origin) for origin in origins]
+            by_link[link] = [*balls, *_lines(origins)]
     carried: list[list[Mesh]] = [[] for _ in range(robot.model.njoints)]
     for link, parts in by_link.items():
         frame = frames[link]
@@ -95,10 +99,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
 def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
     """Rods from a link's origin to those of the links that it carries, in its axes."""
     far = [origin for origin in origins if np.linalg.norm(origin) > 1e-6]
-    return [
-        merged([sphere(1.6 * LINE_RADIUS, JOINT), rod(np.zeros(3), origin, LINE_RADIUS, GREY)])
-        for origin in far
-    ]
+    return [rod(np.zeros(3), origin, LINE_RADIUS, GREY) for origin in far]
 
 
 _KEPT: dict[tuple[Path, int], list[Mesh]] = {}

@@ -129,24 +129,18 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
 
 def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str, Any]:
     """Poses of a joint over time, in its parent's axes."""
-    turn = pin.Quaternion(np.array(joint["quaternion"]))
-    origin, axis = np.array(joint["origin"]), np.array(joint["axis"])
-    positions, quaternions = [], []
-    for value in q:
-        if joint["slides"]:
-            positions.append((origin + turn.toRotationMatrix() @ (value * axis)).tolist())
-            quaternions.append(turn.coeffs().tolist())
-        else:
-            turned = turn * pin.Quaternion(pin.exp3(value * axis))
-            if quaternions and np.dot(turned.coeffs(), quaternions[-1]) < 0.0:
-                turned = pin.Quaternion(-turned.coeffs())  # or it would be turned the long way
-            positions.append(origin.tolist())
-            quaternions.append(turned.coeffs().tolist())
     from meshcat.animation import AnimationTrack
+    from scipy.spatial.transform import Rotation
 
+    placed, slides = Rotation.from_quat(joint["quaternion"]), joint["slides"]
+    along = np.outer(q, joint["axis"])
+    positions = joint["origin"] + slides * placed.apply(along)
+    turns = (placed * Rotation.from_rotvec((not slides) * along)).as_quat()
+    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # it would be turned the long way
+    turns[1:] *= np.cumprod(np.where(opposite, -1.0, 1.0))[:, np.newaxis]
     return {
-        "position": AnimationTrack("position", "vector3", at, positions),
-        "quaternion": AnimationTrack("quaternion", "quaternion", at, quaternions),
+        "position": AnimationTrack("position", "vector3", at, positions.tolist()),
+        "quaternion": AnimationTrack("quaternion", "quaternion", at, turns.tolist()),
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ MOST_DRAWN = 10_000
 """Cells that are drawn; of more, larger ones that hold them."""
 
 
-def cloud_mesh(shape: Shape, colour: Sequence[float]) -> Mesh:
+def cloud_mesh(shape: Shape, path: Path, colour: Sequence[float]) -> Mesh:
     """Draw the sides of a cloud's cells that no other cell covers, in its own axes.
 
     Raises:
@@ -32,9 +33,8 @@ def cloud_mesh(shape: Shape, colour: Sequence[float]) -> Mesh:
     """
     from trimesh import creation
 
-    assert shape.path is not None  # a task's clouds have files
-    changed = shape.path.stat().st_mtime_ns
-    cells = read_cells(shape.path, changed, shape.scale[0], shape.resolution)
+    changed = path.stat().st_mtime_ns
+    cells = read_cells(path, changed, shape.scale[0], shape.resolution)
     while len(cells.index) > MOST_DRAWN:
         cells = cells.coarser()
     cube = creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
@@ -91,8 +91,8 @@ def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
         thin = 0.004 * extent
         made = box([2 * extent, 2 * extent, thin], colour)
         made = made.moved(frame_along(normal), (offset - thin / 2) * normal)
-    elif shape.kind == "points":
-        made = cloud_mesh(shape, colour)
+    elif shape.path is not None and shape.kind == "points":
+        made = cloud_mesh(shape, shape.path, colour)
     elif shape.path is not None:
         parts = [drawable(part) for part in read_mesh(shape.path)]
         own = [one if one.coloured or one.fault else one.painted(colour) for one in parts]

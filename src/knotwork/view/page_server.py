@@ -15,7 +15,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, cast
 
 from knotwork.errors import InputError
-from knotwork.view.page import json_in_html, meshcat_viewer, scene_page, waiting_page
+from knotwork.view.page import meshcat_viewer, scene_page, waiting_page
 from knotwork.view.scene import STILL
 
 HOST = "127.0.0.1"
@@ -45,11 +45,8 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().__init__((HOST, port), handler or PageHandler)
         except OSError as error:
-            why = (
-                "is in use"
-                if error.errno == errno.EADDRINUSE
-                else f"can't be used: {error.strerror}"
-            )
+            used = error.errno == errno.EADDRINUSE
+            why = "is in use" if used else f"can't be used: {error.strerror}"
             raise InputError(
                 f"port {port} {why}; give another with --port, or leave it out for one that is free"
             ) from error
@@ -160,30 +157,26 @@ class LiveServer(PageServer):
         if last is None or any(scene[name] is not last[name] for name in STILL):
             self._still = version
         self.scene = {**scene, "still": self._still}
-        self._tell(version=version)
+        self._tell(version, "", busy=False)
 
     def whole_page(self) -> bytes:
         """The page, with which following begins."""
-        version, scene = (
-            self.version,
-            self.scene,
-        )  # in this order: a page may be newer
+        version, scene = self.version, self.scene  # in this order: a page may be newer
         if scene is None:
             return self.page
         return scene_page(scene, ghosts=self._ghosts, live=version).html.encode("utf-8")
 
     def refuse(self, error: str) -> None:
         """Show an error over the last good page."""
-        self._tell(error=error)
+        self._tell(self.version, error, busy=False)
 
     def start(self) -> None:
         """Notify that the next version is being made; an error stays until then."""
-        self._tell(error=self._error, busy=True)
+        self._tell(self.version, self._error, busy=True)
 
-    def _tell(self, *, version: int | None = None, error: str = "", busy: bool = False) -> None:
+    def _tell(self, version: int, error: str, *, busy: bool) -> None:
         with self._changed:
-            self.version = self.version if version is None else version
-            self._error, self._busy = error, busy
+            self.version, self._error, self._busy = version, error, busy
             self._count += 1
             self._changed.notify_all()
 
@@ -203,12 +196,8 @@ class _LiveHandler(PageHandler):
         scene = server.scene
         if self.path == "/changes":
             self._tell_changes(server)
-        elif self.path == "/changing" and scene is not None:
-            changing = {name: value for name, value in scene.items() if name not in STILL}
-            self.send_text(scene_page(changing, scripts=False).html.encode("utf-8"), "text/html")
-        elif self.path == "/still" and scene is not None:
-            still = {name: scene[name] for name in (*STILL, "still")}
-            self.send_text(json_in_html(still).encode("utf-8"), "application/json")
+        elif self.path == "/scene" and scene is not None:
+            self.send_text(scene_page(scene, scripts=False).html.encode("utf-8"), "text/html")
         else:
             super().answer_other()
 

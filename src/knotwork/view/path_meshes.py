@@ -19,14 +19,8 @@ from knotwork.view.tool_trace import ToolTrace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
-SPEED_COLOURS = np.array(
-    [
-        [0.267, 0.005, 0.329],
-        [0.231, 0.322, 0.545],
-        [0.129, 0.569, 0.549],
-        [0.369, 0.788, 0.384],
-        [0.85, 0.87, 0.12],
-    ]
+SPEED_COLOURS = (
+    np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
 # In their place where the speed along tool paths has the colours.
 GREYS = np.array([[0.3, 0.31, 0.34], [0.74, 0.76, 0.79]])
@@ -92,20 +86,15 @@ def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, 
 
     Empty if the tool stands still.
     """
-    meshes = {}
     line = line_mesh(path.position, colours, 0.0032 * size)
-    if line is not None:
-        meshes["path"] = line
-    broken = np.flatnonzero(path.broken)
+    meshes = {} if line is None else {"path": line}
     red: list[Mesh] = []
-    for run in np.split(broken, np.flatnonzero(np.diff(broken) > 1) + 1) if len(broken) else ():
-        part = path.position[max(run[0] - 1, 0) : run[-1] + 2]
+    beyond = np.ma.masked_equal(path.broken, value=False)
+    for run in np.ma.clump_unmasked(beyond):  # type: ignore[no-untyped-call]
+        part = path.position[max(run.start - 1, 0) : run.stop + 1]
         tubes = line_mesh(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
-        red.append(
-            tubes
-            if tubes is not None  # the tool stands still while the limit is broken
-            else sphere(0.012 * size, RED).moved(np.eye(3), part[0])
-        )
+        # the tool may stand still while the limit is broken
+        red.append(tubes or sphere(0.012 * size, RED).moved(np.eye(3), part[0]))
     if red:
         meshes["limits broken"] = merged(red)
     return meshes

@@ -52,22 +52,18 @@ def _windowed(motion: Motion, asked: Window) -> Motion:
     inner = max(low, start), min(high, end)
     if inner[1] - inner[0] <= SHORTEST * (end - start):
         how_much = "nothing" if inner[1] <= inner[0] else "too little"
-        wanted = " ".join(
-            f"{word} {at:g} s"
-            for word, at in zip(("from", "to"), asked, strict=True)
-            if at is not None
-        )
+        words = zip(("from", "to"), asked, strict=True)
+        wanted = " ".join(f"{word} {at:g} s" for word, at in words if at is not None)
         raise InputError(f"there is {how_much} to draw {wanted}: {span}")
     trajectory = replace(
         motion.trajectory, polynomial=part(motion.curve, *inner), waypoint_times=None
     )
+    judged = derivative_limits(motion.space, trajectory.polynomial) if motion.space else ()
     return replace(
         motion,
         trajectory=trajectory,
         marks=_windowed_marks(motion.marks, (low, high)),
-        uses=limit_uses(derivative_limits(motion.space, trajectory.polynomial))
-        if motion.space
-        else {},
+        uses=limit_uses(judged),
         knots=motion.knots[(motion.knots >= inner[0]) & (motion.knots <= inner[1])],
         window=(low, high),
     )

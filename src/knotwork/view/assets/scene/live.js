@@ -8,14 +8,9 @@ function followChanges(stage, version) {
     tell(state);
     if (state.version === shown) return;
     shown = state.version;
-    const fetched = (name) => fetch(name, { cache: "no-store" });
-    const page = new DOMParser().parseFromString(await (await fetched("changing")).text(), "text/html");
-    const data = JSON.parse(page.getElementById("data").textContent);
-    // The robot's shapes are most of a scene: they are sent again only if they are others.
-    const known = data.still === stage.data.still;
-    const still = known ? stage.data : await (await fetched("still")).json();
-    if (still.still !== data.still) return; // there is another version already, which will be announced
-    renew(stage, page, { ...still, ...data });
+    const text = await (await fetch("scene", { cache: "no-store" })).text();
+    const page = new DOMParser().parseFromString(text, "text/html");
+    renew(stage, page, JSON.parse(page.getElementById("data").textContent));
     document.documentElement.dataset.version = state.version;
   };
   changes.onerror = () => tell({ error: "", busy: false, gone: true });
