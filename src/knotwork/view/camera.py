@@ -13,7 +13,7 @@ from knotwork.waypoints import FloatArray
 # Above the horizon, and of scenes lower than FLAT, relative to their width.
 ELEVATION, STEEP, FLAT = np.radians(24.0), np.radians(52.0), 0.3
 # From the direction of the task, so that the arm is not before it.
-ASIDE = np.radians(25.0)
+ASIDE = np.radians(10.0)
 # A task smaller than this, in parts of the arm and the task, is shown alone at first, with
 # this margin around it, in parts of its size.
 SMALL, AROUND = 0.4, 0.35

@@ -13,7 +13,7 @@ from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE, summary
 from knotwork.verification.worst import alike, told_apart, worst_failures
 from knotwork.view.drawn_motions import PlanLike
-from knotwork.view.page import Page, asset, environment, frame, version
+from knotwork.view.page import Page, asset, frame, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
@@ -45,8 +45,6 @@ def report_page(plan: PlanLike) -> Page:
     Args:
         plan: The plan with its report.
     """
-    from markupsafe import Markup
-
     report, scenario, robot = plan.report, plan.scenario, plan.space.robot
     plots = [("Joints over time", plot_joints(plan))]
     scene: Page | None = None
@@ -54,34 +52,30 @@ def report_page(plan: PlanLike) -> Page:
         if robot.tcp_frame_id is not None:
             plots.append(("The tool over time", plot_tool(plan)))
         scene = view_plan(plan, embedded=True, autoplay=False)
+    parts = {"style": asset("report.css"), "night": night_colours()}
+    parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
-    text = (
-        environment()
-        .get_template("report.html")
-        .render(
-            scenario=scenario,
-            report=report,
-            robot=robot,
-            trajectory=plan.trajectory,
-            summary=summary(report),
-            failures=alike(report.failures),
-            most_use=MOST_USE,
-            tightest=[_shown(one, report.units) for one in _tightest(report)],
-            verdicts=_VERDICTS,
-            number=_number,
-            vector=_vector,
-            groups=[
-                _group(title, [_shown(one, report.units) for one in found])
-                for title, found in _details(report).items()
-            ],
-            plots=[(name, _picture(figure)) for name, figure in plots],
-            scene=Markup(frame(scene.html, height="100%", name="3D view")) if scene else None,
-            warnings=warnings,
-            source=read_text(scenario.source) if scenario.source is not None else None,
-            style=Markup(asset("report.css")),
-            night=Markup(night_colours()),
-            version=version(),
-        )
+    text = rendered(
+        "report.html",
+        parts,
+        scenario=scenario,
+        report=report,
+        robot=robot,
+        trajectory=plan.trajectory,
+        summary=summary(report),
+        failures=alike(report.failures),
+        most_use=MOST_USE,
+        tightest=[_shown(one, report.units) for one in _tightest(report)],
+        verdicts=_VERDICTS,
+        number=_number,
+        vector=_vector,
+        groups=[
+            _group(title, [_shown(one, report.units) for one in found])
+            for title, found in _details(report).items()
+        ],
+        plots=[(name, _picture(figure)) for name, figure in plots],
+        warnings=warnings,
+        source=read_text(scenario.source) if scenario.source is not None else None,
     )
     return Page(f"{scenario.name}: report", text, warnings)
 

@@ -90,41 +90,29 @@ def scene_page(
     Raises:
         InputError: The package `meshcat` is not installed.
     """
-    from markupsafe import Markup
-
     options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts, "live": live}
     parts = {"meshcat": "", "script": "", "style": ""}
     if scripts:
         parts["meshcat"], parts["style"] = meshcat_viewer(), asset("scene.css")
         parts["script"] = "\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)
     parts |= {"json": json_in_html(scene), "options_json": json_in_html(options)}
-    text = (
-        environment()
-        .get_template("scene.html")
-        .render(
-            data=scene,
-            options=options,
-            version=version(),
-            **{name: Markup(part) for name, part in parts.items()},
-        )
-    )
+    text = rendered("scene.html", parts, data=scene, options=options)
     return Page(scene["title"], text, tuple(scene["warnings"]))
 
 
 def waiting_page(title: str) -> Page:
     """Make the page that a `LiveServer` shows until there is a scene."""
+    parts = {"script": asset("scene/live.js"), "style": asset("scene.css")}
+    return Page(title, rendered("waiting.html", parts, title=title))
+
+
+def rendered(template: str, parts: Mapping[str, str], **values: Any) -> str:
+    """Fill a template with parts that are HTML already, and with values to be escaped."""
     from markupsafe import Markup
 
-    text = (
-        environment()
-        .get_template("waiting.html")
-        .render(
-            title=title,
-            script=Markup(asset("scene/live.js")),
-            style=Markup(asset("scene.css")),
-        )
-    )
-    return Page(title, text)
+    marked = {name: Markup(part) for name, part in parts.items()}
+    text = _environment().get_template(template).render(**values, **marked, version=version())
+    return str(text)
 
 
 def json_in_html(data: Mapping[str, Any]) -> str:
@@ -134,7 +122,7 @@ def json_in_html(data: Mapping[str, Any]) -> str:
 
 
 @cache
-def environment() -> Environment:
+def _environment() -> Environment:
     """Jinja's environment: everything put into a page is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from knotwork.errors import InputError
-from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, scene_page
@@ -49,8 +47,14 @@ def scene_of(
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
+    robot = plan.space.robot
+    if robot is None:
+        raise InputError(
+            f"scenario {plan.scenario.name!r} names no robot, so there is no arm to show: only "
+            "plots can be drawn, with `knotwork plot`; or name a robot in the scenario"
+        )
     return make_scene(
-        needed_robot(plan.scenario, plan.space),
+        robot,
         plan.trajectory,
         scenario=plan.scenario,
         space=plan.space,
@@ -58,20 +62,6 @@ def scene_of(
         others=others,
         before=before,
     )
-
-
-def needed_robot(scenario: Scenario, space: JointSpace) -> Robot:
-    """Return a scenario's robot.
-
-    Raises:
-        InputError: It names none.
-    """
-    if space.robot is None:
-        raise InputError(
-            f"scenario {scenario.name!r} names no robot, so there is no arm to show: only plots "
-            "can be drawn, with `knotwork plot`; or name a robot in the scenario"
-        )
-    return space.robot
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True) -> Page:

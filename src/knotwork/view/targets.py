@@ -116,10 +116,7 @@ def _round_arrow(centre: FloatArray, turn: FloatArray, radius: float) -> Mesh:
     last = ends[-1]
     base = radius * np.array([np.cos(last), np.sin(last), 0.0])
     along = np.array([-np.sin(last + 0.5 * head), np.cos(last + 0.5 * head), 0.0])
-    cone = _cone(base, base + radius * head * along, 0.17 * radius)
+    tip = base + radius * head * along
+    # an arrow of such a width is nearly all head
+    cone = arrow(base - 0.02 * (tip - base), tip, 0.17 * radius / 2.6, ROUND)
     return merged([shaft, cone]).moved(axes, centre)
-
-
-def _cone(base: FloatArray, tip: FloatArray, radius: float) -> Mesh:
-    # An arrow of such a width is nearly all head
-    return arrow(base - 0.02 * (tip - base), tip, radius / 2.6, ROUND)
