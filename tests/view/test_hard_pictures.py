@@ -75,20 +75,12 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     assert all(len(word) <= 26 for word in joints)
 
 
-def test_details_of_one_joint(hard: Plan) -> None:
+def test_one_joint_or_planners_in_columns(hard: Plan) -> None:
     clean(plot_joints(hard, joints=JOINTS[5:6], degrees=True))
-
-
-def test_planners_in_columns(hard: Plan) -> None:
     other = kw.plan(task(50), planner="cubic")
-    clean(plot_joints([hard, other], quantities=["velocity", "acceleration"]))
-
-
-@pytest.mark.exhaustive
-def test_fewer_joints_and_more_planners_in_columns(hard: Plan) -> None:
-    other = kw.plan(task(50), planner="cubic")
-    clean(plot_joints([hard, other], joints=JOINTS[:3], quantities=["velocity", "acceleration"]))
-    clean(plot_joints([hard, other, hard], quantities=["position"], labels=list("abc")))
+    kinds = ["velocity", "acceleration"]
+    clean(plot_joints([hard, other], quantities=kinds))
+    clean(plot_joints([hard, other], joints=JOINTS[:3], quantities=kinds))
 
 
 def test_waypoints_crowded_at_one_time() -> None:

@@ -130,14 +130,10 @@ def test_jumps_of_acceleration_are_drawn_at_both_values(cubic: Plan) -> None:
     np.testing.assert_allclose(jump[[0, 1, 3, 4]], [-0.8, -1.2, 1.2, 2.2], atol=1e-9)
     figure = plot_joints(cubic)
     assert "jump" in legend_words(figure)
-    assert not lines(figure.axes[0], "jump")
-    assert not lines(figure.axes[1], "jump")
-
-
-def test_a_motion_without_jumps_shows_none(paper_case: Plan) -> None:
-    figure = plot_joints(paper_case)
-    assert not any(lines(axis, "jump") for axis in figure.axes)
-    assert "jump" not in legend_words(figure)
+    assert not any(lines(axis, "jump") for axis in figure.axes[:2])
+    smooth = plot_joints(kw.plan("paper_case"))
+    assert not any(lines(axis, "jump") for axis in smooth.axes)
+    assert "jump" not in legend_words(smooth)
 
 
 def test_waypoints_and_knots_are_marked(paper_case: Plan) -> None:
@@ -373,20 +369,17 @@ def test_what_can_not_be_drawn_is_an_error(
 def test_motions_that_do_not_belong_together_are_an_error(
     deburring: Plan, paper_case: Plan
 ) -> None:
-    with pytest.raises(InputError, match="the joints of the first motion of the picture are"):
-        plot_joints([deburring, paper_case])
-    with pytest.raises(InputError, match="at least one"):
-        plot_joints([])
-    with pytest.raises(InputError, match="can't draw dict"):
-        plot_joints({"a": 1})  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="the joints of the scenario are"):
-        plot_joints(paper_case.trajectory, scenario=deburring.scenario)
-    with pytest.raises(InputError, match="at most 4 motions"):
-        plot_joints([deburring] * 5)
-    with pytest.raises(InputError, match="at most 7"):
-        plot_joints([paper_case] * 8)
-    with pytest.raises(UnknownNameError):
-        plot_joints(deburring, joints=["joint_1"])
+    for motions, options, says in (
+        ([deburring, paper_case], {}, "the joints of the first motion of the picture are"),
+        ([], {}, "at least one"),
+        ({"a": 1}, {}, "can't draw dict"),
+        (paper_case.trajectory, {"scenario": deburring.scenario}, "the joints of the scenario are"),
+        ([deburring] * 5, {}, "at most 4 motions"),
+        ([paper_case] * 8, {}, "at most 7"),
+        (deburring, {"joints": ["joint_1"]}, "unknown joint"),
+    ):
+        with pytest.raises(InputError, match=says):
+            plot_joints(motions, **options)  # type: ignore[arg-type]
 
 
 def test_the_same_planner_twice_is_numbered(paper_case: Plan) -> None:

@@ -67,19 +67,3 @@ def test_files_that_can_not_be_written_are_errors(figure: Figure, tmp_path: Path
         with pytest.raises(InputError, match=says):
             save_figure(figure, path)
     assert {entry.name for entry in tmp_path.iterdir()} == {"file", "folder.png"}
-
-
-def test_a_full_disk_leaves_the_old_picture(
-    figure: Figure, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "a.png"
-    path.write_text("old")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(InputError, match="No space left"):
-        save_figure(figure, path)
-    assert path.read_text() == "old"
-    assert [entry.name for entry in tmp_path.iterdir()] == ["a.png"]
