@@ -14,7 +14,7 @@ from knotwork import resources, storage
 from knotwork.avoidance import MOST_TIMED, best_of_sequences
 from knotwork.errors import InputError
 from knotwork.infeasibility import infeasible
-from knotwork.interpolation import BalancedKnots, get_planner, planner_and_rule
+from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.planner_options import (
     knots_along_paths,
@@ -251,6 +251,12 @@ def plan(
     if isinstance(knots, str) and knots == "optimal":
         from knotwork.choosing import with_optimal_knots
 
+        base, ruled = planner_and_rule(planner or scenario.planner)
+        if "chosen" not in PLANNER_SPECS[base].supports or "knots" in ruled:
+            raise InputError(
+                f"{scenario.name}: knots: optimal are those of modified-hermite, which "
+                f"{planner or scenario.planner!r} does not take; give one of the two"
+            )
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
         return best_of_sequences(*_planned(scenario, planner, knots))

@@ -304,6 +304,12 @@ def test_nothing_to_freeze(tmp_path: Path) -> None:
         kw.plan("paper_case").freeze(tmp_path / "frozen.yaml")
 
 
+@pytest.mark.parametrize("planner", ["quintic", "modified-hermite:balanced"])
+def test_optimal_knots_are_not_chosen_for_a_planner_that_does_not_take_them(planner: str) -> None:
+    with pytest.raises(InputError, match=f"knots: optimal are those of .*'{planner}' does not"):
+        kw.plan(swing(to(1, after=2), times=None), planner=planner, knots="optimal")
+
+
 def test_an_edited_frozen_scenario_is_said_to_be_stale(tmp_path: Path) -> None:
     made = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
     path = made.freeze(tmp_path / "frozen.yaml")

@@ -179,34 +179,49 @@ def _found(
     Where the arm can't go on from the greatest speeds, lower ones are tried until the whole takes
     longer again.
     """
+    before = () if warm is None else warm.segments
     paths = with_greatest_speeds(scenario, free, solution, watch)
-    greatest, parts = paths.speeds, list(SPEED_FRACTIONS)
-    lower: set[int] = set()
+    try:
+        return _with_motions(paths, free, watch, before)
+    except NoMotionsError as error:
+        lower, failed = _adjacent_stretches(error.errors, paths), error
     best: _Found | None = None
-    while True:
-        task = paths.task
-        segments = find_segments(task)
-        _check_given(task, free, segments, watch)
-        late = False
+    for part in SPEED_FRACTIONS if lower else ():
+        late = watch.late(found=True)
+        if best is None and late and part != SPEED_FRACTIONS[-1]:
+            continue  # at the lowest speeds there is a motion, if there is any
+        caps = {i: part * paths.speeds[i] for i in lower}
         try:
-            motions = solved_segments(task, segments, watch, () if warm is None else warm.segments)
-        except NoMotionsError as failed:
-            lower = lower or _adjacent_stretches(failed.errors, paths)
+            slower = with_greatest_speeds(scenario, free, solution, watch, caps)
+            found = _with_motions(slower, free, watch, before)
+        except NoMotionsError as error:
+            failed = error
             if best is not None:
-                return best
-            if not lower or not parts:
-                raise
-            parts = parts[-1:] if watch.late(found=True) else parts
-        else:
-            late = bool(lower) and watch.late(found=True)
-            found = _Found(replace(paths, stopped=paths.stopped or late), motions)
-            if best is None or found.duration < best.duration:
-                best = found
-            if best is not found or not lower or not parts or late:
-                return best
-        part = parts.pop(0)
-        caps = {place: part * greatest[place] for place in lower}
-        paths = with_greatest_speeds(scenario, free, solution, watch, caps)
+                break
+            continue
+        if best is not None and best.duration <= found.duration:
+            break
+        best = found
+        if watch.late(found=True):
+            best = replace(found, paths=replace(found.paths, stopped=True))
+            break
+    if best is None:
+        raise failed
+    return best
+
+
+def _with_motions(
+    paths: TimedPaths, free: FreeTimes, watch: Watch, before: Sequence[TimedMotion]
+) -> _Found:
+    """The motions of all segments of a task with speeds along its paths.
+
+    Raises:
+        NoMotionsError: Some have none.
+        InputError: Something is given beyond a limit.
+    """
+    segments = find_segments(paths.task)
+    _check_given(paths.task, free, segments, watch)
+    return _Found(paths, solved_segments(paths.task, segments, watch, before))
 
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:

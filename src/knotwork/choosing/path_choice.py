@@ -76,7 +76,7 @@ def with_greatest_speeds(
             with watch.turn(1.0 / (2 * len(paths) - i)):
                 chosen = problem.greatest(watch)
         except NoSpeedsError as error:
-            raise no_speeds(task, paths, problem, error, watch) from None
+            raise no_speeds(task, problem, error, watch) from None
         lowered = BUDGET if watch.late(found=True) else NEXT
         limits = {
             k: lowered if places[k] in caps and one == AT_MOST else one

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 import numpy as np
@@ -36,9 +35,6 @@ NO_MARGIN = 5e-4
 
 ADVISED_MARGIN = 0.002
 """A speed that is advised leaves this part of the limit to the motion around the waypoint."""
-
-FACTOR, FACTORS, HALVINGS = 4.0, 6, 3
-"""Accelerations along a path are tried in powers of a factor, and then between two."""
 
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
@@ -89,7 +85,7 @@ def paths_beyond_limits(
             for k in np.flatnonzero(most > 1.0 + ROUNDING)
         }
         if over:
-            errors[number] = speed_errors(task, [*given.values()], path, over, watch)
+            errors[number] = speed_errors(task, path, over, watch)
     return errors
 
 
@@ -106,11 +102,7 @@ def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray
 
 
 def no_speeds(
-    task: FreeTask,
-    paths: Sequence[ScenarioPath],
-    problem: PathSpeeds,
-    found: NoSpeedsError,
-    watch: Watch,
+    task: FreeTask, problem: PathSpeeds, found: NoSpeedsError, watch: Watch
 ) -> InputError:
     """The error for a path along which there are no speeds, with what is accepted.
 
@@ -128,32 +120,28 @@ def no_speeds(
         )
         return task.located(error, problem.path.first + 1 + k, "speed")
     over = {k: _exceeds(task, found.limit)}
-    errors = speed_errors(task, paths, problem.path, over, watch, higher=found.limit == RAMPS)
-    return together(errors)
+    other = "a higher path.acceleration" if found.limit == RAMPS else ""
+    return together(speed_errors(task, problem.path, over, watch, other))
 
 
 def speed_errors(
     task: FreeTask,
-    paths: Sequence[ScenarioPath],
     path: ScenarioPath,
     exceeded: Mapping[int, str],
     watch: Watch,
-    *,
-    higher: bool = False,
+    other: str = "",
 ) -> list[InputError]:
-    """Errors for a path along which limits are exceeded, with lower speeds or another acceleration.
+    """Errors for a path along which limits are exceeded, with lower speeds that keep them.
 
     Args:
         task: The task.
-        paths: Those of its paths that are to keep the limits with another acceleration.
         path: The path.
         exceeded: What is exceeded, in words, by index of the stretch.
         watch: What knows of the budget.
-        higher: Whether an acceleration has to be higher than the task's own.
+        other: What else is accepted.
     """
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
-    other = _other_acceleration(task, paths, watch, higher=True) if higher else ""
     try:
         found = PathSpeeds(task, path, given | dict(chosen)).greatest(watch)
         durations = np.diff(found.timing.times)
@@ -162,8 +150,7 @@ def speed_errors(
         slower = []
     if not slower:
         k, why = next(iter(exceeded.items()))
-        other = other or _other_acceleration(task, paths, watch, higher=False)
-        return [_error(task, path, k, why, other or "another path")]
+        return [_error(task, path, k, why, other or "another path or path.acceleration")]
     errors = []
     for k in slower:
         key = _key(task, path.first + 1 + k)
@@ -184,45 +171,6 @@ def _error(task: FreeTask, path: ScenarioPath, k: int, why: str, accepted: str) 
         "limit"
     )
     return task.located(error, i, _key(task, i))
-
-
-def _other_acceleration(
-    task: FreeTask, paths: Sequence[ScenarioPath], watch: Watch, *, higher: bool
-) -> str:
-    """A path.acceleration not far from the task's own with which paths keep the limits.
-
-    Empty if none is found, or the budget has ended.
-
-    Args:
-        task: The task.
-        paths: Those of its paths that are to keep them, at some of the speeds to be chosen.
-        watch: What knows of the budget.
-        higher: Whether it has to be higher than the task's own.
-    """
-    unit, own = task.scenario.shown_length[0], paths[0].asked.acceleration
-    problems = [PathSpeeds(task, path, path.asked.at_most) for path in paths]
-    worse, good, halvings = own, None, 0
-    for k in range(FACTORS + HALVINGS):
-        if watch.late(found=True) or halvings == HALVINGS or (good is None and k == FACTORS):
-            break
-        wanted = math.sqrt(worse * good) if good else worse * (FACTOR if higher else 1.0 / FACTOR)
-        trial = rounded_down(unit * wanted, 2) / unit
-        halvings += good is not None
-        if all(_keeps(problem, trial, watch) for problem in problems):
-            good = trial
-        else:
-            worse = trial
-    return f"path: {{acceleration: {unit * good:.6g}}}" if good else ""
-
-
-def _keeps(problem: PathSpeeds, acceleration: float, watch: Watch) -> bool:
-    """Whether a path can be followed within the limits with some acceleration along it [m/s²]."""
-    problem.asked = replace(problem.asked, acceleration=acceleration)
-    try:
-        problem.greatest(watch, first=True)
-    except NoSpeedsError:
-        return False
-    return True
 
 
 def _key(task: FreeTask, i: int) -> str:

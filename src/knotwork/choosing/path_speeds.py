@@ -79,7 +79,7 @@ AT_MOST = Limit("", "at_most", 1)
 
 UNBOUNDED = Limit("", "no limit", 1)
 
-TOLERANCES = Limit("", "tolerances", 1)
+TOLERANCES = Limit("", "the tolerance of the path", 1)
 
 
 class NoSpeedsError(Exception):
@@ -124,7 +124,8 @@ class PathSpeeds:
     def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
         self.task, self.path, self.unit = task, path, task.scenario.shown_length[0]
         self.asked = path.asked.choosing(most)
-        self.caps = dict(sorted(most.items()))
+        self.at_most = dict(sorted(most.items()))
+        self.caps = dict(self.at_most)
         self.shares = LimitShares(task)
         given = (*path.asked.speeds, *most.values())
         fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
@@ -132,12 +133,11 @@ class PathSpeeds:
         self._corrections = np.ones((3 * len(self.asked.lengths), len(self.shares.limits)))
         self._corrections[0::3] = self._corrections[2::3] = ROUNDED ** (self.shares.orders - 1.0)
 
-    def greatest(self, watch: Watch, *, first: bool = False) -> ChosenSpeeds:
+    def greatest(self, watch: Watch) -> ChosenSpeeds:
         """The greatest speeds that keep all limits, but for what little is left to gain.
 
         Args:
             watch: What knows of the budget: when it has ended, the first speeds that do are taken.
-            first: Take the first speeds that do in any case.
 
         Raises:
             NoSpeedsError: There are none.
@@ -167,7 +167,7 @@ class PathSpeeds:
                 tight = None not in found.values()
                 best = ChosenSpeeds(speeds, {k: one or RAMPS for k, one in found.items()}, timing)
             if best is not None:
-                if first or tight or not left:
+                if tight or not left:
                     return best
                 left -= 1
                 if watch.late(found=True):
@@ -318,7 +318,7 @@ class PathSpeeds:
     def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
         """What bounds the speed of a stretch; `None` if nothing is known to."""
         if speeds[k] >= self._rounded(self.caps[k]):
-            return AT_MOST
+            return AT_MOST if self.caps[k] == self.at_most[k] else TOLERANCES
         faster = self._fitted({**speeds, k: speeds[k] / FINER})
         if faster[k] <= speeds[k]:
             return RAMPS
