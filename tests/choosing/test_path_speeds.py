@@ -233,44 +233,21 @@ def test_no_at_most_is_named_that_nobody_gave(monkeypatch: pytest.MonkeyPatch) -
     assert "the tolerance of the path bounds the speed along the path" in str(said)
 
 
-def turned() -> dict[str, Any]:
-    """Two stretches with speeds of their own, and a move away from them."""
-    home = {"name": "home", "joints": "home"}
-    ends = [line("a", -50), line("b", 50, turn=-90), home]
-    return along(*ends, limits=LIMITS, times="fastest")
-
-
-def stuck() -> dict[str, Any]:
-    """A path that the arm could not leave at its greatest speed."""
+def test_the_lowest_speeds_are_taken_when_a_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by a second each time it is looked at."""
     limits = {"acceleration": 600, "jerk": 4000}
     task = passed(line("a", -117.9), line("b", -31.5), limits=limits)
     task["waypoints"][0]["pose"]["position"][1] = -120
-    return task
-
-
-@pytest.mark.parametrize(("task", "budgets"), [(turned(), (1, 10, 30)), (stuck(), (1,))])
-def test_the_best_speeds_so_far_are_taken_when_a_budget_ends(
-    task: dict[str, Any], budgets: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By a clock that goes on by a second each time it is looked at."""
     best = kw.plan(task)
     monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
-    durations = []
-    for budget in budgets:
-        made = kw.plan(task, budget=budget)
-        made.report.raise_if_failed()
-        assert made.chosen is not None
-        assert made.chosen.status == "stopped"
-        (said,) = made.report.select(quantity="chosen_times")
-        assert "the best so far when the budget ended" in str(said)
-        bounds = [str(one) for one in made.report.select(quantity="binding_limits")]
-        if budgets == (1,):
-            what = "the end of the budget bounds the speed along the path"
-            assert all(what in one for one in bounds[:2])
-        assert "lower bound with these speeds along its paths" in str(said)
-        durations.append(made.trajectory.duration)
-    assert sorted(durations, reverse=True) == durations
-    assert durations[-1] >= (1 - 1e-6) * best.trajectory.duration
+    made = kw.plan(task, budget=1)
+    made.report.raise_if_failed()
+    assert made.trajectory.duration > best.trajectory.duration
+    assert made.chosen is not None
+    assert made.chosen.status == "stopped"
+    (said,) = made.report.select(quantity="chosen_times")
+    assert "the best so far when the budget ended" in str(said)
+    assert "lower bound with these speeds along its paths" in str(said)
 
 
 def test_what_is_exceeded_at_given_speeds_is_named_when_the_budget_has_ended(

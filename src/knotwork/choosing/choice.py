@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -120,10 +120,9 @@ def choose_times(
     """
     watch = Watch(progress, budget)
     try:
-        best = _found(scenario, free, solution, watch, warm)
+        paths, found = _found(scenario, free, solution, watch, warm)
     except NoMotionsError as failed:
         raise failed.reported() from None
-    paths, found = best.paths, best.motions
     task = paths.task
     with_numbers = with_chosen_values(task, found)
     duration = float(np.ptp(with_numbers.times))
@@ -141,7 +140,7 @@ def choose_times(
         solution=task.solution,
         duration=duration,
         lower_bound=duration - in_segments + least,
-        status="stopped" if paths.stopped else status_of(parts),
+        status=status_of(parts),
         binding=(*paths.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
         segments=tuple(motion for _, motion in found),
@@ -153,18 +152,8 @@ SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 """Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Found:
-    """A task with speeds along its paths, and the motions of its segments."""
-
-    paths: TimedPaths
-    motions: list[tuple[Segment, TimedMotion]]
-
-    @property
-    def duration(self) -> float:
-        """Of the whole motion [s]."""
-        between = duration_outside(self.paths.task, [one for one, _ in self.motions])
-        return between + sum(motion.duration for _, motion in self.motions)
+_Found = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
+"""A task with speeds along its paths, and the motions of its segments."""
 
 
 def _found(
@@ -178,41 +167,44 @@ def _found(
 
     Where the arm can't go on from the greatest speeds, lower ones are tried until the whole takes
     longer again.
+
+    Raises:
+        NoMotionsError: There are none.
     """
     before = () if warm is None else warm.segments
-    paths = with_greatest_speeds(scenario, free, solution, watch)
+    paths = with_greatest_speeds(scenario, free, solution)
     try:
-        return _with_motions(paths, free, watch, before)
+        return paths, _motions(paths, free, watch, before)
     except NoMotionsError as error:
-        lower, failed = _adjacent_stretches(error.errors, paths), error
+        failed, lower = error, _adjacent_stretches(error.errors, paths)
     best: _Found | None = None
     for part in SPEED_FRACTIONS if lower else ():
-        late = watch.late(found=True)
-        if best is None and late and part != SPEED_FRACTIONS[-1]:
+        if watch.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
             continue  # at the lowest speeds there is a motion, if there is any
         caps = {i: part * paths.speeds[i] for i in lower}
+        slower = with_greatest_speeds(scenario, free, solution, caps)
         try:
-            slower = with_greatest_speeds(scenario, free, solution, watch, caps)
-            found = _with_motions(slower, free, watch, before)
+            found = slower, _motions(slower, free, watch, before)
         except NoMotionsError as error:
             failed = error
-            if best is not None:
-                break
             continue
-        if best is not None and best.duration <= found.duration:
+        if best and _duration(*best) <= _duration(*found):
             break
         best = found
-        if watch.late(found=True):
-            best = replace(found, paths=replace(found.paths, stopped=True))
-            break
     if best is None:
         raise failed
     return best
 
 
-def _with_motions(
+def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]]) -> float:
+    """Of the whole motion [s]."""
+    outside = duration_outside(paths.task, [one for one, _ in motions])
+    return outside + sum(motion.duration for _, motion in motions)
+
+
+def _motions(
     paths: TimedPaths, free: FreeTimes, watch: Watch, before: Sequence[TimedMotion]
-) -> _Found:
+) -> list[tuple[Segment, TimedMotion]]:
     """The motions of all segments of a task with speeds along its paths.
 
     Raises:
@@ -220,8 +212,8 @@ def _with_motions(
         InputError: Something is given beyond a limit.
     """
     segments = find_segments(paths.task)
-    _check_given(paths.task, free, segments, watch)
-    return _Found(paths, solved_segments(paths.task, segments, watch, before))
+    _check_given(paths.task, free, segments)
+    return solved_segments(paths.task, segments, watch, before)
 
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
@@ -236,9 +228,7 @@ def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[i
     }
 
 
-def _check_given(
-    task: FreeTask, asked: FreeTimes, segments: Sequence[Segment], watch: Watch
-) -> None:
+def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) -> None:
     """Refuse what is given beyond a limit or in too short a time, whatever it is and wherever.
 
     Segments that meet a path along which a limit is exceeded are left out: it is not known
@@ -248,7 +238,7 @@ def _check_given(
         InputError: There is something.
     """
     paths = task.scenario.paths
-    beyond = paths_beyond_limits(task, asked, watch)
+    beyond = paths_beyond_limits(task, asked)
     unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
     errors = [one for found in beyond.values() for one in found]
     errors += waypoints_near_tool_speed(task)

@@ -10,7 +10,6 @@ from knotwork.choosing.limit_shares import Limit
 from knotwork.choosing.path_errors import no_speeds
 from knotwork.choosing.path_speeds import (
     AT_MOST,
-    BUDGET,
     NEXT,
     NoSpeedsError,
     PathSpeeds,
@@ -22,7 +21,6 @@ from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
 from knotwork.task import Task
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding
-from knotwork.timing.budget import Watch
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,29 +31,25 @@ class TimedPaths:
         task: The task with these speeds; durations and the like are still to be chosen.
         speeds: These speeds [m/s], by the waypoints at the ends of their stretches.
         binding: What bounds each of them.
-        stopped: Whether the budget ended before they were the greatest.
     """
 
     task: FreeTask
     speeds: dict[int, float] = field(default_factory=dict)
     binding: tuple[Binding, ...] = ()
-    stopped: bool = False
 
 
 def with_greatest_speeds(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
-    watch: Watch,
     caps: Mapping[int, float] = MappingProxyType({}),
 ) -> TimedPaths:
-    """Choose the speeds along tool paths that are free, with up to half of the budget.
+    """Choose the speeds along tool paths that are free.
 
     Args:
         scenario: The task.
         free: What it leaves to be chosen.
         solution: Solutions of the poses, if not the best.
-        watch: What knows of the budget.
         caps: Bounds of some of the speeds [m/s], by the waypoint.
 
     Raises:
@@ -68,25 +62,22 @@ def with_greatest_speeds(
         return TimedPaths(FreeTask(scenario, free, space, solution))
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
     found = TimedPaths(task)
-    for i, path in enumerate(paths):
+    for path in paths:
         places = [path.first + 1 + k for k in range(len(path.stretches))]
         most = {k: min(one, caps.get(places[k], one)) for k, one in path.asked.at_most.items()}
         problem = PathSpeeds(task, path, most)
         try:
-            with watch.turn(1.0 / (2 * len(paths) - i)):
-                chosen = problem.greatest(watch)
+            chosen = problem.greatest()
         except NoSpeedsError as error:
-            raise no_speeds(task, problem, error, watch) from None
-        lowered = BUDGET if watch.late(found=True) else NEXT
+            raise no_speeds(task, problem, error) from None
         limits = {
-            k: lowered if places[k] in caps and one == AT_MOST else one
+            k: NEXT if places[k] in caps and one == AT_MOST else one
             for k, one in chosen.limits.items()
         }
         found = replace(
             found,
             speeds=found.speeds | {places[k]: speed for k, speed in chosen.speeds.items()},
             binding=(*found.binding, *_binding(task, path, limits)),
-            stopped=found.stopped or chosen.stopped,
         )
     scenario = resolved(_with_speeds(task, found.speeds), scenario.places)
     space = joint_space(scenario)

@@ -10,7 +10,6 @@ import numpy as np
 
 from knotwork.choosing.limit_shares import Limit, LimitShares
 from knotwork.choosing.path_speeds import (
-    BUDGET,
     DIGITS,
     RAMPS,
     TOLERANCES,
@@ -22,7 +21,6 @@ from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import InputError, together
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
-from knotwork.timing.budget import Watch
 from knotwork.timing.infeasible_values import rounded_down, rounded_up
 from knotwork.timing.problem import with_margin
 from knotwork.waypoints import FloatArray
@@ -60,15 +58,12 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
             yield task.located(error, i)
 
 
-def paths_beyond_limits(
-    task: FreeTask, asked: FreeTimes, watch: Watch
-) -> dict[int, list[InputError]]:
+def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
     """Errors for given speeds that exceed a limit along a path, by the path's index.
 
     Args:
         task: The task.
         asked: What was to be chosen; along paths with a speed that was, those given are possible.
-        watch: What knows of the budget.
     """
     given = {
         number: path
@@ -85,7 +80,7 @@ def paths_beyond_limits(
             for k in np.flatnonzero(most > 1.0 + ROUNDING)
         }
         if over:
-            errors[number] = speed_errors(task, path, over, watch)
+            errors[number] = speed_errors(task, path, over)
     return errors
 
 
@@ -101,9 +96,7 @@ def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray
     return shares.of_curve(curve, known.time[rows])
 
 
-def no_speeds(
-    task: FreeTask, problem: PathSpeeds, found: NoSpeedsError, watch: Watch
-) -> InputError:
+def no_speeds(task: FreeTask, problem: PathSpeeds, found: NoSpeedsError) -> InputError:
     """The error for a path along which there are no speeds, with what is accepted.
 
     Args:
@@ -111,7 +104,6 @@ def no_speeds(
         paths: All of its paths whose speeds are chosen.
         problem: The problem that has no solution.
         found: Why it has none.
-        watch: What knows of the budget.
     """
     k = found.stretch if found.stretch in problem.caps else min(problem.caps)
     if found.limit == UNBOUNDED:
@@ -121,14 +113,13 @@ def no_speeds(
         return task.located(error, problem.path.first + 1 + k, "speed")
     over = {k: _exceeds(task, found.limit)}
     other = "a higher path.acceleration" if found.limit == RAMPS else ""
-    return together(speed_errors(task, problem.path, over, watch, other))
+    return together(speed_errors(task, problem.path, over, other))
 
 
 def speed_errors(
     task: FreeTask,
     path: ScenarioPath,
     exceeded: Mapping[int, str],
-    watch: Watch,
     other: str = "",
 ) -> list[InputError]:
     """Errors for a path along which limits are exceeded, with lower speeds that keep them.
@@ -137,13 +128,12 @@ def speed_errors(
         task: The task.
         path: The path.
         exceeded: What is exceeded, in words, by index of the stretch.
-        watch: What knows of the budget.
         other: What else is accepted.
     """
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
     try:
-        found = PathSpeeds(task, path, given | dict(chosen)).greatest(watch)
+        found = PathSpeeds(task, path, given | dict(chosen)).greatest()
         durations = np.diff(found.timing.times)
         slower = [k for k, speed in given.items() if found.speeds[k] < rounded_down(speed, DIGITS)]
     except NoSpeedsError:
@@ -188,8 +178,8 @@ def _exceeds(task: FreeTask, limit: Limit, share: float | None = None) -> str:
     if limit == RAMPS:
         shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
         return f"there is no {RAMPS.quantity} at path.acceleration, {shown}"
-    if limit in (TOLERANCES, BUDGET):  # whichever limit it was, when the budget ended
-        return f"the {'tolerances' if limit == TOLERANCES else 'limits'} are not kept"
+    if limit == TOLERANCES:
+        return "the tolerances are not kept"
     what = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
     return f"{repr(limit.name) if limit.name else 'the tool'} {what} its limit of {limit.quantity}"
 
