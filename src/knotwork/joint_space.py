@@ -166,8 +166,8 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
         if getattr(limits, key) is not None:
             with scenario.error_context("limits", key):
                 robot.require_tool()
-    for i, one in enumerate(limits.frame_speed):
-        place = (i,) if len(limits.frame_speed) > 1 else ()
+    for i, one in enumerate(limits.frame_speeds):
+        place = (i,) if len(limits.frame_speeds) > 1 else ()
         with scenario.error_context("limits", "frame_speed", *place, "frame"):
             robot.frame_index(one.frame)
 

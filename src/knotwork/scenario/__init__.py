@@ -3,10 +3,8 @@
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
-    FrameSpeed,
     JointTarget,
     JointValues,
-    MotionLimits,
     Scenario,
     ScenarioPath,
     ScenarioWaypoint,
@@ -22,12 +20,10 @@ __all__ = [
     "SMALLEST_PATH_TOLERANCE",
     "AskedTiming",
     "CollisionRules",
-    "FrameSpeed",
     "FreeTimes",
     "HeldObject",
     "JointTarget",
     "JointValues",
-    "MotionLimits",
     "Scenario",
     "ScenarioPath",
     "ScenarioWaypoint",

@@ -16,6 +16,7 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
+from knotwork.task.tool import Limits
 from knotwork.task.units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -180,37 +181,6 @@ SMALLEST_PATH_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class FrameSpeed:
-    """A limit on the speed of a link's origin.
-
-    Attributes:
-        frame: Name of the link.
-        speed: [m/s].
-    """
-
-    frame: str
-    speed: float
-
-
-@dataclass(frozen=True)
-class MotionLimits:
-    """Limits on the motion of tool and links, for the check.
-
-    Attributes:
-        tool_speed: Largest speed of the TCP [m/s], or `None`.
-        tool_acceleration: Largest acceleration of the TCP [m/s²], or `None`.
-        frame_speed: Largest speeds of links.
-        singular_value: Least smallest singular value of the tool Jacobian (metres and radians
-            mixed), or `None`.
-    """
-
-    tool_speed: float | None = None
-    tool_acceleration: float | None = None
-    frame_speed: tuple[FrameSpeed, ...] = ()
-    singular_value: float | None = None
-
-
-@dataclass(frozen=True)
 class Scenario:
     """A task for a robot arm, in SI, with poses and velocities in the robot's base frame.
 
@@ -238,7 +208,7 @@ class Scenario:
             balanced knots, or the knot times [s], shape (m,).
         paths: Tool paths between its waypoints, in order of time.
         free: Durations, speeds and knots left to be chosen; `None` if it is nothing.
-        motion_limits: Limits on the motion of tool and links.
+        motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: The surroundings of the robot, what it carries, and the rules of the collision check.
         margin: Part that is used of limits, but those of position; `motion_limits` have it already.
         tolerances: For the check.
@@ -272,7 +242,7 @@ class Scenario:
     knots: str | float | FloatArray = "paper"
     paths: tuple[ScenarioPath, ...] = ()
     free: FreeTimes | None = None
-    motion_limits: MotionLimits = field(default_factory=MotionLimits)
+    motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
     margin: float = 1.0
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)

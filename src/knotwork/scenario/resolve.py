@@ -15,16 +15,13 @@ from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
-    FrameSpeed,
-    MotionLimits,
     Scenario,
     ToleranceSet,
     ToolPlacement,
 )
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, JointWaypoint, PoseWaypoint, Task, Tool
-from knotwork.task import FrameSpeed as FrameSpeedGiven
+from knotwork.task import Balanced, JointWaypoint, Limits, PoseWaypoint, Task, Tool
 from knotwork.task.places import read_document
 from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
@@ -171,7 +168,7 @@ class _Resolver:
         places += [(key,) for key in ("scene", "collisions") if key in self.file.model_fields_set]
         places += [
             ("limits", key)
-            for key in vars(MotionLimits())
+            for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value")
             if getattr(self.file.limits, key) is not None
         ]
         for place in places:
@@ -200,19 +197,16 @@ class _Resolver:
             raise self.places.error(("tool", field), found, accepted)
         return Payload(tool.mass, np.array(tool.centre_of_mass or (0.0, 0.0, 0.0)), inertia)
 
-    def _motion_limits(self) -> MotionLimits:
+    def _motion_limits(self) -> Limits:
         given = self.file.limits
-        margin = given.margin or 1.0
-        frames = given.frame_speed or ()
-        return MotionLimits(
-            given.tool_speed and margin * given.tool_speed,
-            given.tool_acceleration and margin * given.tool_acceleration,
-            tuple(
-                FrameSpeed(one.frame, margin * one.speed)
-                for one in ([frames] if isinstance(frames, FrameSpeedGiven) else frames)
-            ),
-            given.singular_value,
-        )
+        part = given.margin or 1.0
+        frames = [one.model_copy(update={"speed": part * one.speed}) for one in given.frame_speeds]
+        tool = {
+            key: part * value
+            for key in ("tool_speed", "tool_acceleration")
+            if (value := getattr(given, key)) is not None
+        }
+        return given.model_copy(update={**tool, "frame_speed": tuple(frames)})
 
     def _branch(self) -> str | dict[str, str]:
         branch = self.file.branch

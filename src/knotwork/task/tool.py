@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import Field, Tag, model_validator
@@ -94,3 +95,9 @@ class Limits(TaskPart, LimitsFile):
         description="Least smallest singular value of the tool Jacobian, in metres and radians "
         "whatever the units",
     )
+
+    @property
+    def frame_speeds(self) -> Sequence[FrameSpeed]:
+        """All limits on the speeds of links."""
+        given = self.frame_speed or ()
+        return (given,) if isinstance(given, FrameSpeed) else given

@@ -19,7 +19,7 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
-from knotwork.scenario import MotionLimits, Scenario, ScenarioPath, Stretch, ToleranceSet
+from knotwork.scenario import Scenario, ScenarioPath, Stretch, ToleranceSet
 from knotwork.view.curves import piecewise_values
 from knotwork.view.drawn_motions import Motion
 from knotwork.view.limit_share import frame_values, singular_values
@@ -247,12 +247,13 @@ def tool_rows(motions: list[Motion], degrees: bool | None) -> list[Row]:
         ),
         Row("off straight path", length, metres, straight_deviations, 0),
         Row("turned from it", angle, factor, straight_deviations, 1),
-        *(_limit_rows(scenario.motion_limits, metres, length) if scenario is not None else ()),
+        *(_limit_rows(scenario, metres, length) if scenario is not None else ()),
     ]
 
 
-def _limit_rows(limits: MotionLimits, factor: float, unit: str) -> Iterator[Row]:
+def _limit_rows(scenario: Scenario, factor: float, unit: str) -> Iterator[Row]:
     """Rows of limits that no other row has."""
+    limits = scenario.motion_limits
 
     def of_place(name: str, order: int, limit: float, frame: str, quantity: str) -> Row:
         curve = partial(place_rates, frame=frame, order=order)
@@ -261,7 +262,7 @@ def _limit_rows(limits: MotionLimits, factor: float, unit: str) -> Iterator[Row]
 
     if limits.tool_acceleration is not None:
         yield of_place("tool acceleration", 2, limits.tool_acceleration, "", "tool_acceleration")
-    for one in limits.frame_speed:
+    for one in limits.frame_speeds:
         yield of_place(f"speed of {one.frame}", 1, one.speed, one.frame, "frame_speed")
     if limits.singular_value is not None:
         yield Row(
