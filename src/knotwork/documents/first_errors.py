@@ -14,7 +14,7 @@ FEW = 1_000
 """More are reported where there are as many."""
 
 STEP = 2
-"""Each beginning of the data that is checked has so many times the values of the one before."""
+"""Factor between the numbers of values of the beginnings that are checked one after another."""
 
 
 class _Beginning:
