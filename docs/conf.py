@@ -88,7 +88,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(Exception|AssertionError|ValueError|ArrayLike|Figure|PPoly|optional)"),
     # Parts that callers never name: a file as it was read, what a robot is made of, a union of
     # types that its description spells out.
-    (r"py:.*", r"(knotwork\.documents\.)?(document\.)?Document"),
+    (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
     (r"py:.*", r"(knotwork\.robot\.description\.)?Description"),
     (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"EndAcceleration"),

@@ -230,6 +230,7 @@ IMPORTED_BY_TESTS = {
         "meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
+    "a path that can't be followed at first": ("choosing.path_speeds",),
     "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.budget"),
     "the command in this process": ("cli.main",),
     "each old name has its test": ("renamed",),

@@ -93,10 +93,8 @@ PLAIN_DATA = {
     "load_scenario": (
         "AskedTiming",
         "CollisionRules",
-        "FrameSpeed",
         "HeldObject",
         "JointValues",
-        "MotionLimits",
         "ScenarioPath",
         "Scene",
         "SceneObject",

@@ -664,7 +664,6 @@ def test_many_problems_are_told_in_few_lines() -> None:
 def test_of_very_many_problems_the_first_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """None of them is of what was left out to find them."""
     monkeypatch.setattr("knotwork.documents.first_errors.FEW", 20)
-    monkeypatch.setattr("knotwork.documents.first_errors.MANY", 100)
     right = {"joints": {"a": 0}, "stop": True, "after": 1}
     wrong = [{**right, "speedy": 1} for _ in range(1500)]
     data = {"waypoints": [right] * 60 + wrong, "name": 1, "limits": {"velocity": "x"}}

@@ -14,7 +14,7 @@ from knotwork import resources, storage
 from knotwork.avoidance import MOST_TIMED, best_of_sequences
 from knotwork.errors import InputError
 from knotwork.infeasibility import infeasible
-from knotwork.interpolation import BalancedKnots, get_planner, planner_and_rule
+from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.planner_options import (
     knots_along_paths,
@@ -149,10 +149,7 @@ class Plan:
                 "a scenario with times: fastest, after: fastest or a speed that is chosen"
             )
         target = Path(path)
-        written = storage.write_files(
-            target.parent, {target.name: frozen_text(self.chosen, target.parent)}
-        )
-        return written[0]
+        return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
 
     def _scenario_file(self, folder: Path) -> str | None:
         """Name of a shipped scenario, or the path from a folder to what the check was against."""
@@ -197,7 +194,9 @@ class Plan:
         if self.chosen is not None:
             from knotwork.choosing import saved_text
 
-            files["scenario.yaml"] = saved_text(self.chosen, Path(folder))
+            asked = self.chosen.scenario  # whose name that of the new file does not say
+            named = replace(asked, task=asked.task.replace(name=asked.name))
+            files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
             **self.report_to_dict(),
             "scenario_file": self._scenario_file(Path(folder)),
@@ -252,6 +251,12 @@ def plan(
     if isinstance(knots, str) and knots == "optimal":
         from knotwork.choosing import with_optimal_knots
 
+        base, ruled = planner_and_rule(planner or scenario.planner)
+        if "chosen" not in PLANNER_SPECS[base].supports or "knots" in ruled:
+            raise InputError(
+                f"{scenario.name}: knots: optimal are those of modified-hermite, which "
+                f"{planner or scenario.planner!r} does not take; give one of the two"
+            )
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
         return best_of_sequences(*_planned(scenario, planner, knots))

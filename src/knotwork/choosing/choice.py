@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
-from knotwork.choosing.chosen_values import chosen_values
+import numpy as np
+
+from knotwork.choosing.chosen_values import with_chosen_values
 from knotwork.choosing.path_choice import TimedPaths, with_greatest_speeds
 from knotwork.choosing.path_errors import (
     paths_beyond_limits,
@@ -14,15 +16,14 @@ from knotwork.choosing.path_errors import (
 )
 from knotwork.choosing.segment_motions import (
     NoMotionsError,
+    duration_outside,
     located_in_segment,
     solved_segments,
-    time_beside,
 )
 from knotwork.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
 from knotwork.choosing.task import FreeTask
-from knotwork.documents import Document, Edits, edited
 from knotwork.errors import together
-from knotwork.scenario import FreeTimes, Scenario, scenario_of
+from knotwork.scenario import FreeTimes, Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.budget import Watch
@@ -36,9 +37,8 @@ class ChosenTimes:
     """What was chosen, and how good it is.
 
     Attributes:
-        document: What the scenario with free times was read from.
+        asked: The scenario with free times.
         scenario: The scenario with numbers in place of all that was free.
-        edits: What makes it of the one with free times.
         solution: How the solutions of the poses were chosen, before the times were.
         duration: Of the whole motion [s].
         lower_bound: No motion that does what is asked within the limits is shorter [s]; where
@@ -49,19 +49,18 @@ class ChosenTimes:
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
             [rad/s³ or m/s³].
         objective: Value of each term that has a weight, by name.
-        runs: What was found for each segment.
+        segments: What was found for each segment.
     """
 
-    document: Document
+    asked: Scenario
     scenario: Scenario
-    edits: Edits
     solution: TaskSolution
     duration: float
     lower_bound: float
     status: Status
     binding: tuple[Binding, ...]
     objective: dict[str, float]
-    runs: tuple[TimedMotion, ...] = ()
+    segments: tuple[TimedMotion, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -121,14 +120,12 @@ def choose_times(
     """
     watch = Watch(progress, budget)
     try:
-        best = _found(scenario, free, solution, watch, warm)
+        paths, found = _found(scenario, free, solution, watch, warm)
     except NoMotionsError as failed:
         raise failed.reported() from None
-    paths, found = best.paths, best.motions
-    task, asked = paths.task, free.document
-    edits = paths.edits | chosen_values(task, found)
-    scenario = scenario_of(edited(asked, edits))
-    duration = float(scenario.times[-1] - scenario.times[0])
+    task = paths.task
+    with_numbers = with_chosen_values(task, found)
+    duration = float(np.ptp(with_numbers.times))
     in_segments = sum(motion.duration for _, motion in found)
     least = sum(motion.lower_bound for _, motion in found)
     parts = [motion.status for _, motion in found]
@@ -138,36 +135,25 @@ def choose_times(
             before = objective.get(name, 0.0)
             objective[name] = max(before, value) if name in PEAKS else before + value
     return ChosenTimes(
-        document=asked,
-        scenario=scenario,
-        edits=edits,
+        asked=scenario,
+        scenario=with_numbers,
         solution=task.solution,
         duration=duration,
         lower_bound=duration - in_segments + least,
-        status="stopped" if paths.stopped else status_of(parts),
+        status=status_of(parts),
         binding=(*paths.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
-        runs=tuple(motion for _, motion in found),
+        segments=tuple(motion for _, motion in found),
         assumed_jerk=assumed_jerk(task.space),
     )
 
 
-LOWER = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 """Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Found:
-    """A task with speeds along its paths, and the motions of its segments."""
-
-    paths: TimedPaths
-    motions: list[tuple[Segment, TimedMotion]]
-
-    @property
-    def duration(self) -> float:
-        """Of the whole motion [s]."""
-        between = time_beside(self.paths.task, [one for one, _ in self.motions])
-        return between + sum(motion.duration for _, motion in self.motions)
+_Found = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
+"""A task with speeds along its paths, and the motions of its segments."""
 
 
 def _found(
@@ -181,52 +167,68 @@ def _found(
 
     Where the arm can't go on from the greatest speeds, lower ones are tried until the whole takes
     longer again.
+
+    Raises:
+        NoMotionsError: There are none.
     """
-    paths = with_greatest_speeds(scenario, free, solution, watch)
-    greatest, parts = paths.speeds, list(LOWER)
-    lower: set[int] = set()
+    before = () if warm is None else warm.segments
+    paths = with_greatest_speeds(scenario, free, solution)
+    try:
+        return paths, _motions(paths, free, watch, before)
+    except NoMotionsError as error:
+        failed, lower = error, _adjacent_stretches(error.errors, paths)
     best: _Found | None = None
-    while True:
-        task = paths.task
-        segments = find_segments(task)
-        _check_given(task, free, segments, watch)
-        late = False
+    for part in SPEED_FRACTIONS if lower else ():
+        if watch.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
+            continue  # at the lowest speeds there is a motion, if there is any
+        caps = {i: part * paths.speeds[i] for i in lower}
+        slower = with_greatest_speeds(scenario, free, solution, caps)
         try:
-            motions = solved_segments(task, segments, watch, () if warm is None else warm.runs)
-        except NoMotionsError as failed:
-            lower = lower or _next_to(failed.errors, paths, free)
-            if best is not None:
-                return best
-            if not lower or not parts:
-                raise
-            parts = parts[-1:] if watch.late(found=True) else parts
-        else:
-            late = bool(lower) and watch.late(found=True)
-            found = _Found(replace(paths, stopped=paths.stopped or late), motions)
-            if best is None or found.duration < best.duration:
-                best = found
-            if best is not found or not lower or not parts or late:
-                return best
-        part = parts.pop(0)
-        caps = {place: part * greatest[place] for place in lower}
-        paths = with_greatest_speeds(scenario, free, solution, watch, caps)
+            found = slower, _motions(slower, free, watch, before)
+        except NoMotionsError as error:
+            failed = error
+            continue
+        if best and _duration(*best) <= _duration(*found):
+            break
+        best = found
+    if best is None:
+        raise failed
+    return best
 
 
-def _next_to(segments: Iterable[Segment], paths: TimedPaths, free: FreeTimes) -> set[int]:
-    """The stretches with chosen speeds of paths that segments meet, by index in the file."""
+def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]]) -> float:
+    """Of the whole motion [s]."""
+    outside = duration_outside(paths.task, [one for one, _ in motions])
+    return outside + sum(motion.duration for _, motion in motions)
+
+
+def _motions(
+    paths: TimedPaths, free: FreeTimes, watch: Watch, before: Sequence[TimedMotion]
+) -> list[tuple[Segment, TimedMotion]]:
+    """The motions of all segments of a task with speeds along its paths.
+
+    Raises:
+        NoMotionsError: Some have none.
+        InputError: Something is given beyond a limit.
+    """
+    segments = find_segments(paths.task)
+    _check_given(paths.task, free, segments)
+    return solved_segments(paths.task, segments, watch, before)
+
+
+def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
+    """The waypoints at the ends of stretches with chosen speeds, of paths that segments meet."""
     ends = {i for one in segments for i in (one.waypoints[0], one.waypoints[-1])}
     return {
-        free.index[i]
+        i
         for path in paths.task.scenario.paths
         if ends & {path.first, path.last}
         for i in range(path.first + 1, path.last + 1)
-        if free.index[i] in paths.speeds
+        if i in paths.speeds
     }
 
 
-def _check_given(
-    task: FreeTask, asked: FreeTimes, segments: Sequence[Segment], watch: Watch
-) -> None:
+def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) -> None:
     """Refuse what is given beyond a limit or in too short a time, whatever it is and wherever.
 
     Segments that meet a path along which a limit is exceeded are left out: it is not known
@@ -236,7 +238,7 @@ def _check_given(
         InputError: There is something.
     """
     paths = task.scenario.paths
-    beyond = paths_beyond_limits(task, asked, watch)
+    beyond = paths_beyond_limits(task, asked)
     unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
     errors = [one for found in beyond.values() for one in found]
     errors += waypoints_near_tool_speed(task)

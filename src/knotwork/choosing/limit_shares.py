@@ -73,7 +73,7 @@ class LimitShares:
             limits.append(Limit("", "tool speed", 1, 3))
             most = (1.0 - TOOL_MARGIN) * asked.tool_speed
             frames.append((robot.require_tool(), pin.getFrameVelocity, most))
-        for frame in asked.frame_speed:
+        for frame in asked.frame_speeds:
             limits.append(Limit(frame.frame, "speed", 1, 3))
             index = robot.frame_index(frame.frame)
             frames.append((index, pin.getFrameVelocity, frame.speed))

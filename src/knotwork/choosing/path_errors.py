@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 import numpy as np
 
 from knotwork.choosing.limit_shares import Limit, LimitShares
 from knotwork.choosing.path_speeds import (
-    BUDGET,
     DIGITS,
     RAMPS,
     TOLERANCES,
@@ -23,7 +21,6 @@ from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import InputError, together
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
-from knotwork.timing.budget import Watch
 from knotwork.timing.infeasible_values import rounded_down, rounded_up
 from knotwork.timing.problem import with_margin
 from knotwork.waypoints import FloatArray
@@ -36,9 +33,6 @@ NO_MARGIN = 5e-4
 
 ADVISED_MARGIN = 0.002
 """A speed that is advised leaves this part of the limit to the motion around the waypoint."""
-
-FACTOR, FACTORS, HALVINGS = 4.0, 6, 3
-"""Accelerations along a path are tried in powers of a factor, and then between two."""
 
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
@@ -64,20 +58,17 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
             yield task.located(error, i)
 
 
-def paths_beyond_limits(
-    task: FreeTask, asked: FreeTimes, watch: Watch
-) -> dict[int, list[InputError]]:
+def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
     """Errors for given speeds that exceed a limit along a path, by the path's index.
 
     Args:
         task: The task.
         asked: What was to be chosen; along paths with a speed that was, those given are possible.
-        watch: What knows of the budget.
     """
     given = {
         number: path
         for number, path in enumerate(task.scenario.paths)
-        if not any(task.free.index[i + 1] in asked.path_speed for i in range(path.first, path.last))
+        if not any(i + 1 in asked.path_speed for i in range(path.first, path.last))
     }
     errors: dict[int, list[InputError]] = {}
     for number, path in given.items():
@@ -89,7 +80,7 @@ def paths_beyond_limits(
             for k in np.flatnonzero(most > 1.0 + ROUNDING)
         }
         if over:
-            errors[number] = speed_errors(task, [*given.values()], path, over, watch)
+            errors[number] = speed_errors(task, path, over)
     return errors
 
 
@@ -105,13 +96,7 @@ def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray
     return shares.of_curve(curve, known.time[rows])
 
 
-def no_speeds(
-    task: FreeTask,
-    paths: Sequence[ScenarioPath],
-    problem: PathSpeeds,
-    found: NoSpeedsError,
-    watch: Watch,
-) -> InputError:
+def no_speeds(task: FreeTask, problem: PathSpeeds, found: NoSpeedsError) -> InputError:
     """The error for a path along which there are no speeds, with what is accepted.
 
     Args:
@@ -119,7 +104,6 @@ def no_speeds(
         paths: All of its paths whose speeds are chosen.
         problem: The problem that has no solution.
         found: Why it has none.
-        watch: What knows of the budget.
     """
     k = found.stretch if found.stretch in problem.caps else min(problem.caps)
     if found.limit == UNBOUNDED:
@@ -128,42 +112,35 @@ def no_speeds(
         )
         return task.located(error, problem.path.first + 1 + k, "speed")
     over = {k: _exceeds(task, found.limit)}
-    errors = speed_errors(task, paths, problem.path, over, watch, higher=found.limit == RAMPS)
-    return together(errors)
+    other = "a higher path.acceleration" if found.limit == RAMPS else ""
+    return together(speed_errors(task, problem.path, over, other))
 
 
 def speed_errors(
     task: FreeTask,
-    paths: Sequence[ScenarioPath],
     path: ScenarioPath,
     exceeded: Mapping[int, str],
-    watch: Watch,
-    *,
-    higher: bool = False,
+    other: str = "",
 ) -> list[InputError]:
-    """Errors for a path along which limits are exceeded, with lower speeds or another acceleration.
+    """Errors for a path along which limits are exceeded, with lower speeds that keep them.
 
     Args:
         task: The task.
-        paths: Those of its paths that are to keep the limits with another acceleration.
         path: The path.
         exceeded: What is exceeded, in words, by index of the stretch.
-        watch: What knows of the budget.
-        higher: Whether an acceleration has to be higher than the task's own.
+        other: What else is accepted.
     """
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
-    other = _other_acceleration(task, paths, watch, higher=True) if higher else ""
     try:
-        found = PathSpeeds(task, path, given | dict(chosen)).greatest(watch)
+        found = PathSpeeds(task, path, given | dict(chosen)).greatest()
         durations = np.diff(found.timing.times)
         slower = [k for k, speed in given.items() if found.speeds[k] < rounded_down(speed, DIGITS)]
     except NoSpeedsError:
         slower = []
     if not slower:
         k, why = next(iter(exceeded.items()))
-        other = other or _other_acceleration(task, paths, watch, higher=False)
-        return [_error(task, path, k, why, other or "another path")]
+        return [_error(task, path, k, why, other or "another path or path.acceleration")]
     errors = []
     for k in slower:
         key = _key(task, path.first + 1 + k)
@@ -186,49 +163,10 @@ def _error(task: FreeTask, path: ScenarioPath, k: int, why: str, accepted: str) 
     return task.located(error, i, _key(task, i))
 
 
-def _other_acceleration(
-    task: FreeTask, paths: Sequence[ScenarioPath], watch: Watch, *, higher: bool
-) -> str:
-    """A path.acceleration not far from the task's own with which paths keep the limits.
-
-    Empty if none is found, or the budget has ended.
-
-    Args:
-        task: The task.
-        paths: Those of its paths that are to keep them, at some of the speeds to be chosen.
-        watch: What knows of the budget.
-        higher: Whether it has to be higher than the task's own.
-    """
-    unit, own = task.scenario.shown_length[0], paths[0].asked.acceleration
-    problems = [PathSpeeds(task, path, path.asked.at_most) for path in paths]
-    worse, good, halvings = own, None, 0
-    for k in range(FACTORS + HALVINGS):
-        if watch.late(found=True) or halvings == HALVINGS or (good is None and k == FACTORS):
-            break
-        wanted = math.sqrt(worse * good) if good else worse * (FACTOR if higher else 1.0 / FACTOR)
-        trial = rounded_down(unit * wanted, 2) / unit
-        halvings += good is not None
-        if all(_keeps(problem, trial, watch) for problem in problems):
-            good = trial
-        else:
-            worse = trial
-    return f"path: {{acceleration: {unit * good:.6g}}}" if good else ""
-
-
-def _keeps(problem: PathSpeeds, acceleration: float, watch: Watch) -> bool:
-    """Whether a path can be followed within the limits with some acceleration along it [m/s²]."""
-    problem.asked = replace(problem.asked, acceleration=acceleration)
-    try:
-        problem.greatest(watch, first=True)
-    except NoSpeedsError:
-        return False
-    return True
-
-
 def _key(task: FreeTask, i: int) -> str:
     """What gives the speed of the stretch to a waypoint."""
-    waypoint = task.free.document.data["waypoints"][task.free.index[i]]
-    return next(key for key in ("speed", "after", "time") if key in waypoint)
+    waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
 
 
 def _ends(scenario: Scenario, path: ScenarioPath, k: int) -> str:
@@ -240,8 +178,8 @@ def _exceeds(task: FreeTask, limit: Limit, share: float | None = None) -> str:
     if limit == RAMPS:
         shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
         return f"there is no {RAMPS.quantity} at path.acceleration, {shown}"
-    if limit in (TOLERANCES, BUDGET):  # whichever limit it was, when the budget ended
-        return f"the {'tolerances' if limit == TOLERANCES else 'limits'} are not kept"
+    if limit == TOLERANCES:
+        return "the tolerances are not kept"
     what = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
     return f"{repr(limit.name) if limit.name else 'the tool'} {what} its limit of {limit.quantity}"
 

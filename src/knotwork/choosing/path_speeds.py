@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NoReturn
 
 import numpy as np
 
@@ -29,7 +28,6 @@ from knotwork.kinematics.following.continuation import continue_along
 from knotwork.kinematics.following.within_limits import fastest
 from knotwork.scenario import ScenarioPath
 from knotwork.task_to_joint import followed_path
-from knotwork.timing.budget import Watch
 from knotwork.tool_paths import TimedPath, Timing
 from knotwork.waypoints import FloatArray
 
@@ -60,9 +58,6 @@ ROUNDED = 0.85
 PLANS = 8
 """Motions that are planned for one path at most."""
 
-MORE = 5
-"""Motions that are planned after one that keeps the limits, for greater speeds."""
-
 MOST_SLOWER, LEAST_SLOWER = 0.8, 0.995
 """Factors by which a speed is lowered in one step."""
 
@@ -71,15 +66,13 @@ FINER = 0.98
 
 RAMPS = Limit("", "room for changes of speed", 1)
 
-BUDGET = Limit("", "the end of the budget", 1)
-
 NEXT = Limit("", "the motion before or after", 1)
 
 AT_MOST = Limit("", "at_most", 1)
 
 UNBOUNDED = Limit("", "no limit", 1)
 
-TOLERANCES = Limit("", "tolerances", 1)
+TOLERANCES = Limit("", "the tolerance of the path", 1)
 
 
 class NoSpeedsError(Exception):
@@ -103,13 +96,11 @@ class ChosenSpeeds:
         speeds: Those that were chosen [m/s], by index of the stretch.
         limits: What bounds each of them.
         timing: Of the path at these speeds.
-        stopped: Whether the budget ended before they were the greatest.
     """
 
     speeds: Speeds
     limits: dict[int, Limit]
     timing: Timing
-    stopped: bool = False
 
 
 class PathSpeeds:
@@ -124,7 +115,8 @@ class PathSpeeds:
     def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
         self.task, self.path, self.unit = task, path, task.scenario.shown_length[0]
         self.asked = path.asked.choosing(most)
-        self.caps = dict(sorted(most.items()))
+        self.at_most = dict(sorted(most.items()))
+        self.caps = dict(self.at_most)
         self.shares = LimitShares(task)
         given = (*path.asked.speeds, *most.values())
         fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
@@ -132,51 +124,48 @@ class PathSpeeds:
         self._corrections = np.ones((3 * len(self.asked.lengths), len(self.shares.limits)))
         self._corrections[0::3] = self._corrections[2::3] = ROUNDED ** (self.shares.orders - 1.0)
 
-    def greatest(self, watch: Watch, *, first: bool = False) -> ChosenSpeeds:
-        """The greatest speeds that keep all limits, but for what little is left to gain.
+    def greatest(self) -> ChosenSpeeds:
+        """The greatest speeds of some planned motions that keep all limits.
 
-        Args:
-            watch: What knows of the budget: when it has ended, the first speeds that do are taken.
-            first: Take the first speeds that do in any case.
+        What is expected of the next motion is corrected by the one before, until each speed has a
+        limit that bounds it.
 
         Raises:
             NoSpeedsError: There are none.
         """
         best: ChosenSpeeds | None = None
-        tight, left = False, MORE
-        for plans in range(PLANS):
+        failed: NoSpeedsError | None = None
+        for _ in range(PLANS):
             try:
                 speeds = self.expected()
-            except NoSpeedsError:
-                if best is not None:
-                    return best
-                if plans:
-                    raise
+            except NoSpeedsError as error:
+                if best or failed:
+                    failed = error
+                    break
                 speeds = self._fitted(self.bounds)  # what is expected may be too much
-            if best is not None and speeds == best.speeds:
-                return best
-            timing = self.asked.timed(speeds)[0]
-            used = self._planned(speeds)
+            if best and speeds == best.speeds:
+                break
+            timing, used = self.asked.timed(speeds)[0], self._planned(speeds)
             if used is None:
-                if not speeds:
-                    raise NoSpeedsError(0, TOLERANCES)
+                failed = NoSpeedsError(min(speeds, default=0), TOLERANCES)
                 self.caps = {k: MOST_SLOWER * speed for k, speed in speeds.items()}
-                continue
-            if (used <= PLANNED).all() and (best is None or timing.duration < best.timing.duration):
-                found = {k: self._limiting(k, speeds, used) for k in speeds}
-                tight = None not in found.values()
-                best = ChosenSpeeds(speeds, {k: one or RAMPS for k, one in found.items()}, timing)
-            if best is not None:
-                if first or tight or not left:
-                    return best
-                left -= 1
-                if watch.late(found=True):
-                    limits = dict.fromkeys(best.limits, BUDGET)
-                    return replace(best, limits=limits, stopped=True)
-            elif not speeds:
-                self._refuse(used)
-            self._correct(timing, used)
-        return best or self._refuse(self.along.at(timing) if used is None else used)
+            elif (used <= PLANNED).all():
+                if best is None or timing.duration < best.timing.duration:
+                    found = {k: self._limiting(k, speeds, used) for k in speeds}
+                    limits = {k: one or RAMPS for k, one in found.items()}
+                    best = ChosenSpeeds(speeds, limits, timing)
+                    if None not in found.values():
+                        break
+                self._correct(timing, used)
+            else:
+                row, column = np.unravel_index(int(used.argmax()), used.shape)
+                failed = NoSpeedsError(int(row) // 3, self.shares.limits[column])
+                self._correct(timing, used)
+            if failed and not speeds:
+                break
+        if best is None:
+            raise failed or NoSpeedsError(0, RAMPS)
+        return best
 
     def expected(self) -> Speeds:
         """The greatest speeds that are expected to keep the limits.
@@ -318,7 +307,7 @@ class PathSpeeds:
     def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
         """What bounds the speed of a stretch; `None` if nothing is known to."""
         if speeds[k] >= self._rounded(self.caps[k]):
-            return AT_MOST
+            return AT_MOST if self.caps[k] == self.at_most[k] else TOLERANCES
         faster = self._fitted({**speeds, k: speeds[k] / FINER})
         if faster[k] <= speeds[k]:
             return RAMPS
@@ -327,10 +316,6 @@ class PathSpeeds:
         alike = [j for j in beside if all_of[j] == all_of[k]]
         factors = self._factors(of_stretches(used)[alike].max(axis=0))
         return self.shares.limits[int(factors.argmin())] if factors.min() < NEAR else None
-
-    def _refuse(self, used: FloatArray) -> NoReturn:
-        row, column = np.unravel_index(int(used.argmax()), used.shape)
-        raise NoSpeedsError(int(row) // 3, self.shares.limits[column])
 
 
 def rounded(speed: float) -> float:

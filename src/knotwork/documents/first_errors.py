@@ -1,7 +1,7 @@
 """Errors of data against a model: of very many the first, in little memory.
 
 Pydantic tells the errors that it found only all at once, at half a kilobyte each. Data with a
-million of them is therefore checked again up to a place before which it has some thousands.
+million of them is therefore checked again from its beginning, until some thousands are found.
 """
 
 from __future__ import annotations
@@ -10,8 +10,11 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-FEW, MANY = 1_000, 10_000
-"""More than the first are reported where there are as many, and fewer than the second."""
+FEW = 1_000
+"""More are reported where there are as many."""
+
+STEP = 2
+"""Factor between the numbers of values of the beginnings that are checked one after another."""
 
 
 class _Beginning:
@@ -44,33 +47,17 @@ class _Beginning:
 
 def first_errors(model: type[BaseModel], data: dict[str, Any]) -> list[dict[str, Any]]:
     """What pydantic says against data, as its `errors()`; of very many the first ones."""
-    count = _count(model, data)
-    low, high = 0, _size(data) + 1
-    while count > MANY and high - low > 1:
-        middle = (low + high) // 2
-        found = _count(model, _Beginning(data, middle).data)
-        if found > FEW:
-            high, count = middle, found
+    values = FEW
+    while True:
+        beginning = _Beginning(data, values)
+        try:
+            model.model_validate(beginning.data)
+        except ValidationError as error:
+            reported = error.errors(include_url=False)
+            found = [dict(one) for one in reported if id(one["input"]) not in beginning.broken]
+            if len(found) > FEW or not beginning.broken:
+                return found
         else:
-            low = middle
-    beginning = _Beginning(data, high)
-    try:
-        model.model_validate(beginning.data)
-    except ValidationError as error:
-        reported = error.errors(include_url=False)
-        return [dict(one) for one in reported if id(one["input"]) not in beginning.broken]
-    return []
-
-
-def _count(model: type[BaseModel], data: Any) -> int:
-    try:
-        model.model_validate(data)
-    except ValidationError as error:
-        return error.error_count()
-    return 0
-
-
-def _size(data: Any) -> int:
-    if not isinstance(data, dict | list):
-        return 1
-    return 1 + sum(map(_size, data.values() if isinstance(data, dict) else data))
+            if not beginning.broken:
+                return []
+        values *= STEP

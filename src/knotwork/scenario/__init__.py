@@ -3,10 +3,8 @@
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
-    FrameSpeed,
     JointTarget,
     JointValues,
-    MotionLimits,
     Scenario,
     ScenarioPath,
     ScenarioWaypoint,
@@ -15,19 +13,17 @@ from knotwork.scenario.model import (
     ToolPlacement,
 )
 from knotwork.scenario.path_timing import AskedTiming
-from knotwork.scenario.resolve import load_scenario, scenario_of
+from knotwork.scenario.resolve import load_scenario, resolved
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
 
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
     "AskedTiming",
     "CollisionRules",
-    "FrameSpeed",
     "FreeTimes",
     "HeldObject",
     "JointTarget",
     "JointValues",
-    "MotionLimits",
     "Scenario",
     "ScenarioPath",
     "ScenarioWaypoint",
@@ -38,5 +34,5 @@ __all__ = [
     "ToleranceSet",
     "ToolPlacement",
     "load_scenario",
-    "scenario_of",
+    "resolved",
 ]

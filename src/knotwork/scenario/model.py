@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import Document, Location
+from knotwork.documents import Document, Location, Places
 from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
+from knotwork.task.tool import Limits
 from knotwork.task.units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -39,14 +40,14 @@ class JointValues:
             joint, or the name of a configuration.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
-        document: The file, for errors.
+        places: Of the file, for errors.
         location: Where the values are in it.
     """
 
     values: Mapping[str, Any] | float | str
     length: float
     angle: float
-    document: Document
+    places: Places
     location: Location
 
     @property
@@ -180,37 +181,6 @@ SMALLEST_PATH_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class FrameSpeed:
-    """A limit on the speed of a link's origin.
-
-    Attributes:
-        frame: Name of the link.
-        speed: [m/s].
-    """
-
-    frame: str
-    speed: float
-
-
-@dataclass(frozen=True)
-class MotionLimits:
-    """Limits on the motion of tool and links, for the check.
-
-    Attributes:
-        tool_speed: Largest speed of the TCP [m/s], or `None`.
-        tool_acceleration: Largest acceleration of the TCP [m/s²], or `None`.
-        frame_speed: Largest speeds of links.
-        singular_value: Least smallest singular value of the tool Jacobian (metres and radians
-            mixed), or `None`.
-    """
-
-    tool_speed: float | None = None
-    tool_acceleration: float | None = None
-    frame_speed: tuple[FrameSpeed, ...] = ()
-    singular_value: float | None = None
-
-
-@dataclass(frozen=True)
 class Scenario:
     """A task for a robot arm, in SI, with poses and velocities in the robot's base frame.
 
@@ -238,14 +208,14 @@ class Scenario:
             balanced knots, or the knot times [s], shape (m,).
         paths: Tool paths between its waypoints, in order of time.
         free: Durations, speeds and knots left to be chosen; `None` if it is nothing.
-        motion_limits: Limits on the motion of tool and links.
+        motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: The surroundings of the robot, what it carries, and the rules of the collision check.
         margin: Part that is used of limits, but those of position; `motion_limits` have it already.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.
         rate: Samples per second [Hz].
         source: The file it came from, or `None`.
-        document: What the file says and where, for errors; `None` for one made in Python.
+        places: Where its parts stand in the file, for errors.
 
     >>> from knotwork import load_scenario
     >>> scenario = load_scenario("ur5_deburring")
@@ -272,14 +242,14 @@ class Scenario:
     knots: str | float | FloatArray = "paper"
     paths: tuple[ScenarioPath, ...] = ()
     free: FreeTimes | None = None
-    motion_limits: MotionLimits = field(default_factory=MotionLimits)
+    motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
     margin: float = 1.0
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2
     rate: float = 100.0
     source: Path | None = None
-    document: Document | None = field(default=None, repr=False, compare=False)
+    places: Places = field(default_factory=Places, repr=False, compare=False)
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:
@@ -296,8 +266,7 @@ class Scenario:
         except DocumentError:
             raise  # it says so already
         except InputError as error:
-            if self.document is not None:
-                error.locate(self.where(*location))
+            error.locate(self.where(*location))
             raise
 
     def where(self, *location: str | int) -> str:
@@ -306,12 +275,12 @@ class Scenario:
         Args:
             location: Keys and indices of the field.
         """
-        return (self.document or Document(None)).where(location)
+        return self.places.where(location)
 
     def joint_values(self, values: Any, *location: str | int) -> JointValues:
         """Joint values of the task with their units and their place in it."""
         length, angle = si_factors(self.task.units)
-        return JointValues(values, length, angle, self.document or Document(None), location)
+        return JointValues(values, length, angle, self.places, location)
 
     @property
     def prefers_clearance(self) -> bool:

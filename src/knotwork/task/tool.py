@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, LimitsFile, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import LARGEST, Items, LimitsFile, Number, Positive, Vector3, by_kind
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
 from knotwork.task.scene import HeldObject, Shapes
@@ -84,7 +85,7 @@ class Limits(TaskPart, LimitsFile):
     frame_speed: (
         Annotated[
             Annotated[FrameSpeed, Tag("mapping")]
-            | Annotated[Annotated[list[FrameSpeed], Field(min_length=1)], Tag("list")],
+            | Annotated[Annotated[Items[FrameSpeed], Field(min_length=1)], Tag("list")],
             by_kind("a mapping with frame and speed, or a list of them"),
         ]
         | None
@@ -94,3 +95,9 @@ class Limits(TaskPart, LimitsFile):
         description="Least smallest singular value of the tool Jacobian, in metres and radians "
         "whatever the units",
     )
+
+    @property
+    def frame_speeds(self) -> Sequence[FrameSpeed]:
+        """All limits on the speeds of links."""
+        given = self.frame_speed or ()
+        return (given,) if isinstance(given, FrameSpeed) else given

@@ -94,15 +94,6 @@ class Watch:
         """Whether anything depends on the steps of the solver."""
         return self.progress is not None or self.budget is not None
 
-    @contextmanager
-    def turn(self, part: float) -> Iterator[None]:
-        """Give something its turn: a part of the budget left, from 0 to 1."""
-        before, self._turn = self._turn, self._time.turn(part)
-        try:
-            yield
-        finally:
-            self._turn = before
-
     def within(self, part: float, work: int = 1) -> Watch:
         """A watch for something that is tried, with a part of the budget left.
 

@@ -53,7 +53,7 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
             jump=jump,
         )  # fmt: skip
         yield found
-    for one in limits.frame_speed:
+    for one in limits.frame_speeds:
         yield _of_frame(
             tool_speed_bound, motion, robot, one.speed, "frame_speed", 1, scenario,
             frame=one.frame,

@@ -19,7 +19,8 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
-from knotwork.scenario import MotionLimits, Scenario, ScenarioPath, Stretch, ToleranceSet
+from knotwork.scenario import Scenario, ScenarioPath, Stretch, ToleranceSet
+from knotwork.task import Limits
 from knotwork.view.curves import piecewise_values
 from knotwork.view.drawn_motions import Motion
 from knotwork.view.limit_share import frame_values, singular_values
@@ -216,7 +217,7 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
         robot_of(motion)  # an error, before anything is drawn
     scenario = motions[0].scenario
     allowed = scenario.tolerances if scenario is not None else ToleranceSet()
-    limits = scenario.motion_limits if scenario is not None else MotionLimits()
+    limits = scenario.motion_limits if scenario is not None else Limits()
     off, turned, straight = path_deviations, "turned from it", straight_deviations
     speed, speed_error = limits.tool_speed, allowed.path_speed
     rows = [
@@ -231,7 +232,7 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
     places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     places += [
         (f"speed of {one.frame}", one.frame, one.speed, 1, "frame_speed")
-        for one in limits.frame_speed
+        for one in limits.frame_speeds
     ]
     for title, frame, limit, order, quantity in places:
         if limit is not None:
