@@ -10,7 +10,6 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import BoolArray, Limits, clipped, held_joints
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
@@ -20,6 +19,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
     USUAL,
 )
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]

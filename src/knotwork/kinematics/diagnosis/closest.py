@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
     Limits,
     clipped,
@@ -23,6 +22,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 # Searches made at once, with limits and without. They stop near a minimum; some of the best,

@@ -9,7 +9,6 @@ from typing import NoReturn
 import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
     held_joints,
     limits_of,
@@ -29,6 +28,7 @@ from knotwork.kinematics.diagnosis.closest import (
     square,
     starts_from,
 )
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units, readable
 from knotwork.waypoints import FloatArray
 

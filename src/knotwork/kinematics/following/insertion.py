@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from knotwork.distinct import distinct
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance, check_tolerance, proved_use
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray

@@ -7,10 +7,10 @@ import contextlib
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.kinematics.chain.velocity import joint_scales
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 # The tool is brought back onto the path to within this [m, rad].

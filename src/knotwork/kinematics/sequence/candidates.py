@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
@@ -18,6 +17,7 @@ from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import (
     BoolArray,
     Limits,
@@ -27,6 +26,7 @@ from knotwork.kinematics.solutions.near_singular import (
     singular_solutions,
 )
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 # Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a

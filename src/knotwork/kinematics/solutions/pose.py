@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
     HASTY,
@@ -29,6 +28,7 @@ from knotwork.kinematics.pose_arguments import check_count, check_distance, chec
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
