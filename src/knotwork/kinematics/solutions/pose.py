@@ -15,7 +15,6 @@ from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, sta
 from knotwork.kinematics.chain.levenberg_marquardt import (
     HASTY,
     MARGIN,
-    POLISH_STEPS,
     USUAL,
     Effort,
     LocalSolution,
@@ -174,14 +173,14 @@ class _Nearest:
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
         self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
-        self._follow, self._polish = nearest and search.robot.dof > 6, POLISH_STEPS * nearest
+        self._follow = nearest and search.robot.dof > 6
         self.best: FloatArray | None = None
         self._measured: LocalSolution | None = None
         self.distance = self._stuck = np.inf
         self.iterations, self.restarts = 0, -1
 
     def search_from(self, start: FloatArray, effort: Effort) -> None:
-        found = self.search.solve(start, self.limits, effort, self._polish)
+        found = self.search.solve(start, self.limits, effort)
         self.iterations += found.iterations
         self.restarts += 1
         if found.converged:
