@@ -141,8 +141,17 @@ class PoseSearch:
 
     def gradient(self, q: FloatArray) -> FloatArray:
         """Jᵀe: where the joints would go to come nearer, shape (d,)."""
-        e = self._error(q)[0]
-        return np.asarray(self._jacobian_here().T.dot(e))
+        return -self.value_and_gradient(q)[1]
+
+    def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
+        """|e|²/2 and its gradient −Jᵀe, shape (d,)."""
+        e, square, _, _ = self._error(q)
+        return 0.5 * square, np.asarray(-self._jacobian_here().T.dot(e))
+
+    def measured(self, q: FloatArray) -> LocalSolution:
+        """Configurations as the end of a search."""
+        errors = self.errors(q)
+        return LocalSolution(q, *errors, 0, self.within(*errors))
 
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""

@@ -78,18 +78,13 @@ def with_waypoints_inserted(
     followed = one.evenly(_ends(path, [] if times is None else times))
     # not sooner: of fewer waypoints near a singularity a curve is rounded far more
     check_tolerance(joints.robot, one.curve(followed), path, tolerance)
-    stretches = np.arange(len(path.timing.speeds))
     while True:
-        followed = one.sampled(followed)
-        use = proved_use(
-            joints.robot, one.curve(followed), path, tolerance, followed.time, stretches.tolist()
-        )
+        use = one.use(followed)
+        if (use <= 1.0).all():
+            curve = one.curve(followed)
+            use = proved_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
-        middle = 0.5 * (followed.time[1:] + followed.time[:-1])[use > 1.0]
-        stretches = distinct(
-            np.searchsorted(path.start_time + path.timing.times[1:-1], middle, "right")
-        )
         followed = one.divided(followed, use)
 
 
@@ -130,14 +125,6 @@ class _Insertion:
             wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
             followed = self.at(np.append(np.concatenate(wanted), ends[-1]))
         return followed
-
-    def sampled(self, followed: FollowedPath) -> FollowedPath:
-        """Insert waypoints where they are needed, as next to a jump of the curvature."""
-        while True:
-            use = self.use(followed)
-            if (use <= 1.0).all():
-                return followed
-            followed = self.divided(followed, use)
 
     def divided(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
         """Halve the intervals that use more than the whole of the tolerances."""
