@@ -6,7 +6,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
@@ -169,6 +168,8 @@ def _begin(steps: Steps, i: int, beyond: Any, bound: FloatArray, nu: int) -> tup
         bound: Of positions or, whatever their direction, of velocities, shape (d,).
         nu: Of positions 0, of velocities 1.
     """
+    from numpy.polynomial import Polynomial
+
     start, h = float(steps.time[i]), float(steps.time[i + 1] - steps.time[i])
     first = np.inf, 0
     for j in np.flatnonzero(beyond).tolist():

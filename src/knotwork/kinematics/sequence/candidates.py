@@ -16,7 +16,6 @@ from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearn
 from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
-from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -126,6 +125,8 @@ def _solution(
     robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units, *, nearest: bool
 ) -> FloatArray:
     """A solution of a waypoint's pose near a configuration, shape (d,)."""
+    from knotwork.kinematics.solutions.pose import solve_pose_ik
+
     return solve_pose_ik(
         robot,
         waypoint.pose,
