@@ -33,7 +33,7 @@ EVEN_ROUNDS = 3
 SHORTEST = 1e-5
 # Breaks of a path nearer to each other than this are one [s]: between waypoints that are, what
 # rounds the joint positions would be a jerk and an acceleration.
-ONE_BREAK = 1e-4
+ONE_BREAK = 2e-4
 
 
 class FollowedPath(NamedTuple):
