@@ -15,8 +15,9 @@ import pinocchio as pin
 
 import knotwork as kw
 from ik_arms import TOLERANCE, Solver, box
-from knotwork.kinematics.chain.joint_axes import JointAxes
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import JointAxes
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
 
 
@@ -34,11 +35,14 @@ def toolbox(robot: Robot) -> Solver:
     """Levenberg–Marquardt in C++ of the Robotics Toolbox, on the same axes."""
     rtb: Any = importlib.import_module("roboticstoolbox")
     ets = rtb.ETS()
-    for step in JointAxes(robot)._steps:
-        placement = np.eye(4)
-        placement[:3, :3], placement[:3, 3] = step[:3].T, step[3]
-        ets = ets * rtb.ET.SE3(placement) * rtb.ET.Rz()
-    ets = rtb.ETS(list(ets)[:-1])  # after the tool there is no joint
+    joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
+    step = robot.base_placement.inverse()
+    for i in range(1, robot.dof + 1):
+        along = pin.SE3(joints.aligned[i], np.zeros(3))
+        step = step * pin.SE3(joints.rotation[i], joints.translation[i]) * along
+        ets = ets * rtb.ET.SE3(step.homogeneous) * rtb.ET.Rz()
+        step = along.inverse()
+    ets = ets * rtb.ET.SE3((step * tool.placement).homogeneous)
     ets.qlim = np.array([robot.lower_position_limit, robot.upper_position_limit])
 
     def solve(pose: Any, start: FloatArray) -> FloatArray | None:

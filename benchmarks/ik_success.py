@@ -10,8 +10,8 @@ import pinocchio as pin
 import knotwork as kw
 from ik_arms import ARMS, TOLERANCE, arm, box, misses
 from knotwork.errors import KnotworkError, UnreachablePoseError
-from knotwork.kinematics.chain.joint_axes import JointAxes
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import JointAxes
 from knotwork.waypoints import FloatArray
 
 

@@ -217,6 +217,7 @@ IMPORTED_BY_TESTS = {
         "kinematics.solutions",
         "polynomial.refined",
         "recording.banded",
+        "robot.joint_axes",
         "robot.joint_tree",
         "scene",
         "timing.binding",

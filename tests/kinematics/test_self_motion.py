@@ -10,10 +10,10 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence import Given, interval_nearness, refine_sequence, weights
 from knotwork.kinematics.sequence.nearness import SINGULAR_MARGIN, limit_nearness
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint
 
 PANDA = kw.load_robot("panda")

@@ -73,7 +73,7 @@ def test_the_closed_form_finds_what_searches_find(arm: str) -> None:
     targets = Targets.of([robot.forward(q) for q in asked])
     told = in_closed_form(robot, targets)
     assert sum(one is not None for one in told) > 8
-    for one, searched, q in zip(told, search_branches(robot, targets, None), asked, strict=True):
+    for one, searched, q in zip(told, search_branches(robot, targets), asked, strict=True):
         if one is not None:
             assert len(one) == len(searched)
             assert np.abs(closed_form.turned(one - q)).max(axis=1).min() < 1e-9

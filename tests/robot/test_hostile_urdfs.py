@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knotwork import load_robot
+from knotwork import load_robot, solve_pose_ik
 from knotwork.errors import DocumentError, RobotError
 
 LIMIT = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
@@ -165,7 +165,8 @@ def test_a_robot_is_shared_by_threads() -> None:
     def all_of(i: int) -> tuple[np.ndarray, ...]:
         pose, J = arm.forward_and_jacobian(q[i])
         twist = arm.twist(q[i], v[i]).vector
-        return pose.homogeneous, J, twist, arm.torque(q[i], v[i], v[i])
+        found = solve_pose_ik(arm, pose, q[i] + 0.05 * v[i]).q
+        return pose.homogeneous, J, twist, arm.torque(q[i], v[i], v[i]), found
 
     alone = [all_of(i) for i in range(len(q))]
     interval = sys.getswitchinterval()

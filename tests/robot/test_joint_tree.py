@@ -7,22 +7,23 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from knotwork.robot.joint_tree import frame_motion, joint_tree
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.joint_tree import joint_tree, place_joints
 
 
 @pytest.mark.parametrize("arm", ["planar2", "ur5", "panda", "kinova", "xarm7"])
-def test_a_frame_moves_as_pinocchio_says(arm: str) -> None:
-    rng = np.random.default_rng(1)
-    robot = kw.load_robot(arm)
+def test_joints_and_the_tool_move_as_pinocchio_says(arm: str) -> None:
+    robot, generator = kw.load_robot(arm), np.random.default_rng(1)
     model, data = robot.model, robot.model.createData()
-    q, v = rng.uniform(-3, 3, (2, 20, model.nv))
-    for index in range(1, model.nframes):
-        frame = model.frames[index]
-        found = frame_motion(joint_tree(model), frame, q, v)
-        for k, (position, rotation, velocity) in enumerate(zip(*found, strict=True)):
-            pin.forwardKinematics(model, data, q[k], v[k])
-            placed = pin.updateFramePlacement(model, data, index)
-            twist = pin.getFrameVelocity(model, data, index, pin.LOCAL_WORLD_ALIGNED)
-            np.testing.assert_allclose(position, placed.translation, atol=1e-12)
-            np.testing.assert_allclose(rotation, placed.rotation, atol=1e-12)
-            np.testing.assert_allclose(velocity, twist.linear, atol=1e-11)
+    q = generator.uniform(-3, 3, (20, model.nv))
+    rotations, origins = place_joints(joint_tree(model), q)
+    tip, columns, J = joint_axes(robot).placed(q)
+    for k, one in enumerate(q):
+        pin.forwardKinematics(model, data, one)
+        for i in range(1, model.njoints):
+            np.testing.assert_allclose(rotations[k, i], data.oMi[i].rotation, atol=1e-12)
+            np.testing.assert_allclose(origins[k, i], data.oMi[i].translation, atol=1e-12)
+        pose, jacobian = robot.forward_and_jacobian(one)
+        np.testing.assert_allclose(tip[:, k], pose.translation, atol=1e-12)
+        np.testing.assert_allclose(columns[:, :, k].T, pose.rotation, atol=1e-12)
+        np.testing.assert_allclose(J[:, :, k], jacobian, atol=1e-12)

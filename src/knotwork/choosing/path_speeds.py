@@ -25,7 +25,7 @@ from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import FollowingError, PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.continuation import continue_along
-from knotwork.kinematics.following.within_limits import fastest
+from knotwork.kinematics.following.limiting_constraint import fastest
 from knotwork.scenario import ScenarioPath
 from knotwork.task_to_joint import followed_path
 from knotwork.tool_paths import TimedPath, Timing
@@ -276,7 +276,7 @@ class PathSpeeds:
         curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
         used = self.shares.of_curve(curve, times)
         # where a start is chosen, velocities are compared on the way, too
-        fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0])[0] / robot.velocity_limit
+        fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0]) / robot.velocity_limit
         steps = greatest_of_each(fast, 0.5 * (way.time[1:] + way.time[:-1]), times)
         np.maximum(used[:, : robot.dof], steps, out=used[:, : robot.dof])
         return used

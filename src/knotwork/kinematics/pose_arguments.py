@@ -20,13 +20,17 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     """Check a pose.
 
     Raises:
-        WaypointDataError: It is no `pin.SE3`, is not finite, or its matrix is no rotation.
+        WaypointDataError: It is no `pin.SE3`, is not finite, is too far away for its distance to
+            be calculated, or its matrix is no rotation.
     """
     # X⁻¹X is the identity only if all numbers are finite and the matrix is orthogonal. That takes
     # a microsecond, which is not enough to look through arrays.
     if isinstance(pose, pin.SE3) and pose.actInv(pose).isIdentity(ROTATION_TOLERANCE):
         (a, b, c), (d, e, f), (g, h, i) = pose.rotation.tolist()
         if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0:
+            if max(map(abs, pose.translation.tolist())) > FARTHEST:
+                place = f"{name} is at {pose.translation.tolist()} m"
+                raise WaypointDataError(f"{place}; up to {FARTHEST:g} m is accepted", value=pose)
             return
     elif not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
         raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
@@ -48,33 +52,6 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
     check_pose(pose)
     check_tolerance(position_tolerance, "position_tolerance")
     check_tolerance(orientation_tolerance, "orientation_tolerance")
-
-
-def check_poses(poses: Any) -> list[Any]:
-    """Check that poses are some in a row, and return them as a list.
-
-    Raises:
-        WaypointDataError: They are not.
-    """
-    try:
-        return list(poses)
-    except TypeError as error:
-        raise WaypointDataError(
-            f"poses must be a sequence of pin.SE3, not {poses!r}", value=poses
-        ) from error
-
-
-def check_distance(pose: Any, name: str = "pose") -> None:
-    """Check that a pose is near enough for its distance to be calculated.
-
-    Raises:
-        WaypointDataError: It is.
-    """
-    if np.abs(pose.translation).max() > FARTHEST:
-        raise WaypointDataError(
-            f"{name} is at {pose.translation.tolist()} m; up to {FARTHEST:g} m is accepted",
-            value=pose,
-        )
 
 
 def check_count(value: Any, name: str, least: int = 0) -> None:

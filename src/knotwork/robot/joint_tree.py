@@ -61,12 +61,45 @@ class JointTree:
         return result
 
     @cached_property
-    def crosses(self) -> tuple[FloatArray, FloatArray]:
-        """Matrices of the cross products with the axes, and their squares, (n + 1, 3, 3) each."""
-        x, y, z = self.axis.T
-        zero = np.zeros_like(x)
-        cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1).copy()
-        return cross, cross @ cross
+    def aligned(self) -> FloatArray:
+        """Rotations of frames with their z axis along the joint's own, shape (n + 1, 3, 3)."""
+        return np.array([np.eye(3), *map(_frame_along, self.axis[1:])])
+
+    @cached_property
+    def _steps(self) -> FloatArray:
+        """Each joint's frame at position 0 seen from its parent's: columns x, y, z and origin."""
+        up = self.aligned[list(self.parent)].transpose(0, 2, 1)
+        turned = (up @ self.rotation @ self.aligned).transpose(0, 2, 1)
+        return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
+
+    def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
+        """Frames on the axes of all joints, z along them: a product of exponentials.
+
+        Configurations come last, so that each operation runs over contiguous memory.
+
+        Args:
+            q: Configurations [rad or m], shape (k, d).
+            root: Placement of the URDF's root, `pin.SE3`; by default none.
+
+        Returns:
+            Joint; x, y, z axis and origin [m]; component; configuration: shape (n + 1, 4, 3, k).
+        """
+        k, n = len(q), len(self.parent)
+        root = pin.SE3.Identity() if root is None else root
+        q, frames = np.ascontiguousarray(q.T), np.empty((n, 4, 3, k))
+        frames[0] = np.vstack([root.rotation.T, root.translation])[:, :, None]
+        cosine, sine = np.cos(q), np.sin(q)
+        for i in range(1, n):
+            frame, before, j = frames[i], frames[self.parent[i]], self.column[i]
+            np.matmul(self._steps[i], before[:3].reshape(3, -1), out=frame.reshape(4, -1))
+            frame[3] += before[3]
+            if self.slides[i]:
+                frame[3] += self.slides[i] * q[j] * frame[2]
+            if self.turns[i]:
+                x, y = frame[0].copy(), frame[1]
+                frame[0] = cosine[j] * x + sine[j] * y
+                frame[1] = cosine[j] * y - sine[j] * x
+        return frames
 
     def path(self, joint: int) -> list[int]:
         """Joints that carry one, itself the last."""
@@ -116,50 +149,15 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
     Returns:
         Shapes (k, n + 1, 3, 3) and (k, n + 1, 3) [m].
     """
-    k, n = len(q), len(joints.parent)
-    rotation, origin = np.empty((k, n, 3, 3)), np.empty((k, n, 3))
-    rotation[:, 0], origin[:, 0] = np.eye(3), 0.0
-    turned = _turned(joints, q)
-    for i in range(1, n):
-        up, value = joints.parent[i], q[:, joints.column[i]]
-        rotation[:, i] = rotation[:, up] @ joints.rotation[i]
-        origin[:, i] = origin[:, up] + rotation[:, up] @ joints.translation[i]
-        if joints.slides[i]:
-            along = rotation[:, i] @ joints.axis[i]
-            origin[:, i] += (joints.slides[i] * value)[:, None] * along
-        if joints.turns[i]:
-            rotation[:, i] = rotation[:, i] @ turned[i]
-    return rotation, origin
+    frames = joints.frames(q)
+    columns = joints.aligned @ frames[:, :3].reshape(len(frames), 3, -1)
+    columns = columns.reshape(len(frames), 3, 3, -1)
+    return np.ascontiguousarray(columns.transpose(3, 0, 2, 1)), frames[:, 3].transpose(2, 0, 1)
 
 
-def frame_motion(
-    joints: JointTree, frame: Any, q: FloatArray, v: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position, rotation and velocity of a frame, in the axes of the URDF's root.
-
-    Args:
-        joints: The joints.
-        frame: Pinocchio's.
-        q: Configurations [rad or m], shape (k, d).
-        v: Their velocities [rad/s or m/s], shape (k, d).
-
-    Returns:
-        Shapes (k, 3) [m], (k, 3, 3) and (k, 3) [m/s].
-    """
-    joint = int(frame.parentJoint)
-    rotation, origin = place_joints(joints, q)
-    position = origin[:, joint] + rotation[:, joint] @ np.array(frame.placement.translation)
-    path = joints.path(joint)
-    axis = (rotation[:, path] @ joints.axis[path][..., None])[..., 0]
-    moved = np.cross(axis, position[:, None] - origin[:, path]) * joints.turns[path][:, None]
-    moved += axis * joints.slides[path][:, None]
-    velocity = np.einsum("kj,kji->ki", v[:, [joints.column[i] for i in path]], moved)
-    return position, rotation[:, joint] @ np.array(frame.placement.rotation), velocity
-
-
-def _turned(joints: JointTree, q: FloatArray) -> FloatArray:
-    """Rotation matrices of all joints about their axes, shape (n + 1, k, 3, 3) (Rodrigues)."""
-    angle = joints.turns[:, None] * q.T[list(joints.column)]
-    sine, cosine = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
-    cross, square = (one[:, None] for one in joints.crosses)
-    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * square)
+def _frame_along(axis: FloatArray) -> FloatArray:
+    """A rotation matrix whose third column is a unit vector, shape (3, 3)."""
+    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = other - other.dot(axis) * axis
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

@@ -73,7 +73,7 @@ def load_robot(
 def _find(reference: str | Path, relative_to: Path | None) -> Path:
     text = str(reference)
     if text.startswith(EXAMPLE_ROBOT_DATA):
-        return _urdf_path(text, Path(), text)
+        return _file(text, Path(), text, "URDF")
     if relative_to is not None and resources.is_path(reference):
         reference = relative_to / os.path.expanduser(reference)
     return resources.find("robots", reference)
@@ -85,9 +85,10 @@ def _from_document(document: Document, folder: Path) -> Robot:
     if name is None:
         whole_file = document.file is not None and not document.prefix
         name = document.file.stem if whole_file and document.file else Path(content.urdf).stem
-    path = _urdf_path(content.urdf, folder, name)
+    path = _file(content.urdf, folder, name, "URDF")
     urdf = read_urdf(path, name)
     _check_names(content, document, urdf)
+    srdf = content.collision.srdf
     robot = Robot(
         Description(
             name=name,
@@ -101,7 +102,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
             limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
             package_paths=tuple(folder / os.path.expanduser(p) for p in content.package_paths),
             ignored_pairs=tuple((pair[0], pair[1]) for pair in content.collision.ignore),
-            srdf=_srdf_path(content.collision.srdf, folder, name),
+            srdf=None if srdf is None else _file(srdf, folder, name, "SRDF"),
         )
     )
     if robot.tool_frame is not None:
@@ -147,32 +148,24 @@ def _check_configuration(robot: Robot, name: str) -> None:
             )
 
 
-def _srdf_path(reference: str | None, folder: Path, robot: str) -> Path | None:
-    if reference is None:
-        return None
-    if reference.startswith(EXAMPLE_ROBOT_DATA):
-        path = example_robot_data(robot) / reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
-    else:
-        path = folder / os.path.expanduser(reference)
-    if not path.is_file():
-        raise RobotError(robot, f"there is no SRDF file {path}")
-    return path
-
-
-def _urdf_path(reference: str, folder: Path, robot: str) -> Path:
+def _file(reference: str, folder: Path, robot: str, kind: str) -> Path:
+    """The file of a reference, `"URDF"` or `"SRDF"`."""
     if not reference.startswith(EXAMPLE_ROBOT_DATA):
         path = folder / os.path.expanduser(reference)
         if not os.path.isfile(path):
-            raise RobotError(robot, f"there is no URDF file {path}")
+            raise RobotError(robot, f"there is no {kind} file {path}")
         return path
     data = example_robot_data(robot)
     path = data / reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
     if not os.path.isfile(path):
         package = "".join(path.relative_to(data).parts[:1])
         package = package if package and (data / package).is_dir() else "*"
-        near = sorted(f.relative_to(data).as_posix() for f in data.glob(f"{package}/*/*.urdf"))
+        files = data.glob(f"{package}/*/*.{kind.lower()}")
         raise UnknownNameError(
-            "example-robot-data URDF", str(path.relative_to(data)), near, where=f"robot {robot!r}"
+            f"example-robot-data {kind}",
+            str(path.relative_to(data)),
+            sorted(file.relative_to(data).as_posix() for file in files),
+            where=f"robot {robot!r}",
         )
     return path
 

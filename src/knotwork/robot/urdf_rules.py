@@ -7,7 +7,7 @@ makes of links in a ring depends on which it finds first.
 from __future__ import annotations
 
 import math
-from xml.dom.minidom import Document, Element
+from xml.dom.minidom import Element
 
 from knotwork.errors import InputError, shown
 
@@ -18,6 +18,7 @@ LEAST_MOMENT = -1e-12
 
 # What the tree of links is made from. All else is for others, and Pinocchio never sees it.
 _KEPT = {
+    "robot": ("link", "joint"),
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics"),
@@ -67,7 +68,7 @@ def check_tree(root: Element) -> str:
     if len(roots) > 1:
         some = ", ".join(map(repr, roots[:5]))
         raise InputError(f"it has {len(roots)} root links, and may have one: {some}")
-    _check_depth(names, above)
+    _check_depth(roots, names, above)
     for element in links:
         _check_inertia(element)
     for element in joints:
@@ -88,29 +89,29 @@ def _names(elements: list[Element], kind: str) -> dict[str, None]:
     return names
 
 
-def _check_depth(names: dict[str, None], above: dict[str, str]) -> None:
+def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]) -> None:
     """Refuse links in a ring, and more in a row than Pinocchio can hold."""
-    depths: dict[str, int] = {}
-    for name in names:
-        way: list[str] = []
-        link: str | None = name
-        while link is not None and link not in depths:
-            way.append(link)
-            if len(way) > len(names):
-                ring = way[way.index(link) :]
-                ring = ring[: ring.index(link, 1) + 1]
-                shown = " → ".join(reversed(ring[:6]))
-                raise InputError(f"its links form a ring, {shown}, which no root link carries")
-            link = above.get(link)
-        depth = depths[link] if link is not None else 0
-        for one in reversed(way):
-            depth += 1
-            depths[one] = depth
+    below: dict[str, list[str]] = {}
+    for child, parent in above.items():
+        below.setdefault(parent, []).append(child)
+    level, depth, left = roots, 0, dict(names)
+    while level:
+        depth += 1
         if depth > MOST_LINKS_IN_A_ROW:
             raise InputError(
-                f"link {name!r} is the last of {depth} in a row; at most "
+                f"link {level[0]!r} is the last of {depth} in a row; at most "
                 f"{MOST_LINKS_IN_A_ROW} are read"
             )
+        for link in level:
+            del left[link]
+        level = [child for link in level for child in below.get(link, ())]
+    if left:  # no root carries them
+        ring = [next(iter(left))]
+        while ring[-1] not in ring[:-1]:
+            ring.append(above[ring[-1]])
+        ring = ring[ring.index(ring[-1]) :]
+        shown = " → ".join(reversed(ring[:6]))
+        raise InputError(f"its links form a ring, {shown}, which no root link carries")
 
 
 def _check_inertia(link: Element) -> None:
@@ -128,11 +129,7 @@ def _check_inertia(link: Element) -> None:
 
 def _check_not_negative(element: Element, attribute: str, what: str, least: float = 0.0) -> None:
     text = element.getAttribute(attribute)
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not least <= value < math.inf:
+    if not least <= _number(text) < math.inf:
         raise InputError(f"{what} is {shown(text)}; it must be a number from 0 on")
 
 
@@ -142,11 +139,7 @@ def _check_axis(joint: Element) -> None:
         return
     for axis in child_elements(joint, "axis"):
         text = axis.getAttribute("xyz")
-        try:
-            length = math.hypot(*map(float, text.split()))
-        except ValueError:
-            length = math.nan
-        if not 0.0 < length < math.inf:
+        if not 0.0 < math.hypot(*map(_number, text.split())) < math.inf:
             name = joint.getAttribute("name")
             raise InputError(
                 f"the axis of joint {name!r} is {shown(text)}; it must be a direction, such as "
@@ -154,23 +147,28 @@ def _check_axis(joint: Element) -> None:
             )
 
 
+def _number(text: str) -> float:
+    """A number, NaN where there is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 def plain_text(root: Element) -> str:
-    """Write a URDF again with the tree of links alone: no shapes, nothing of other programs."""
-    document = Document()
-    robot = document.createElement("robot")
-    robot.setAttribute("name", root.getAttribute("name"))
-    for element in child_elements(root):
-        if element.tagName in ("link", "joint"):
-            robot.appendChild(_kept(element, document))
-    return robot.toxml()
+    """A URDF with the tree of links alone, which stays: no shapes, nothing of other programs."""
+    for name in list(root.attributes.keys()):
+        if name != "name":
+            root.removeAttribute(name)
+    _prune(root)
+    return root.toxml()
 
 
-def _kept(element: Element, document: Document) -> Element:
-    copy = document.createElement(element.tagName)
-    for name, value in element.attributes.items():
-        if ":" not in name:  # of a namespace, which need not be declared
-            copy.setAttribute(name, value)
+def _prune(element: Element) -> None:
+    for name in list(element.attributes.keys()):
+        if ":" in name:  # of a namespace, which need not be declared
+            element.removeAttribute(name)
+    children = child_elements(element)
+    element.childNodes[:] = [x for x in children if x.tagName in _KEPT.get(element.tagName, ())]
     for child in child_elements(element):
-        if child.tagName in _KEPT.get(element.tagName, ()):
-            copy.appendChild(_kept(child, document))
-    return copy
+        _prune(child)

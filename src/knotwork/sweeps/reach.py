@@ -17,12 +17,12 @@ from knotwork.interpolation import get_planner
 from knotwork.joint_space import joint_space
 from knotwork.kinematics import solve_pose_ik_batch
 from knotwork.kinematics.chain.batch import Targets
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle, nearest_turns
 from knotwork.kinematics.geometry.closed_form import closed_form
 from knotwork.kinematics.solutions.all_within_limits import EDGE
 from knotwork.planner_options import planner_options
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import check_branch
 from knotwork.waypoints import CartesianWaypoint

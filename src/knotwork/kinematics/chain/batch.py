@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import count
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
-from knotwork.kinematics.chain.joint_ranges import BoolArray, Limits, clipped, held_joints
+from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints, no_limits
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
     HASTY,
@@ -20,6 +19,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
     USUAL,
 )
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
@@ -34,9 +34,6 @@ NEAR = 0.03
 # The same for searches for any solution, which others follow.
 HASTY_CHECK_EVERY = 5
 HASTY_FALLEN_TO = 0.25
-# Fewer searches than these are stepped one matrix after the other.
-FEW = 150
-SMALLEST_PIVOT = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,145 +123,69 @@ def solve_batch(
     check_every, fallen_to = (
         (HASTY_CHECK_EVERY, HASTY_FALLEN_TO) if hasty else (CHECK_EVERY, FALLEN_TO)
     )
-    n = len(start)
-    q = np.array(start) if limits is None else clipped(start, limits)
-    best_position, best_angle = np.full(n, np.inf), np.full(n, np.inf)
-    if n == 0:
-        return BatchSolution(q, best_position, best_angle, best_position < 0, 0)
-    if len(targets) < n:
-        targets = targets.take(np.zeros(n, dtype=int))
-    index = np.arange(n)
-    state = _State(robot, targets, q, limits, (HASTY if hasty else USUAL).least_factor)
-    checkpoint = state.square.copy()
+    n, least_factor = len(start), (HASTY if hasty else USUAL).least_factor
+    limits = no_limits(robot) if limits is None else limits
+    q = clipped(start, limits)
+    position, orientation = np.full((2, n), np.inf)
+    index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0
+    targets = targets.take(np.zeros(n, dtype=int)) if len(targets) < n else targets
+    box = limits[0][:, None], limits[1][:, None]
+    here = _reached(robot, q.T, targets)
+    checkpoint = here.square
     for iteration in count():
-        leaving = state.ended(tolerance, None if group is None else group[index])
+        converged = np.maximum(here.distance, here.angle) <= tolerance
+        leaving = converged | (factor > MAX_FACTOR)
+        if group is not None and converged.any():
+            leaving |= np.isin(group[index], group[index[converged]])
         if iteration % check_every == check_every - 1:
-            leaving |= state.square > fallen_to * checkpoint
-            checkpoint = state.square.copy()
+            leaving |= here.square > fallen_to * checkpoint
+            checkpoint = here.square
         if iteration == PATIENCE:
-            leaving |= state.square > NEAR**2
+            leaving |= here.square > NEAR**2
         leaving |= iteration >= max_iterations
         if leaving.any():
-            rows = index[leaving]
-            q[rows] = state.q[:, leaving].T
-            best_position[rows], best_angle[rows] = state.distance[leaving], state.angle[leaving]
-            staying = ~leaving
-            index, checkpoint = index[staying], checkpoint[staying]
-            if not index.size:
-                break
-            state.keep(staying)
-        state.step()
-    converged = np.maximum(best_position, best_angle) <= tolerance
-    return BatchSolution(q, best_position, best_angle, converged, iteration)
+            rows, staying = index[leaving], ~leaving
+            q[rows] = here.q[:, leaving].T
+            position[rows], orientation[rows] = here.distance[leaving], here.angle[leaving]
+            index, factor, checkpoint = index[staying], factor[staying], checkpoint[staying]
+            here, targets = _Reached(*(one[..., staying] for one in here)), targets.take(staying)
+        if not index.size:
+            break
+        iterations += 1
+        trial = _reached(robot, clipped(here.q + _steps(here, box, factor), box), targets)
+        better = trial.square < here.square
+        here = _Reached(*(np.where(better, new, old) for new, old in zip(trial, here, strict=True)))
+        factor = np.where(better, np.maximum(0.2 * factor, least_factor), 8 * factor)
+    converged = np.maximum(position, orientation) <= tolerance
+    return BatchSolution(q, position, orientation, converged, iterations)
 
 
-class _State:
-    """The searches that still go on; arrays over them have them last, as in `JointAxes`."""
+class _Reached(NamedTuple):
+    """Where searches have got to, the searches last, as in `JointAxes`."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        targets: Targets,
-        q: FloatArray,
-        limits: Limits | None,
-        least_factor: float,
-    ) -> None:
-        self.chain, self.targets, self.q = joint_axes(robot), targets, np.array(q.T, order="C")
-        self.limits = None if limits is None else (limits[0][:, None], limits[1][:, None])
-        self._least_factor = least_factor
-        self.error, self.J, self.distance, self.angle = self._evaluate(self.q)
-        self.square = np.einsum("in,in->n", self.error, self.error)
-        self.factor = np.full(len(q), FIRST_FACTOR)
-
-    def _evaluate(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        tip, rotation, J = self.chain.placed(q.T)
-        error, distance, angle = pose_errors(
-            tip, rotation, self.targets.position, self.targets.rotation
-        )
-        return error, J, distance, angle
-
-    def keep(self, rows: Any) -> None:
-        """Drop all other searches."""
-        self.q, self.factor, self.square = self.q[:, rows], self.factor[rows], self.square[rows]
-        self.distance, self.angle = self.distance[rows], self.angle[rows]
-        self.error, self.J = self.error[:, rows], self.J[:, :, rows]
-        self.targets = self.targets.take(rows)
-
-    def ended(self, tolerance: float, group: IntArray | None) -> BoolArray:
-        """Which searches have converged, are hopeless, or are of a group that has a solution."""
-        done: BoolArray = np.maximum(self.distance, self.angle) <= tolerance
-        ended = done | (self.factor > MAX_FACTOR)
-        if group is not None and done.any():
-            ended |= np.isin(group, group[done])
-        return ended
-
-    def step(self) -> None:
-        """Try a step of every search, and keep those that bring it nearer."""
-        J, gradient = self.J, np.einsum("kin,kn->in", self.J, self.error)
-        if self.limits is not None:
-            held = held_joints(self.q, gradient, self.limits)
-            if held.any():
-                gradient[held] = 0.0
-                J = np.where(held, 0.0, J)
-        # A singular matrix is no error here: 1e-13 is rounding next to entries of about 1.
-        damping = self.factor * self.square + 1e-13
-        few = self.q.shape[1] < FEW
-        solve = _steps_by_lapack if few else _steps_by_cholesky
-        step = solve(J, gradient, damping)
-        longest = np.abs(step).max(axis=0)
-        step *= MAX_STEP / np.maximum(longest, MAX_STEP)
-        trial = self.q + step
-        if self.limits is not None:
-            trial = clipped(trial, self.limits)
-        error, J, distance, angle = self._evaluate(trial)
-        square = np.einsum("in,in->n", error, error)
-        better = square < self.square
-        if not better.all():
-            worse = ~better
-            trial[:, worse], square[worse] = self.q[:, worse], self.square[worse]
-            error[:, worse], J[:, :, worse] = self.error[:, worse], self.J[:, :, worse]
-            distance[worse], angle[worse] = self.distance[worse], self.angle[worse]
-        self.q, self.error, self.J, self.square = trial, error, J, square
-        self.distance, self.angle = distance, angle
-        reduced = np.maximum(0.2 * self.factor, self._least_factor)
-        self.factor = np.where(better, reduced, 8 * self.factor)
+    q: FloatArray
+    error: FloatArray
+    J: FloatArray
+    distance: FloatArray
+    angle: FloatArray
+    square: FloatArray
 
 
-def _steps_by_lapack(J: FloatArray, gradient: FloatArray, damping: FloatArray) -> FloatArray:
-    """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search; arguments as of `_steps_by_cholesky`."""
+def _reached(robot: Robot, q: FloatArray, targets: Targets) -> _Reached:
+    tip, rotation, J = joint_axes(robot).placed(q.T)
+    error, distance, angle = pose_errors(tip, rotation, targets.position, targets.rotation)
+    return _Reached(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
+
+
+def _steps(here: _Reached, limits: Limits, factor: FloatArray) -> FloatArray:
+    """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, joints held at limits, shape (d, n)."""
+    gradient = np.einsum("kin,kn->in", here.J, here.error)
+    held = held_joints(here.q, gradient, limits)
+    gradient[held] = 0.0
+    J = np.where(held, 0.0, here.J) if held.any() else here.J
     each = np.ascontiguousarray(J.transpose(2, 0, 1))
     H = each.transpose(0, 2, 1) @ each
-    diagonal = np.arange(H.shape[1])
-    H[:, diagonal, diagonal] += damping[:, None]
-    return np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
-
-
-def _steps_by_cholesky(J: FloatArray, gradient: FloatArray, damping: FloatArray) -> FloatArray:
-    """Solve (JᵀJ + λ² I) Δq = Jᵀe for all searches in step.
-
-    Each operation on an entry runs over all searches, for many of them several times faster than
-    one matrix after the other.
-
-    Args:
-        J: Jacobians, zero for joints that are held, shape (6, d, n).
-        gradient: Jᵀe, shape (d, n).
-        damping: λ², shape (n,).
-    """
-    d, n = gradient.shape
-    L = np.empty((d, d, n))
-    for j in range(d):
-        column = L[j:, j]
-        np.einsum("kin,kn->in", J[:, j:], J[:, j], out=column)
-        column[0] += damping
-        column -= np.einsum("ikn,kn->in", L[j:, :j], L[j, :j])
-        # Rounding must not take the pivot of a singular matrix below zero.
-        np.sqrt(np.maximum(column[0], SMALLEST_PIVOT), out=column[0])
-        column[1:] /= column[0]
-    step = gradient.copy()
-    for j in range(d):
-        step[j] -= np.einsum("kn,kn->n", L[j, :j], step[:j])
-        step[j] /= L[j, j]
-    for j in reversed(range(d)):
-        step[j] -= np.einsum("kn,kn->n", L[j + 1 :, j], step[j + 1 :])
-        step[j] /= L[j, j]
-    return step
+    # A singular matrix is no error here: 1e-13 is rounding next to entries of about 1.
+    H[:, range(len(gradient)), range(len(gradient))] += (factor * here.square + 1e-13)[:, None]
+    step = np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
+    return np.asarray(step * (MAX_STEP / np.maximum(np.abs(step).max(axis=0), MAX_STEP)))

@@ -9,13 +9,12 @@ import itertools
 import math
 from functools import lru_cache
 from typing import TypeAlias
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, kept_with
 from knotwork.waypoints import FloatArray
 
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -158,21 +157,22 @@ def _nearest_first(values: list[float], middle: float) -> list[float]:
     return sorted(values, key=lambda value: (abs(value - middle), -value))
 
 
-_TURNS_FIT: WeakKeyDictionary[Robot, bool] = WeakKeyDictionary()
-
-
 def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
     """Which configurations (n, d) are inside the limits, where no other turn fits, shape (n,).
 
     So it is with most arms: the range of no revolute joint is a whole turn.
     """
     lower, upper = limits_of(robot)
-    if robot not in _TURNS_FIT:
-        room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
-        turns = np.array([unit == "rad" for unit in robot.joint_units])
-        _TURNS_FIT[robot] = bool((turns & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
     inside = ((lower - AT_LIMIT <= q) & (q <= upper + AT_LIMIT)).all(axis=-1)
-    return np.asarray(inside & (not _TURNS_FIT[robot]))
+    return np.asarray(inside & (not _has_turns(robot)))
+
+
+@kept_with
+def _has_turns(robot: Robot) -> bool:
+    """Whether a joint with limits can be at one angle in several turns."""
+    lower, upper = limits_of(robot)
+    room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+    return bool((joint_axes(robot).revolute & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
 
 
 def starts(

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -79,42 +77,6 @@ class LocalSolution(NamedTuple):
         return self.position_error + self.orientation_error
 
 
-class _Workspace:
-    """Working memory that all searches with a robot share.
-
-    Attributes:
-        model, data, frame: Those of the robot.
-        base: Placement of its base, `pin.SE3`; `None` if in the origin.
-        H: Memory for JᵀJ, shape (d, d).
-        diagonal: Its diagonal, a view.
-        ldlt: Its factorisation.
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        self.model, self.data, self.frame = robot.model, robot.data, robot.require_tool()
-        base, d = robot.base_placement, robot.dof
-        self.base = None if base.isIdentity(0.0) else base
-        self.H, self.ldlt = np.empty((d, d)), LDLT(d)
-        self.diagonal = self.H.reshape(-1)[:: d + 1]
-
-    def step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
-        """The step of free joints (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
-        H = self.H
-        J.T.dot(J, out=H)
-        for i in held:
-            H[i] = H[:, i] = 0.0
-        self.diagonal += damping + 1e-30
-        self.ldlt.compute(H)
-        step: FloatArray = self.ldlt.solve(gradient).reshape(-1)  # of a single joint it is (1, 1)
-        moves = step.tolist()
-        if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
-            step *= MAX_STEP / max(map(abs, moves))
-        return step
-
-
-_workspaces: WeakKeyDictionary[Robot, _Workspace] = WeakKeyDictionary()
-
-
 class PoseSearch:
     """Local searches for one pose of the TCP of one robot.
 
@@ -142,21 +104,17 @@ class PoseSearch:
         position_weight: float = 1.0,
         orientation_weight: float = 1.0,
     ) -> None:
-        work = _workspaces.get(robot)
-        if work is None:
-            work = _workspaces[robot] = _Workspace(robot)
-        self.robot, self.pose, self._work = robot, pose, work
+        self.robot, self.pose = robot, pose
+        self._model, self._data, self._frame = robot.model, robot.data, robot.require_tool()
+        self._H, self._ldlt = np.empty((robot.dof, robot.dof)), LDLT(robot.dof)
         self.tolerances = position_tolerance, orientation_tolerance
-        self._target = pose if work.base is None else work.base * pose
+        self._target = robot.base_placement * pose
         # An error of no weight has no tolerance to be within.
         self._most_position = position_tolerance if position_weight else math.inf
         self._most_orientation = orientation_tolerance if orientation_weight else math.inf
-        enough = POLISHED * min(self.tolerances)
-        self._squares = self._most_position**2, self._most_orientation**2, enough**2
         self._weights: FloatArray | None = None
         if (position_weight, orientation_weight) != (1.0, 1.0):
             self._weights = np.repeat([position_weight, orientation_weight], 3)
-        self._error = _error_function(work, self._target, self._weights)
 
     def reweighted(self, *, position_weight: float, orientation_weight: float) -> PoseSearch:
         """Search for the same pose with other weights."""
@@ -183,61 +141,88 @@ class PoseSearch:
 
     def gradient(self, q: FloatArray) -> FloatArray:
         """Jᵀe: where the joints would go to come nearer, shape (d,)."""
-        e = self._error(q)[0]
-        return np.asarray(self._jacobian_here().T.dot(e))
+        return -self.value_and_gradient(q)[1]
+
+    def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
+        """|e|²/2 and its gradient −Jᵀe, shape (d,)."""
+        e, square, _, _ = self._error(q)
+        return 0.5 * square, np.asarray(-self._jacobian_here().T.dot(e))
+
+    def measured(self, q: FloatArray) -> LocalSolution:
+        """Configurations as the end of a search."""
+        errors = self.errors(q)
+        return LocalSolution(q, *errors, 0, self.within(*errors))
 
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
-        work = self._work
-        pin.computeJointJacobians(work.model, work.data, q)
-        pin.updateFramePlacement(work.model, work.data, work.frame)
+        self._error(q)
         return self._jacobian_here()
 
     def bend(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Acceleration of the TCP in tool axes while the joints move steadily, shape (6,)."""
-        work = self._work
-        pin.forwardKinematics(work.model, work.data, q, v, np.zeros_like(v))
-        a = pin.getFrameClassicalAcceleration(work.model, work.data, work.frame, pin.LOCAL)
+        pin.forwardKinematics(self._model, self._data, q, v, np.zeros_like(v))
+        a = pin.getFrameClassicalAcceleration(self._model, self._data, self._frame, pin.LOCAL)
         return np.asarray(a.vector)
 
+    def _error(self, q: FloatArray) -> tuple[FloatArray, float, float, float]:
+        """Weighted error e, shape (6,), |e|², and the squares of distance [m²] and angle [rad²]."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        placement = pin.updateFramePlacement(self._model, self._data, self._frame)
+        off = placement.actInv(self._target)
+        # The angular part of log₆ is log₃, and it makes the array at once.
+        e = pin.log6(off).vector
+        e[:3] = off.translation
+        x, y, z, u, v, w = e.tolist()
+        position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
+        if self._weights is None:
+            return e, position + orientation, position, orientation
+        e *= self._weights
+        return e, float(e.dot(e)), position, orientation
+
     def _jacobian_here(self) -> FloatArray:
-        """The same where the error has been evaluated last."""
-        work = self._work
-        J: FloatArray = pin.getFrameJacobian(work.model, work.data, work.frame, pin.LOCAL)
+        """The Jacobian where the error has been evaluated last."""
+        J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
         if J.ndim == 1:  # of a single joint
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
-    def solve(
-        self,
-        start: FloatArray,
-        limits: Limits,
-        effort: Effort = USUAL,
-        polish: int = POLISH_STEPS,
-    ) -> LocalSolution:
+    def _step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
+        """The step of free joints (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
+        H = self._H
+        J.T.dot(J, out=H)
+        for i in held:
+            H[i] = H[:, i] = 0.0
+        H.reshape(-1)[:: len(H) + 1] += damping + 1e-30
+        self._ldlt.compute(H)
+        step: FloatArray = self._ldlt.solve(gradient).reshape(-1)  # of a single joint it is (1, 1)
+        moves = step.tolist()
+        if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
+            step *= MAX_STEP / max(map(abs, moves))
+        return step
+
+    def solve(self, start: FloatArray, limits: Limits, effort: Effort = USUAL) -> LocalSolution:
         """Search from a start.
 
         Args:
             start: Joint positions [rad or m], shape (d,); brought inside the limits.
             limits: To stay within.
             effort: How long to go on. With `HASTY` a search from close by goes on as usual.
-            polish: Steps within the tolerances at most.
         """
         # For six numbers NumPy's overhead is all there is: no array is made or read twice.
-        evaluate = self._error
         lows, highs = limits[0].tolist(), limits[1].tolist()
-        most_position, most_orientation, enough = self._squares
+        enough = (POLISHED * min(self.tolerances)) ** 2
+        most_position, most_orientation = self._most_position**2, self._most_orientation**2
         q, at_limit = _inside(start, lows, highs)
-        e, square, position, orientation = evaluate(q)
+        e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
-        if effort.patience == HASTY.patience and square <= CLOSE**2:
+        if effort is HASTY and square <= CLOSE**2:
             effort = USUAL
         iterations, patience, least_factor = effort
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < iterations:
             if position <= most_position and orientation <= most_orientation:
-                if polished == polish or square <= enough:
+                if polished == POLISH_STEPS or square <= enough:
                     break
                 polished += 1
             if iteration % patience == patience - 1:
@@ -251,9 +236,9 @@ class PoseSearch:
                 held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
                 if len(held):
                     gradient[held] = 0.0
-            step = self._work.step(J, gradient, held, factor * square)
+            step = self._step(J, gradient, held, factor * square)
             candidate, touches = _inside(q + step, lows, highs)
-            error, trial, far, turned = evaluate(candidate)
+            error, trial, far, turned = self._error(candidate)
             accepted = trial < square
             if accepted:
                 q, at_limit, e, square = candidate, touches, error, trial
@@ -263,37 +248,9 @@ class PoseSearch:
                 break
             else:
                 factor *= 8.0
-        if q is start:
-            q = start.copy()
         errors = math.sqrt(position), math.sqrt(orientation)
+        q = q.copy() if q is start else q
         return LocalSolution(q, *errors, iteration, self.within(*errors))
-
-
-def _error_function(
-    work: _Workspace, target: Any, weights: FloatArray | None
-) -> Callable[[FloatArray], tuple[FloatArray, float, float, float]]:
-    """The error of configurations, as a function that looks up no names.
-
-    It gives the weighted error e, shape (6,), |e|², and the squares of distance [m²] and angle
-    [rad²].
-    """
-    model, data, frame = work.model, work.data, work.frame
-    joints, place, log6 = pin.computeJointJacobians, pin.updateFramePlacement, pin.log6
-
-    def error(q: FloatArray) -> tuple[FloatArray, float, float, float]:
-        joints(model, data, q)
-        off = place(model, data, frame).actInv(target)
-        # The angular part of log₆ is log₃, and it makes the array at once.
-        e = log6(off).vector
-        e[:3] = off.translation
-        x, y, z, u, v, w = e.tolist()
-        position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
-        if weights is None:
-            return e, position + orientation, position, orientation
-        e *= weights
-        return e, float(e.dot(e)), position, orientation
-
-    return error
 
 
 def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:

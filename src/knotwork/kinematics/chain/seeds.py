@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, starts
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, kept_with
 from knotwork.waypoints import FloatArray
 
 TABLE_SIZE = 512
@@ -18,7 +17,13 @@ TABLE_SIZE = 512
 # from succeeding, such as a limit; then points from everywhere do better.
 NEAREST = 2
 
-_tables: WeakKeyDictionary[Robot, tuple[FloatArray, FloatArray]] = WeakKeyDictionary()
+
+@kept_with
+def _table(robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Configurations, and the features of their poses."""
+    q = starts(robot, limits_of(robot), TABLE_SIZE)
+    tip, rotation, *_ = joint_axes(robot).forward(q)
+    return q, np.vstack([(tip**2).sum(axis=0), tip, rotation.reshape(9, -1)])
 
 
 def seeds(robot: Robot, poses: Sequence[Any]) -> FloatArray:
@@ -33,11 +38,7 @@ def seeds(robot: Robot, poses: Sequence[Any]) -> FloatArray:
     Returns:
         Shape (n, 2, d).
     """
-    if robot not in _tables:
-        q = starts(robot, limits_of(robot), TABLE_SIZE)
-        tip, rotation, *_ = joint_axes(robot).forward(q)
-        _tables[robot] = q, np.vstack([(tip**2).sum(axis=0), tip, rotation.reshape(9, -1)])
-    q, features = _tables[robot]
+    q, features = _table(robot)
     # |p|² − 2 p·p* − tr(RᵀR*): the square above but for what all have in common.
     wanted = np.array(
         [[1.0, *(-2.0 * pose.translation), *-pose.rotation.T.ravel()] for pose in poses]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,10 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import SingularityError, WaypointDataError
-from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of, middle
+from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.kinematics.pose_arguments import check_tolerance
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import kept_with
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
@@ -21,9 +23,9 @@ NEAR_SINGULAR = 1e-3
 # Faster than any joint of an arm: near a singularity it stands for a limit that is not given
 # [rad/s or m/s].
 FASTEST_JOINT = 10.0
-# The normal equations are used where their condition number is below this: one correction then
-# takes rounding back to that of a singular value decomposition.
-WELL_CONDITIONED = 1e8
+# Jacobians are inverted where their condition number is below this: one correction then takes
+# rounding back to that of a singular value decomposition.
+WELL_CONDITIONED = 1e4
 # Singular values below this part of the largest are taken for rounding of zero: a joint rotated
 # by a few times 1e-13 rad off a singularity has one of that size.
 RANK_TOLERANCE = 1e-11
@@ -160,50 +162,38 @@ def solve_velocities(
         robot: The robot.
         J: Its Jacobians, shape (n, 6, d).
         twists: Linear [m/s], then angular [rad/s], in base axes: shape (n, 6) or (6,).
-        preferred: Joint velocities to come near to [rad/s or m/s], shape (d,).
+        preferred: Joint velocities to come near to [rad/s or m/s], shape (d,) or (n, d).
 
     Returns:
         Velocities [rad/s or m/s], shape (n, d), for more than six joints of least norm measured by
         the velocity limits; and what they leave of the twist [m/s, rad/s], shape (n,).
     """
     scale = joint_scales(robot)
-    weighted, wanted = J * scale, np.broadcast_to(twists, (len(J), 6))[:, :, None]
-    w, done = np.empty((*weighted.shape[::2], 1)), np.zeros(len(J), dtype=bool)
-    if preferred is None and robot.dof >= 6:
-        w, done = _by_normal_equations(weighted, wanted)
-    if not done.all():
-        free = None if preferred is None else (preferred / scale)[:, None]
-        w[~done] = _by_decomposition(weighted[~done], wanted[~done], free)
-    left = np.abs((wanted - weighted @ w)[:, :, 0]).max(axis=1)
-    return w[:, :, 0] * scale, left
+    weighted = J * scale
+    free = np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
+    wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ free[:, :, None]
+    w, left = np.zeros((len(J), robot.dof, 1)), wanted
+    inverse = _pseudoinverses(weighted)
+    for _ in range(2):  # the second time undoes most rounding
+        w += inverse @ left
+        left = wanted - weighted @ w
+    return (free + w[:, :, 0]) * scale, np.abs(left[:, :, 0]).max(axis=1)
 
 
-def _by_normal_equations(J: FloatArray, wanted: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Least velocities (n, d, 1) of at least six joints, and for which they are exact."""
-    across = J.transpose(0, 2, 1)
-    gram = J @ across
-    try:
-        inverse = np.linalg.inv(gram)
-    except np.linalg.LinAlgError:
-        return np.empty((*J.shape[::2], 1)), np.zeros(len(J), dtype=bool)
-    w = across @ (inverse @ wanted)
-    w += across @ (inverse @ (wanted - J @ w))
-    # the product bounds the condition number
-    size = (gram * gram).sum(axis=(1, 2)) * (inverse * inverse).sum(axis=(1, 2))
-    return w, size < WELL_CONDITIONED**2
-
-
-def _by_decomposition(J: FloatArray, wanted: FloatArray, free: FloatArray | None) -> FloatArray:
-    """Least velocities (n, d, 1), or those nearest to free ones (d, 1), singular or not."""
-    U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    kept = s > RANK_TOLERANCE * s[:, :1]
-    inverse = np.where(kept, 1.0 / np.maximum(s, 1e-300), 0.0)[:, :, None]
-    V = Vt.transpose(0, 2, 1)
-    w = V @ (inverse * (U.transpose(0, 2, 1) @ wanted))
-    w += V @ (inverse * (U.transpose(0, 2, 1) @ (wanted - J @ w)))  # undo most rounding
-    if free is not None:
-        w += free - V @ (kept[:, :, None] * (Vt @ free))
-    return np.asarray(w)
+def _pseudoinverses(J: FloatArray) -> FloatArray:
+    """J⁺ of Jacobians (n, 6, d), shape (n, d, 6): fast where they are far from singular."""
+    across, singular = J.transpose(0, 2, 1), np.ones(len(J), dtype=bool)
+    result = np.empty(across.shape)
+    if J.shape[2] >= 6:
+        with contextlib.suppress(np.linalg.LinAlgError):
+            square = J.shape[2] == 6
+            result[:] = np.linalg.inv(J) if square else across @ np.linalg.inv(J @ across)
+            # the product bounds the condition number
+            size = (J * J).sum(axis=(1, 2)) * (result * result).sum(axis=(1, 2))
+            singular = ~(size < WELL_CONDITIONED**2)
+    if singular.any():
+        result[singular] = np.linalg.pinv(J[singular], rcond=RANK_TOLERANCE)
+    return result
 
 
 def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
@@ -231,10 +221,10 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     if not np.isfinite(rate):
         raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
     limits = limits_of(robot)
-    bounded = np.isfinite(limits).all(axis=0)
-    return np.where(bounded, rate * (middle(limits) - position), 0.0)
+    return np.where(np.isfinite(limits).all(axis=0), rate * (middle(limits) - position), 0.0)
 
 
+@kept_with
 def joint_scales(robot: Robot) -> FloatArray:
     """The scale of each joint in the least norm, shape (d,)."""
     if robot.dof <= 6:

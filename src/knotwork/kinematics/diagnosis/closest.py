@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
     Limits,
     clipped,
-    held_joints,
     joint_distances,
     starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import (
-    MAX_STEP,
     PATIENT,
     LocalSolution,
     PoseSearch,
 )
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 # Searches made at once, with limits and without. They stop near a minimum; some of the best,
@@ -33,13 +30,9 @@ APART = 0.1
 # A search that ends this near the pose [m, rad] may still get there, where the arm is singular in
 # more than one way at once.
 SMALL = 1e-2
-# Newton's method: steps at most, and the part of the square that the last ones must gain.
-NEWTON_STEPS = 60
-LEAST_GAIN = 1e-9
-# Half the width of the differences that the Hessian is made of [rad or m].
-DIFFERENCE = 1e-5
-LEAST_DAMPING = 1e-12
-MOST_DAMPING = 1e8
+# Steps of the minimisation, and the gradient at which it ends [m or rad a joint's unit].
+MOST_STEPS = 500
+FLAT = 1e-10
 # The finest tolerance that can be asked for [m, rad]: less may be lost to rounding. Searches aim at
 # a little less than a tolerance.
 FINEST_TOLERANCE = 1e-12
@@ -101,8 +94,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
     """Come as close as possible to a pose from a configuration, and stop at a true minimum.
 
     Damped least squares leads to a solution if there is one. Where there is none it creeps, and
-    Newton's method with the Hessian of |e|²/2 takes over, the signs of its eigenvalues dropped so
-    that each step descends. Joints at a limit that the descent would leave are held.
+    |e|²/2 is minimised by its exact gradient instead (L-BFGS-B).
 
     Args:
         search: The pose, weighted, and the robot.
@@ -114,41 +106,9 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         found = search.solve(found.q, limits, PATIENT)
     if reached(found):
         return found
-    q, damping = found.q, LEAST_DAMPING
-    e = search.error(q)
-    least = float(e @ e)
-    for _ in range(NEWTON_STEPS):
-        slope = search.gradient(q)
-        slope[held_joints(q, slope, limits)] = 0.0
-        free = np.flatnonzero(slope)
-        if not free.size:
-            break
-        values, vectors = np.linalg.eigh(_hessian(search, q, free))
-        along = vectors.T @ slope[free]
-        before = least
-        while damping <= MOST_DAMPING:
-            step = np.zeros_like(q)
-            step[free] = vectors @ (along / (np.abs(values) + damping))
-            step *= MAX_STEP / max(MAX_STEP, float(np.abs(step).max()))
-            trial = clipped(q + step, limits)
-            e = search.error(trial)
-            if float(e @ e) < least:
-                q, least = trial, float(e @ e)
-                damping = max(0.1 * damping, LEAST_DAMPING)
-                break
-            damping = max(8.0 * damping, 1e-4 * float(np.abs(values).max()))
-        if before - least <= LEAST_GAIN * before:
-            break
-    errors = search.errors(q)
-    return LocalSolution(q, *errors, found.iterations, search.within(*errors))
+    from scipy.optimize import minimize
 
-
-def _hessian(search: PoseSearch, q: FloatArray, free: NDArray[np.intp]) -> FloatArray:
-    """Second derivatives of |e|²/2 in k free joints, by differences of its gradient: (k, k)."""
-    columns = []
-    for i in free:
-        step = np.zeros_like(q)
-        step[i] = DIFFERENCE
-        columns.append((search.gradient(q - step) - search.gradient(q + step))[free])
-    H = np.array(columns) / (2.0 * DIFFERENCE)
-    return np.asarray(0.5 * (H + H.T))
+    options = {"ftol": 0.0, "gtol": FLAT, "maxiter": MOST_STEPS}
+    bounds, least = np.transpose(limits), search.value_and_gradient
+    ended = minimize(least, found.q, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return search.measured(clipped(ended.x, limits))

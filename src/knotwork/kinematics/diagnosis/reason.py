@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import hypot
 from typing import NoReturn
 
 import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
     held_joints,
     limits_of,
@@ -29,6 +26,8 @@ from knotwork.kinematics.diagnosis.closest import (
     square,
     starts_from,
 )
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units, readable
 from knotwork.waypoints import FloatArray
 
@@ -78,31 +77,47 @@ def solution_or_reason(
     if np.isfinite(limits).any():  # else it is the same search
         pulled = [turned_inside(robot, s.q, near) for s in beyond]
         found = closest_poses(search, near, limits, pulled)
-    inside = [_turned(search, s, near) for s in found]
+    inside = [search.measured(turned_inside(robot, s.q, near)) for s in found]
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
     closest = min(inside, key=square)
     if reached(closest):
         _refuse_tolerance(search, closest, tolerances, units)
-    at_pose = [s for s in beyond if reached(s)]
+    held, data = (
+        _held(search, closest),
+        {
+            "closest": closest.q.tolist(),
+            "closest_distance": closest.position_error,
+            "closest_angle": closest.orientation_error,
+            "where": where,
+        },
+    )
+    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if reached(s)]
     if at_pose:
-        raise _outside_limits(search, at_pose, closest, near, (waypoint, where), units)
+        joints = _least_outside(robot, at_pose, near)
+        sentence = (
+            "the pose is reachable only outside the joint limits: the solution found that is least "
+            f"outside has {_joints_outside(robot, joints, units)}{_inside(closest, held, units)}"
+        )
+        raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
     # The limits may hide a minimum from the searches that ignore them.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
-    every = beyond if found is beyond else [*beyond, *inside]
-    raise _unreachable(search, least, closest, every, near, (waypoint, where), units)
-
-
-def _turned(search: PoseSearch, found: LocalSolution, near: FloatArray) -> LocalSolution:
-    """The same at the turns nearest a configuration."""
-    q = turned_inside(search.robot, found.q, near)
-    errors = search.errors(q)
-    return found._replace(
-        q=q,
-        position_error=errors[0],
-        orientation_error=errors[1],
-        converged=search.within(*errors),
+    distance, angle, within = _on_point(search, [*beyond, *inside], near)
+    sentence = _missed(search, least, (distance, angle, within), units)
+    if square(closest) > (1.0 + AS_NEAR) ** 2 * square(least):
+        sentence += _inside(closest, held, units)
+    else:
+        held, sentence = (), f"{sentence}; no joint limit makes it worse"
+    raise UnreachablePoseError(
+        waypoint,
+        sentence,
+        position_shortfall=least.position_error,
+        orientation_shortfall=least.orientation_error,
+        point_shortfall=distance,
+        angle_at_point=angle,
+        held=held,
+        **data,
     )
 
 
@@ -128,112 +143,71 @@ def _refuse_tolerance(
     )
 
 
-def _outside_limits(
-    search: PoseSearch,
-    solutions: list[LocalSolution],
-    closest: LocalSolution,
-    near: FloatArray,
-    place: tuple[str, str],
-    units: Units,
-) -> OutsideLimitsError:
-    robot = search.robot
+def _least_outside(
+    robot: Robot, solutions: list[FloatArray], near: FloatArray
+) -> list[tuple[str, float, float, float]]:
+    """Joints outside their limits at the solution least outside, with their values and limits."""
     lower, upper = limits_of(robot)
-    turned = [nearest_turns(robot, s.q, near) for s in solutions]
 
     def excess(q: FloatArray) -> FloatArray:
-        beyond: FloatArray = np.maximum(lower - q, q - upper)
-        return np.maximum(beyond, 0.0)
+        return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0.0))
 
-    best = min(turned, key=lambda q: (float(excess(q).sum()), float(np.linalg.norm(q - near))))
+    best = min(solutions, key=lambda q: (float(excess(q).sum()), float(np.linalg.norm(q - near))))
     over = excess(best)
     # A joint beyond by no more than rounding is not reported as outside, if another is.
-    joints = [
+    return [
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
         for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
     ]
-    kinds = dict(zip(robot.joint_names, robot.joint_units, strict=True))
 
-    def beyond(name: str, value: float, low: float, high: float) -> str:
-        kind, by = kinds[name], max(low - value, value - high)
+
+def _joints_outside(
+    robot: Robot, joints: list[tuple[str, float, float, float]], units: Units
+) -> str:
+    parts = []
+    for name, value, low, high in joints:
+        kind = robot.joint_units[robot.joint_names.index(name)]
+        by = max(low - value, value - high)
         range_ = ", ".join(f"{units.shown(limit, kind)[0]:.6g}" for limit in (low, high))
         # so little would not be seen in the digits
         excess = f" by {units.text(by, kind, '.3g')}" if by < 1e-4 else ""
-        return f"{name} at {units.text(value, kind)}, outside [{range_}]{excess}"
-
-    sentence = "; ".join(beyond(*joint) for joint in joints)
-    held = _held(search, closest)
-    return OutsideLimitsError(
-        place[0],
-        f"the pose is reachable only outside the joint limits: the solution found that is least "
-        f"outside has {sentence}{_inside(closest, held, units)}",
-        joints=joints,
-        closest=closest.q.tolist(),
-        closest_distance=closest.position_error,
-        closest_angle=closest.orientation_error,
-        held=held,
-        where=place[1],
-    )
+        parts.append(f"{name} at {units.text(value, kind)}, outside [{range_}]{excess}")
+    return "; ".join(parts)
 
 
-def _unreachable(
+def _missed(
     search: PoseSearch,
     least: LocalSolution,
-    closest: LocalSolution,
-    found: list[LocalSolution],
-    near: FloatArray,
-    place: tuple[str, str],
+    point: tuple[float, float | None, bool],
     units: Units,
-) -> UnreachablePoseError:
-    point = _on_point(search, found, near)
-    there = f"{_length(least.position_error, units)} and {_angle(least.orientation_error, units)}"
-    if point.angle is None:
-        sentence = (
+) -> str:
+    """How far the pose is out of reach; `point` is what `_on_point` gives."""
+    distance, angle, inside = point
+    there = _miss(least, units)
+    if angle is None:
+        return (
             "the pose is out of reach: the nearest point found is "
-            f"{_length(point.distance, units)} away in any orientation, the closest pose {there}"
+            f"{_length(distance, units)} away in any orientation, the closest pose {there}"
         )
-    else:
-        but = ", but" if point.inside else " only outside the joint limits, and"
-        sentence = (
-            f"the point is reachable{but} not in this orientation: on the point the nearest found "
-            f"is off by {_angle(point.angle, units)}"
-        )
-        if not search.within(least.position_error, 0.0):
-            sentence += f"; the closest pose found is {there} away"
-    worse = hypot(*closest[1:3]) > (1.0 + AS_NEAR) * hypot(*least[1:3])
-    held = _held(search, closest) if worse else ()
-    sentence += _inside(closest, held, units) if worse else "; no joint limit makes it worse"
-    return UnreachablePoseError(
-        place[0],
-        sentence,
-        position_shortfall=least.position_error,
-        orientation_shortfall=least.orientation_error,
-        point_shortfall=point.distance,
-        angle_at_point=point.angle,
-        closest=closest.q.tolist(),
-        closest_distance=closest.position_error,
-        closest_angle=closest.orientation_error,
-        held=held,
-        where=place[1],
+    but = ", but" if inside else " only outside the joint limits, and"
+    sentence = (
+        f"the point is reachable{but} not in this orientation: on the point the nearest found "
+        f"is off by {_angle(angle, units)}"
     )
+    if search.within(least.position_error, 0.0):
+        return sentence
+    return f"{sentence}; the closest pose found is {there} away"
 
 
-@dataclass(frozen=True)
-class _Point:
-    """The approach to the point in any orientation.
+def _on_point(
+    search: PoseSearch, found: list[LocalSolution], near: FloatArray
+) -> tuple[float, float | None, bool]:
+    """Bring the TCP to the point and then turn the tool, inside the limits if that is possible.
 
-    Attributes:
-        distance: Distance left [m].
-        angle: Angle left on the point [rad]; `None` where the TCP doesn't get there.
-        inside: Whether it gets there inside the limits.
+    Returns:
+        Distance left [m]; angle left on the point [rad], `None` where the TCP does not get there;
+        and whether it gets there inside the limits.
     """
-
-    distance: float
-    angle: float | None
-    inside: bool
-
-
-def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) -> _Point:
-    """Bring the TCP to the point and then turn the tool, inside the limits if that is possible."""
     robot = search.robot
     point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
     turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
@@ -251,25 +225,28 @@ def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) 
             refined = [come_close(turned, q, limits).q for q in first]
             at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
-            return _Point(best.position_error, best.orientation_error, inside)
+            return best.position_error, best.orientation_error, inside
     nearest = (come_close(point, s.q, choices[-1][1]) for s in found)
-    return _Point(min(s.position_error for s in nearest), None, False)
+    return min(s.position_error for s in nearest), None, False
 
 
 def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
     """Joints at a limit that would have to go on."""
     robot = search.robot
-    margin = HELD * hypot(closest.position_error, closest.orientation_error)
+    margin = HELD * square(closest) ** 0.5
     held = held_joints(closest.q, search.gradient(closest.q), limits_of(robot), margin)
     return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 
 def _inside(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
-    left = (
-        f"{_length(closest.position_error, units)} and {_angle(closest.orientation_error, units)}"
-    )
+    left = _miss(closest, units)
     sentence = f"; at the closest pose found inside the limits {left} are left"
     return f"{sentence}, held back by the limits of {', '.join(held)}" if held else sentence
+
+
+def _miss(solution: LocalSolution, units: Units) -> str:
+    length, angle = solution.position_error, solution.orientation_error
+    return f"{_length(length, units)} and {_angle(angle, units)}"
 
 
 def _length(value: float, units: Units) -> str:

@@ -14,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.distinct import distinct
+from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.kinematics.following.limiting_constraint import (
+    AT_LIMIT,
     LimitingConstraint,
     Steps,
+    fastest,
     limiting_constraint,
 )
 from knotwork.kinematics.following.steps import Stages, moved
-from knotwork.kinematics.following.within_limits import inside_range, slow_enough
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
@@ -87,11 +89,14 @@ class Continuation(NamedTuple):
             Shape (k,). `limiting_constraint` names the reason for the others.
         """
         leads = np.isinf(self.lost)
-        result = leads[starts]
-        result[result] = inside_range(robot, self.position[:, starts[result]], turns[result])
-        own = distinct(starts[result])
-        leads[own] = slow_enough(robot, self.time, self.position[:, own], self.velocity[:, own])
-        return np.asarray(result & leads[starts])
+        speeds = fastest(self.time, self.position[:, leads], self.velocity[:, leads])
+        use = speeds.max(axis=0) / np.minimum(robot.velocity_limit, FASTEST_JOINT)
+        leads[leads] = (use <= 1.0 + AT_LIMIT).all(axis=1)
+        lower, upper = (bound - turns for bound in limits_of(robot))
+        most, least = self.position.max(axis=0)[starts], self.position.min(axis=0)[starts]
+        with np.errstate(invalid="ignore"):
+            inside = (np.maximum(most - upper, lower - least) <= AT_LIMIT).all(axis=1)
+        return np.asarray(leads[starts] & inside)
 
     def limiting_constraint(
         self, robot: Robot, start: int, turns: FloatArray
@@ -142,10 +147,11 @@ def continue_along(
     for start, end in pairwise(stops):
         now = float(start)
         least = min(_piece_duration(path, 0.5 * (start + end)) / LEAST_STEPS, end - start)
-        v = _velocities(field, path, q, now, "right")
-        fastest = float(np.nanmax(np.abs(v), initial=0.0))
+        stage = Stages.of(path, np.array([now]), 0.5 * (now + float(end)))
+        v = _velocities(field, q, stage.twist[0], float(stage.share[0]))
+        most = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
-            h = min(least, step / fastest) if fastest else least
+            h = min(least, step / most) if most else least
             h, when = _next_times(now, float(end), h)
             stages = Stages.of(path, when, 0.5 * (now + float(when[-1])))
             for k in range(0, len(when) - 1, 2):
@@ -153,17 +159,17 @@ def continue_along(
                 end_of = moved(field, path, limit, q[alive], v[alive], stages[k : k + 3])
                 far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
                 if far > TOO_FAR * step:
-                    fastest = max(far / h, fastest)
+                    most = max(far / h, most)
                     break  # joints became faster on the way: shorter steps from here
                 steps.append((float(when[k]), q.copy(), v))
                 q[alive] = end_of.q
                 gone = np.isnan(end_of.q).any(axis=1)
                 lost[alive[gone]] = end_of.reached[gone]
                 smallest_lost[alive[gone]] = end_of.smallest[gone]
-                v = _finite_velocities(field, q, stages.twist[k + 2], float(stages.share[k + 2]))
+                v = _velocities(field, q, stages.twist[k + 2], float(stages.share[k + 2]))
                 now = float(when[k + 2])
-                fastest = float(np.nanmax(np.abs(v), initial=0.0))
-                if h * fastest > SLACK * step:
+                most = float(np.nanmax(np.abs(v), initial=0.0))
+                if h * most > SLACK * step:
                     break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v))
         result[times == end] = q
@@ -190,31 +196,13 @@ def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time))
 
 
-def _velocities(
-    field: JointField, path: TimedPath, q: FloatArray, time: float, side: str
-) -> FloatArray:
+def _velocities(field: JointField, q: FloatArray, twist: FloatArray, share: float) -> FloatArray:
     """Joint velocities; NaN for starts that lead no further."""
-    (twist,), (share,) = _demand(path, np.array([time]), time, side)
-    return _finite_velocities(field, q, twist, share)
-
-
-def _finite_velocities(
-    field: JointField, q: FloatArray, twist: FloatArray, share: float
-) -> FloatArray:
     v = np.full(q.shape, np.nan)
     alive = np.flatnonzero(np.isfinite(q).all(axis=1))
     if alive.size:
         v[alive] = field.velocities(q[alive], twist, share)
     return v
-
-
-def _demand(
-    path: TimedPath, t: FloatArray, at: FloatArray | float, side: str
-) -> tuple[FloatArray, FloatArray]:
-    """Twists of the tool, and the part of the path's full speed that it has."""
-    twist = path.state(t, at=at, side=side)[2]
-    speed = np.linalg.norm(twist[:, :3], axis=1)
-    return twist, speed / path.full_speed
 
 
 def velocity_on_path(
@@ -223,7 +211,7 @@ def velocity_on_path(
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
     side = "left" if time >= path.end_time else "right"
     time = min(max(time, path.start_time), path.end_time)
-    v = JointField(robot, pull).velocities(q[None], *_demand(path, np.array([time]), time, side))
+    v, _ = accelerations(robot, path, q[None], np.array([time]), side, pull=pull)
     return np.asarray(v[0])
 
 

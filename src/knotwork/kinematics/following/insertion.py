@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from knotwork.distinct import distinct
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance, check_tolerance, proved_use
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray
@@ -33,7 +33,7 @@ EVEN_ROUNDS = 3
 SHORTEST = 1e-5
 # Breaks of a path nearer to each other than this are one [s]: between waypoints that are, what
 # rounds the joint positions would be a jerk and an acceleration.
-ONE_BREAK = 1e-4
+ONE_BREAK = 2e-4
 
 
 class FollowedPath(NamedTuple):
@@ -78,18 +78,13 @@ def with_waypoints_inserted(
     followed = one.evenly(_ends(path, [] if times is None else times))
     # not sooner: of fewer waypoints near a singularity a curve is rounded far more
     check_tolerance(joints.robot, one.curve(followed), path, tolerance)
-    stretches = np.arange(len(path.timing.speeds))
     while True:
-        followed = one.sampled(followed)
-        use = proved_use(
-            joints.robot, one.curve(followed), path, tolerance, followed.time, stretches.tolist()
-        )
+        use = one.use(followed)
+        if (use <= 1.0).all():
+            curve = one.curve(followed)
+            use = proved_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
-        middle = 0.5 * (followed.time[1:] + followed.time[:-1])[use > 1.0]
-        stretches = distinct(
-            np.searchsorted(path.start_time + path.timing.times[1:-1], middle, "right")
-        )
         followed = one.divided(followed, use)
 
 
@@ -130,14 +125,6 @@ class _Insertion:
             wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
             followed = self.at(np.append(np.concatenate(wanted), ends[-1]))
         return followed
-
-    def sampled(self, followed: FollowedPath) -> FollowedPath:
-        """Insert waypoints where they are needed, as next to a jump of the curvature."""
-        while True:
-            use = self.use(followed)
-            if (use <= 1.0).all():
-                return followed
-            followed = self.divided(followed, use)
 
     def divided(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
         """Halve the intervals that use more than the whole of the tolerances."""

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle
-from knotwork.kinematics.chain.velocity import joint_scales
+from knotwork.kinematics.chain.velocity import joint_scales, solve_velocities
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 # The tool is brought back onto the path to within this [m, rad].
 ON_PATH = 1e-11
 CORRECTIONS = 6
-# A square Jacobian is inverted where its condition number is below this.
-WELL_CONDITIONED = 1e7
 
 
 class JointField:
@@ -30,9 +26,9 @@ class JointField:
     """
 
     def __init__(self, robot: Robot, pull: float = 0.0) -> None:
-        self.axes, self.scale = joint_axes(robot), joint_scales(robot)
+        self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
         limits = limits_of(robot)
-        self.pull = np.where(np.isfinite(limits).all(axis=0), pull, 0.0)
+        self.pull = np.where(np.isfinite(limits).all(axis=0), pull if robot.dof > 6 else 0.0, 0.0)
         self.middle = middle(limits)
 
     def velocities(self, q: FloatArray, twist: FloatArray, share: ArrayLike = 1.0) -> FloatArray:
@@ -44,13 +40,10 @@ class JointField:
             share: Part of its full speed that the tool has, so that self-motion rests where the
                 tool does; a number, or shape (n,).
         """
-        J = self.axes.jacobians(q) * self.scale
-        w, across = _solved(J, np.broadcast_to(twist, (len(q), 6)))
-        if across is not None and self.pull.any():
-            free = np.multiply.outer(np.asarray(share), np.ones(1)) * self.pull
-            free = free * (self.middle - q) / self.scale
-            w += free - np.einsum("nkd,nk->nd", across, np.einsum("nkd,nd->nk", across, free))
-        return np.asarray(w * self.scale)
+        rest = None
+        if self.pull.any():
+            rest = np.multiply.outer(share, np.ones(1)) * self.pull * (self.middle - q)
+        return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest)[0]
 
     def smallest(self, q: FloatArray) -> FloatArray:
         """Smallest singular values, shape (n,); NaN where positions are."""
@@ -83,23 +76,5 @@ class JointField:
             # stop where it is on the path, and where rounding lets it come no nearer
             if (error <= ON_PATH).all() or not (error < 0.5 * before).any():
                 break
-            q = q + _solved(J.transpose(2, 0, 1) * self.scale, twist.T)[0] * self.scale
+            q = q + solve_velocities(self.robot, J.transpose(2, 0, 1), twist.T)[0]
         return q, error
-
-
-def _solved(J: FloatArray, twist: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-    """Least joint velocities for twists, shape (n, d), and a basis of what moves the tool.
-
-    The basis is `None` where each Jacobian is square and far from singular: all joints move it.
-    """
-    if J.shape[1] == J.shape[2]:
-        with contextlib.suppress(np.linalg.LinAlgError):
-            inverse = np.linalg.inv(J)
-            # the product bounds the condition number
-            size = (J * J).sum(axis=(1, 2)) * (inverse * inverse).sum(axis=(1, 2))
-            if (size < WELL_CONDITIONED**2).all():
-                return (inverse @ twist[:, :, None])[:, :, 0], None
-    U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    part = np.einsum("nik,ni->nk", U, twist)
-    part *= np.where(s > 1e-12 * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
-    return np.einsum("nkd,nk->nd", Vt, part), Vt

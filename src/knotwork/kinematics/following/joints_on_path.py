@@ -15,13 +15,13 @@ from knotwork.kinematics.following.continuation import (
 )
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.kinematics.following.limiting_constraint import (
+    AT_LIMIT,
     LimitingConstraint,
     Steps,
     following_error,
     limiting_constraint,
 )
 from knotwork.kinematics.following.steps import LOST, STRAY
-from knotwork.kinematics.following.within_limits import AT_LIMIT
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.robot import Robot
@@ -97,10 +97,10 @@ class JointsOnPath:
         pairs = np.column_stack((steps, steps + 1)).ravel()
         time, q, v = found.time[pairs], found.position[pairs, 0], found.velocity[pairs, 0]
         a = np.empty(q.shape)
-        for side, own in (("right", slice(0, None, 2)), ("left", slice(1, None, 2))):
-            a[own] = accelerations(self.robot, self.path, q[own], time[own], side, pull=self.pull)[
-                1
-            ]
+        for own, side in enumerate(("right", "left")):
+            _, a[own::2] = accelerations(
+                self.robot, self.path, q[own::2], time[own::2], side, pull=self.pull
+            )
         return two_point_coefficients(time, (q, v, a))[:, ::2]
 
     def check(self) -> None:

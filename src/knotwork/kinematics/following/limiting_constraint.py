@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
-from knotwork.kinematics.following.within_limits import AT_LIMIT, fastest, mean_velocities
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.units import SI, Units
@@ -23,6 +21,8 @@ from knotwork.waypoints import FloatArray
 SINGULAR = 0.01
 # The speed advised leaves this margin: joints are a little faster on the curve than on the path.
 ROOM = 0.999
+# A limit is broken beyond this part of it, so that rounding does not decide [rad or m, relative].
+AT_LIMIT = 1e-9
 
 
 class LimitingConstraint(NamedTuple):
@@ -94,24 +94,6 @@ class Steps(NamedTuple):
     smallest: FloatArray
     full: NDArray[np.bool_]
 
-    def position(self, i: int, j: int, u: float) -> float:
-        """Of joint j a part u of the way from step i to the next, by the cubic between them."""
-        h = self.time[i + 1] - self.time[i]
-        p, m = self.q[i : i + 2, j], h * self.v[i : i + 2, j]
-        w = 1.0 - u
-        return float(
-            p[0] * w * w * (1.0 + 2.0 * u)
-            + p[1] * u * u * (1.0 + 2.0 * w)
-            + u * w * (m[0] * w - m[1] * u)
-        )
-
-    def speed(self, i: int, j: int, u: float) -> float:
-        """The derivative of the cubic, without its sign."""
-        v = self.v[i : i + 2, j]
-        mean = mean_velocities(self.time[i : i + 2], self.q[i : i + 2, j], v)[0]
-        bulge = mean - 0.5 * (v[0] + v[1])
-        return float(abs(v[0] + (v[1] - v[0]) * u + 6.0 * u * (1.0 - u) * bulge))
-
 
 def limiting_constraint(
     robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = AT_LIMIT
@@ -141,17 +123,14 @@ def limiting_constraint(
 def _beyond_range(robot: Robot, steps: Steps, slack: float) -> LimitingConstraint | None:
     lower, upper = (bound - steps.turns for bound in limits_of(robot))
     over = np.maximum(steps.q - upper, lower - steps.q)
-    beyond = over > slack
-    when = np.flatnonzero(beyond.any(axis=1))
-    if not when.size:
+    beyond = (over > slack).any(axis=1)
+    if not beyond.any():
         return None
-    i = int(when[0])
-
-    def crossing(j: int) -> float:
-        sign, bound = (1.0, upper[j]) if steps.q[i, j] > upper[j] else (-1.0, lower[j])
-        return _first(steps.time, i, 1.0, lambda u: sign * (steps.position(i - 1, j, u) - bound))
-
-    time, j = _earliest(beyond[i], crossing)
+    i = int(beyond.argmax())
+    side = np.where(steps.q[i] > upper, upper, lower)
+    time, j = float(steps.time[i]), int(over[i].argmax())
+    if i and not (over[i - 1] > 0.0).any():
+        time, j = _begin(steps, i - 1, over[i] > slack, side, 0)
     k = int(np.nanargmax(over[:, j]))
     bound = limits_of(robot)[1 if steps.q[k, j] > upper[j] else 0][j]
     value = float(steps.q[k, j] + steps.turns[j])
@@ -162,29 +141,62 @@ def _too_fast(
     robot: Robot, steps: Steps, to_the_end: bool, slack: float
 ) -> LimitingConstraint | None:
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
-    speeds, where = fastest(steps.time, steps.q, steps.v)
+    speeds = fastest(steps.time, steps.q, steps.v)
     use = speeds / limit
-    beyond = use > 1.0 + slack
-    when = np.flatnonzero(beyond.any(axis=1))
-    if not when.size:
+    beyond = (use > 1.0 + slack).any(axis=1)
+    if not beyond.any():
         return None
-    i = int(when[0]) + 1
-
-    def crossing(j: int) -> float:
-        return _first(
-            steps.time,
-            i,
-            float(where[i - 1, j]),
-            lambda u: steps.speed(i - 1, j, u) - limit[j],
-        )
-
-    time, j = _earliest(beyond[i - 1], crossing)
+    i = int(beyond.argmax())
+    time, j = float(steps.time[i]), int(use[i].argmax())
+    if not (np.abs(steps.v[i]) > limit).any():
+        time, j = _begin(steps, i, use[i] > 1.0 + slack, limit, 1)
     k = int(np.nanargmax(use[:, j]))
     part = _part_of_speed(use.max(axis=1), steps.full) if to_the_end else None
     smallest = float(np.nanmin(steps.smallest[k : k + 2]))
     return LimitingConstraint(
         "velocity limit", time, j, float(speeds[k, j]), float(limit[j]), smallest, part
     )
+
+
+def _begin(steps: Steps, i: int, beyond: Any, bound: FloatArray, nu: int) -> tuple[float, int]:
+    """When the first of some joints comes to a bound after a step, and which.
+
+    Args:
+        steps: Cubics lead from each to the next.
+        i: The step.
+        beyond: Whether joints are beyond the bound before the next step or there, shape (d,).
+        bound: Of positions or, whatever their direction, of velocities, shape (d,).
+        nu: Of positions 0, of velocities 1.
+    """
+    from numpy.polynomial import Polynomial
+
+    start, h = float(steps.time[i]), float(steps.time[i + 1] - steps.time[i])
+    first = np.inf, 0
+    for j in np.flatnonzero(beyond).tolist():
+        (a, b), (v, w) = steps.q[i : i + 2, j], h * steps.v[i : i + 2, j]
+        value = Polynomial([a, v, 3.0 * (b - a) - 2.0 * v - w, v + w - 2.0 * (b - a)]).deriv(nu)
+        over = value**2 - (h * bound[j]) ** 2 if nu else value - bound[j]
+        roots = over.roots()
+        real = roots.real[(abs(roots.imag) < 1e-9) & (roots.real >= 0.0) & (roots.real <= 1.0)]
+        first = min(first, (start + h * float(real.min(initial=1.0)), j))
+    return first
+
+
+def fastest(time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Greatest speeds of cubics from each step to the next, shape (n - 1, ...).
+
+    Args:
+        time: Of n steps [s], shape (n,).
+        q: Joint positions then, shape (n, ...); NaN where they are not known, and speeds -1.
+        v: Joint velocities then, likewise.
+    """
+    h, v, w = np.diff(time).reshape(-1, *np.ones(q.ndim - 1, dtype=int)), v[:-1], v[1:]
+    means = np.where(h > 0.0, np.diff(q, axis=0) / np.where(h > 0.0, h, 1.0), 0.5 * (v + w))
+    bulge = 6.0 * (means - 0.5 * (v + w))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.clip(np.nan_to_num(0.5 + 0.5 * (w - v) / bulge), 0.0, 1.0)
+    inner = v + (w - v) * u + u * (1.0 - u) * bulge
+    return np.asarray(np.nan_to_num(np.abs([v, w, inner]), nan=-1.0).max(axis=0))
 
 
 def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
@@ -206,26 +218,6 @@ def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
         return None
     unit = 10.0 ** (math.floor(math.log10(part)) - 1)
     return float(f"{math.floor(part / unit) * unit:.2g}")
-
-
-def _earliest(beyond: NDArray[np.bool_], crossing: Callable[[int], float]) -> tuple[float, int]:
-    return min((crossing(int(j)), int(j)) for j in np.flatnonzero(beyond))
-
-
-def _first(time: FloatArray, i: int, most: float, over: Callable[[float], float]) -> float:
-    """When something comes to zero between step i - 1 and a part of the way to step i.
-
-    If it is above zero at step i - 1 already, that is when.
-    """
-    if i == 0 or time[i] == time[i - 1]:
-        return float(time[i])
-    low, high = 0.0, most
-    if over(low) > 0.0:
-        return float(time[i - 1])
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if over(middle) > 0.0 else (middle, high)
-    return float(time[i - 1] + high * (time[i] - time[i - 1]))
 
 
 def following_error(

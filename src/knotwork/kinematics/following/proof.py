@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -63,7 +62,6 @@ def proved_use(
     path: TimedPath,
     tolerance: PathTolerance,
     times: FloatArray,
-    stretches: Iterable[int],
 ) -> FloatArray:
     """The part of the tolerances that a motion is proved to use at most between its waypoints.
 
@@ -75,16 +73,14 @@ def proved_use(
         path: Poses of the tool over time.
         tolerance: What they are parts of.
         times: Of the waypoints, ends of stretches among them [s], shape (k,).
-        stretches: Which stretches of the path's timing to look at, by index.
 
     Returns:
-        Parts, above 1 where nothing is proved, shape (k - 1,); zero on other stretches.
+        Parts, above 1 where nothing is proved, shape (k - 1,).
     """
     use = np.zeros(len(times) - 1)
     part = 1.0 - NARROWER
     timing, start = path.timing, path.start_time
-    for i in stretches:
-        speed = float(timing.speeds[i])
+    for i, speed in enumerate(timing.speeds.tolist()):
         limits = PathLimits(
             part * tolerance.position, part * tolerance.orientation, part * tolerance.speed * speed
         )

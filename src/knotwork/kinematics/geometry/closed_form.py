@@ -13,15 +13,14 @@ Arrays have shape (n, 8, ...): poses and the eight ways to choose shoulder, wris
 from __future__ import annotations
 
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import BoolArray
 from knotwork.kinematics.geometry.configuration_flags import geometry
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, kept_with, pose_errors
 from knotwork.waypoints import FloatArray
 
 # An equation's two angles are apart, or out of reach, by a sine of this, for the shoulder by this
@@ -154,16 +153,10 @@ class _Equations:
         q[..., 2] = self.senses[2] * elbow
 
 
-_EQUATIONS: WeakKeyDictionary[Robot, list[_Equations | None]] = WeakKeyDictionary()
-
-
+@kept_with
 def _equations(robot: Robot) -> _Equations | None:
-    """The equations of a robot, kept for as long as the robot is."""
-    if robot not in _EQUATIONS:
-        found = geometry(robot)
-        made = None if found is None else _Equations(robot, found.parallel, found.centre)
-        _EQUATIONS[robot] = [made]
-    return _EQUATIONS[robot][0]
+    found = geometry(robot)
+    return None if found is None else _Equations(robot, found.parallel, found.centre)
 
 
 def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:

@@ -16,13 +16,12 @@ Axis 1 is taken in that of its directions that points along z of the base frame.
 from __future__ import annotations
 
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_axes import JointAxes, joint_axes
 from knotwork.kinematics.chain.joint_ranges import low_discrepancy
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import JointAxes, joint_axes, kept_with
 from knotwork.waypoints import FloatArray
 
 FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
@@ -47,17 +46,9 @@ class Geometry(NamedTuple):
     centre: FloatArray
 
 
-_GEOMETRIES: WeakKeyDictionary[Robot, list[Geometry | None]] = WeakKeyDictionary()
-
-
+@kept_with
 def geometry(robot: Robot) -> Geometry | None:
     """The geometry of an arm that the flags are defined for, or `None`."""
-    if robot not in _GEOMETRIES:
-        _GEOMETRIES[robot] = [_find(robot)]
-    return _GEOMETRIES[robot][0]
-
-
-def _find(robot: Robot) -> Geometry | None:
     if robot.dof != 6:
         return None
     chain = joint_axes(robot)

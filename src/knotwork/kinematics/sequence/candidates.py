@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
@@ -17,13 +16,12 @@ from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearn
 from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
+from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# The search for branches starts afresh at every n-th waypoint; between, it starts from those of
-# the neighbouring waypoints.
-ANCHOR_EVERY = 8
 # Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
 RESIDUAL = 1e-7
 # Samples of a self-motion.
@@ -80,12 +78,8 @@ def find_candidates(
     if not waypoints:
         return []
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
-    missed = joint_axes(robot).certain_miss(targets.position) > TOLERANCE
-    for i in np.flatnonzero(missed).tolist():
-        # says so before others are solved
-        nearest_candidate(robot, waypoints[i], references[i], units)
     redundant = robot.dof > 6
-    found = _tracked(robot, targets) if redundant else _branches(robot, targets)
+    found = _tracked(robot, targets) if redundant else find_branches(robot, targets)
     copied: list[tuple[list[FloatArray], bool]] = []
     before: FloatArray | None = None
     for i, (waypoint, solutions, reference) in enumerate(
@@ -101,8 +95,6 @@ def find_candidates(
                 solutions = distinct(robot, targets.take([i]), both)
         kept = turned_within_limits(search, solutions)
         if free and not redundant:
-            from knotwork.kinematics.solutions.self_motion import farthest_apart
-
             kept = farthest_apart(robot, kept, SPREAD)
         if not free:
             # The order decides ties, and must not hang on which search came to which solution.
@@ -146,23 +138,8 @@ def _solution(
     ).q
 
 
-def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """All branches at each pose: at some of them afresh, at the others from those."""
-    n = len(targets)
-    anchors = sorted({*range(0, n, ANCHOR_EVERY), n - 1})
-    found = dict(zip(anchors, find_branches(robot, targets.take(anchors)), strict=True))
-    others = [i for i in range(n) if i not in found]
-    if others:
-        nearest = [min(anchors, key=lambda k: (abs(k - i), k)) for i in others]
-        known = [found[k][:MOST_BRANCHES] for k in nearest]
-        found |= zip(others, find_branches(robot, targets.take(others), known), strict=True)
-    return [found[i] for i in range(n)]
-
-
 def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Samples of the self-motion at each pose, and where those of the pose before lead."""
-    from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
-
     fresh = [farthest_apart(robot, q, SPREAD) for q in sample_self_motion(robot, targets)]
     found = [fresh[0]]
     for i in range(1, len(targets)):

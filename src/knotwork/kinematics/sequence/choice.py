@@ -48,18 +48,26 @@ def choose_sequence(layers: list[Layer], durations: FloatArray, rules: Rules) ->
         durations: Time between them [s], shape (n - 1,).
         rules: What steps cost.
     """
-    states = reach(layers, durations, rules, _greedy_cost(layers, durations, rules))
+    greedy = reach(layers, durations, rules, greedy=True)
+    whole = len(greedy) == len(layers)
+    bound = greedy[-1].layer.cost.take(0) if whole else UNBOUNDED
+    states = reach(layers, durations, rules, bound)
     if len(states) < len(layers):
         return Sequence((), np.empty((0, len(rules.speed))), UNBOUNDED, blocked=len(states))
-    last = int(states[-1].cost.first_least())
+    last = int(states[-1].layer.cost.first_least())
     rows = way_to(states, last)
     index = tuple(int(s.index[row]) for s, row in zip(states, rows, strict=True))
-    q = np.array([s.q[row] for s, row in zip(states, rows, strict=True)])
-    return Sequence(index, q, states[-1].cost.take(last))
+    q = np.array([s.layer.q[row] for s, row in zip(states, rows, strict=True)])
+    return Sequence(index, q, states[-1].layer.cost.take(last))
 
 
 def reach(
-    layers: list[Layer], durations: FloatArray, rules: Rules, bound: Cost = UNBOUNDED
+    layers: list[Layer],
+    durations: FloatArray,
+    rules: Rules,
+    bound: Cost = UNBOUNDED,
+    *,
+    greedy: bool = False,
 ) -> list[Reached]:
     """Find the cheapest way to each candidate of each layer.
 
@@ -68,6 +76,7 @@ def reach(
         durations: Time between them [s], shape (n - 1,).
         rules: What steps cost.
         bound: Candidates that no way passes that costs so little are left out.
+        greedy: Of each layer keep the cheapest candidate alone.
 
     Returns:
         A state for each layer; fewer where nothing allowed leads on.
@@ -75,20 +84,22 @@ def reach(
     onward = _least_onward(layers, rules)
     first = layers[0]
     kept = np.flatnonzero(first.cost.plus(onward[0]).within(bound))
-    state = _start(first.take(kept), kept)
-    states = [state]
+    if greedy:
+        kept = np.array([first.cost.first_least()])
+    states = [Reached(first.take(kept), kept, np.zeros(len(kept), dtype=int))]
     for i, (layer, duration) in enumerate(zip(layers[1:], durations, strict=True)):
-        steps, turns = step_costs(rules, state, layer, float(duration), i)
-        total = state.cost.take((slice(None), None)).plus(steps)
-        came = total.first_least()
+        before = states[-1].layer
+        steps, turns = step_costs(rules, before, layer, float(duration), i)
+        came = before.cost.take((slice(None), None)).plus(steps).first_least()
         step = steps.take((came, np.arange(len(came))))
-        cost = state.cost.take(came).plus(step).plus(layer.cost)
+        cost = before.cost.take(came).plus(step).plus(layer.cost)
         inside = cost.plus(onward[i + 1]).within(bound) & np.isfinite(cost.impossible)
         kept = np.flatnonzero(inside)
+        if greedy and kept.size:
+            kept = kept[[cost.take(kept).first_least()]]
         if not kept.size:
             break
-        state = _moved(state, layer, cost, came, kept, turns, rules)
-        states.append(state)
+        states.append(_moved(before, layer, cost, came[kept], kept, turns, rules))
     return states
 
 
@@ -115,15 +126,8 @@ def _once(q: FloatArray) -> FloatArray:
     return np.asarray(q[np.unique(rows, return_index=True)[1]])
 
 
-def _start(first: Layer, index: Any) -> Reached:
-    came = np.zeros(len(index), dtype=int)
-    return Reached(
-        first.cost, first.q, first.flags, first.weight, index, came, first.velocity, first.way
-    )
-
-
 def _moved(
-    state: Reached,
+    before: Layer,
     layer: Layer,
     cost: Cost,
     came: Any,
@@ -132,17 +136,13 @@ def _moved(
     rules: Rules,
 ) -> Reached:
     """The candidates kept of a layer, each reached the cheapest way."""
-    came = came[kept]
-    q = layer.q[kept]
+    taken = layer.take(kept)
     if not layer.fixed:
         for row, j in enumerate(np.flatnonzero(rules.unbounded)):
-            q[:, j] = state.q[came, j] + turns[row][came, kept]
+            taken.q[:, j] = before.q[came, j] + turns[row][came, kept]
     # On a singularity a branch has no flag of its own, and keeps that of the way to it.
-    flags = np.where(layer.flags[kept] == 0.0, state.flags[came], layer.flags[kept])
-    velocity = None if layer.velocity is None else layer.velocity[kept]
-    cost = cost.take(kept).without_zeros()
-    way = None if layer.way is None else layer.way[kept]
-    return Reached(cost, q, flags, layer.weight[kept], kept, came, velocity, way)
+    flags = np.where(taken.flags == 0.0, before.flags[came], taken.flags)
+    return Reached(taken._replace(cost=cost.take(kept).without_zeros(), flags=flags), kept, came)
 
 
 def way_to(states: list[Reached], row: int) -> list[int]:
@@ -164,17 +164,3 @@ def positions_of(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> F
         elif not layers[i].fixed:
             q[i] = np.where(rules.unbounded, q[i] - whole_turns(q[i] - q[i - 1]), q[i])
     return q
-
-
-def _greedy_cost(layers: list[Layer], durations: FloatArray, rules: Rules) -> Cost:
-    """Cost of going from each waypoint to the candidate that is cheapest next."""
-    k = layers[0].cost.first_least()
-    total = layers[0].cost.take(k)
-    state = _start(layers[0].take([k]), [k])
-    for i, (layer, duration) in enumerate(zip(layers[1:], durations, strict=True)):
-        steps, turns = step_costs(rules, state, layer, float(duration), i)
-        cost = steps.take(0).plus(layer.cost)
-        k = cost.first_least()
-        total = total.plus(cost.take(k))
-        state = _moved(state, layer, cost, np.zeros(len(layer.q), int), [k], turns, rules)
-    return total

@@ -93,11 +93,11 @@ def _travel(
     costs = []
     for i, duration in enumerate(durations):
         layer = layers[i + 1].take(states[i + 1].index)
-        step, _ = step_costs(rules, states[i], layer, float(duration), i)
+        step, _ = step_costs(rules, states[i].layer, layer, float(duration), i)
         costs.append(step.plus(layer.cost))
     shapes = [cost.travel.shape for cost in costs]
     allowed = [np.ones(shape, dtype=bool) for shape in shapes]
-    start = states[0].cost
+    start = states[0].layer.cost
     for level in range(len(start) - 2):
         if not (np.ndim(start[level]) or any(np.ndim(cost[level]) for cost in costs)):
             continue

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import BoolArray
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 # Nearer than this to a limit [rad or m] or with a singular value below, travel counts for more, up

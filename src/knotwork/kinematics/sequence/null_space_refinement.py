@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Rules, likely_durations
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SWEEPS = 12

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,16 +122,8 @@ class Layer(NamedTuple):
 
     def take(self, index: Any) -> Layer:
         """Those candidates of the given indices."""
-        return Layer(
-            self.q[index],
-            self.cost.take(index).without_zeros(),
-            self.weight[index],
-            self.flags[index],
-            self.fixed,
-            None if self.velocity is None else self.velocity[index],
-            None if self.way is None else self.way[index],
-            None if self.before is None else self.before[index],
-        )
+        parts = (one[index] if isinstance(one, np.ndarray) else one for one in self)
+        return Layer._make(parts)._replace(cost=self.cost.take(index).without_zeros())
 
 
 class CollidingStep(NamedTuple):
@@ -205,39 +196,28 @@ def likely_durations(
     return np.where(rules.untimed[interval], np.maximum(least, SHORTEST), durations)
 
 
-@dataclass(frozen=True, eq=False)
-class Reached:
+class Reached(NamedTuple):
     """The candidates of a layer that are kept, and the cheapest way to each.
 
     Attributes:
-        cost: Of the cheapest way to each and of being there; its travel of shape (m,).
-        q: Positions at the turn that way comes to, shape (m, d).
-        flags: Their configuration flags, shape (m, k).
-        weight: Factors of travel, shape (m,).
-        index: Which candidates of the layer they are, shape (m,).
+        layer: Those kept, at the turns that way comes to; their cost is that of the way, too.
+        index: Which candidates of the whole layer they are, shape (m,).
         came: From which of those kept at the layer before, shape (m,).
-        velocity: Joint velocities at each, shape (m, d), or `None`.
-        way: Which way each is on where the arm waits or follows a path, shape (m,), or `None`.
     """
 
-    cost: Cost
-    q: FloatArray
-    flags: FloatArray
-    weight: FloatArray
+    layer: Layer
     index: Any
     came: Any
-    velocity: FloatArray | None
-    way: Any = None
 
 
 def step_costs(
-    rules: Rules, state: Reached, layer: Layer, duration: float, interval: int
+    rules: Rules, start: Layer, layer: Layer, duration: float, interval: int
 ) -> tuple[Cost, FloatArray]:
     """Cost of each step between two waypoints, and how far the joints turn.
 
     Args:
         rules: What steps cost.
-        state: Where steps start, l candidates.
+        start: Where steps start, l candidates.
         layer: Where they lead, m candidates.
         duration: Time for the step [s].
         interval: Its number.
@@ -245,20 +225,20 @@ def step_costs(
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
-    cost, turns = _step_costs(rules, state, layer, duration, interval)
+    cost, turns = _step_costs(rules, start, layer, duration, interval)
     for step in rules.colliding:
         if step.interval == interval:
-            found = step.among(state.q, layer.q, rules.unbounded).astype(float)
+            found = step.among(start.q, layer.q, rules.unbounded).astype(float)
             cost = cost._replace(collisions=cost.collisions + found)
     return cost, turns
 
 
 def _step_costs(
-    rules: Rules, state: Reached, layer: Layer, duration: float, interval: int
+    rules: Rules, start: Layer, layer: Layer, duration: float, interval: int
 ) -> tuple[Cost, FloatArray]:
     if layer.before is not None:
-        return _steps_along(rules, state, layer, layer.before)
-    shape = len(state.q), len(layer.q)
+        return _steps_along(rules, start, layer, layer.before)
+    shape = len(start.q), len(layer.q)
     fastest, halfway, square = np.zeros((3, *shape))
     move, size = np.empty((2, *shape))
     free = rules.unbounded & (not layer.fixed)
@@ -266,7 +246,7 @@ def _step_costs(
     row = iter(turns)
     # Joint by joint, so that the data stay in the processor's cache.
     for j, speed in enumerate(rules.speed.tolist()):
-        np.subtract.outer(state.q[:, j], layer.q[:, j], out=move)
+        np.subtract.outer(start.q[:, j], layer.q[:, j], out=move)
         if free[j]:
             turn = next(row)
             np.subtract(whole_turns(move), move, out=turn)
@@ -274,9 +254,9 @@ def _step_costs(
         move *= 1.0 / speed
         if np.isfinite(rules.limit[j]):
             np.maximum(fastest, np.abs(move, out=size), out=fastest)
-            if state.velocity is not None and layer.velocity is not None:
+            if start.velocity is not None and layer.velocity is not None:
                 # The speed of the cubic in its middle: 3/2 Δq/h − (v₀ + v₁)/4.
-                v0, v1 = state.velocity[:, j], layer.velocity[:, j]
+                v0, v1 = start.velocity[:, j], layer.velocity[:, j]
                 np.multiply(move, 1.5 / duration, out=size)
                 size += np.add.outer((0.25 / speed) * v0, (0.25 / speed) * v1)
                 np.maximum(halfway, np.abs(size, out=size), out=halfway)
@@ -284,7 +264,7 @@ def _step_costs(
         square += move
     fastest /= duration
     travel = np.sqrt(square)
-    travel *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
+    travel *= 0.5 * (start.weight[:, None] + layer.weight[None, :])
     infeasible: Any = 0.0
     violation: Any = 0.0
     if rules.untimed is not None and rules.untimed[interval]:
@@ -296,7 +276,7 @@ def _step_costs(
     avoided = bool(np.ravel(rules.avoided)[interval if np.ndim(rules.avoided) else 0])
     cost = Cost(infeasible=infeasible, violation=violation, travel=travel)
     if avoided or rules.forbidden:
-        product = state.flags[:, None, :] * layer.flags[None, :, :]
+        product = start.flags[:, None, :] * layer.flags[None, :, :]
         changed = (product < 0).any(axis=2)
         if changed.any() and rules.forbidden:
             cost = cost._replace(impossible=np.where(changed, np.inf, 0.0))
@@ -306,13 +286,13 @@ def _step_costs(
 
 
 def _steps_along(
-    rules: Rules, state: Reached, layer: Layer, before: FloatArray
+    rules: Rules, start: Layer, layer: Layer, before: FloatArray
 ) -> tuple[Cost, FloatArray]:
     """Steps where each candidate follows from one at the waypoint before, and from no other."""
-    shape = len(state.q), len(layer.q)
+    shape = len(start.q), len(layer.q)
     move = layer.q - before
     travel = layer.weight * np.linalg.norm(move / rules.speed, axis=1)
-    other = state.way[:, None] != layer.way[None, :]
+    other = start.way[:, None] != layer.way[None, :]
     turns = np.broadcast_to(move.T[rules.unbounded][:, None, :], (rules.unbounded.sum(), *shape))
     cost = Cost(
         impossible=np.where(other, np.inf, 0.0), travel=np.broadcast_to(travel, shape).copy()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import (
     AT_LIMIT,
     at_only_turn,
@@ -17,6 +16,7 @@ from knotwork.kinematics.chain.joint_ranges import (
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.solutions.enumeration import find_branches
 from knotwork.kinematics.solutions.self_motion import sample_self_motion
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 # A solution outside the limits by up to this [rad or m] has another next to it inside, if the arm

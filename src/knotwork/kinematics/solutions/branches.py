@@ -12,7 +12,7 @@ from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
-from knotwork.kinematics.pose_arguments import check_count, check_distance, check_request
+from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import in_order, solutions_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES
 from knotwork.kinematics.solutions.self_motion import farthest_apart
@@ -101,7 +101,6 @@ def solve_pose_ik_all(
         'shoulder right, elbow down, no flip'
     """
     check_request(pose, position_tolerance, orientation_tolerance)
-    check_distance(pose)
     check_count(spread, "spread", 1)
     asked = position_tolerance, orientation_tolerance
     search = PoseSearch(robot, pose, MARGIN * asked[0], MARGIN * asked[1])

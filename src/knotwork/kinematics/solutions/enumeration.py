@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
 
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import (
     BoolArray,
     Limits,
@@ -27,14 +25,13 @@ from knotwork.kinematics.solutions.near_singular import (
     singular_solutions,
 )
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 # Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
 # batch of this size takes hardly longer than one of half of it.
 FIRST_STARTS = 64
 MORE_STARTS = 32
-# Starts besides the solutions of a pose nearby, where those are known.
-BESIDE_KNOWN = 8
 MAX_ROUNDS = 6
 # Steps of the first round, in which half of the searches get there, and of those after it.
 FIRST_ITERATIONS = 12
@@ -85,9 +82,7 @@ class _Found:
         return self.solutions[known:]
 
 
-def find_branches(
-    robot: Robot, targets: Targets, known: Sequence[FloatArray] | None = None
-) -> list[FloatArray]:
+def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Find all solutions for each pose, without regard to position limits of joints that turn.
 
     In closed form where the arm has one that is certain, otherwise by searches.
@@ -95,21 +90,17 @@ def find_branches(
     Args:
         robot: An arm of up to six joints.
         targets: n poses in the base frame.
-        known: Configurations that may be near solutions of each pose, n arrays (k, d).
 
     Returns:
         For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
     """
     exact = closed_form(robot, targets)
     left = [i for i, one in enumerate(exact) if one is None]
-    near = None if known is None else [known[i] for i in left]
-    found = iter(search_branches(robot, targets.take(left), near) if left else [])
+    found = iter(search_branches(robot, targets.take(left)) if left else [])
     return [next(found) if one is None else one for one in exact]
 
 
-def search_branches(
-    robot: Robot, targets: Targets, known: Sequence[FloatArray] | None
-) -> list[FloatArray]:
+def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Find all solutions for each pose by searches.
 
     Rounds of searches go on for a pose until all solutions that its configuration flags allow are
@@ -121,9 +112,8 @@ def search_branches(
     Args and returns as of `find_branches`.
     """
     revolute, n, d = joint_axes(robot).revolute, len(targets), robot.dof
-    box, used = _slide_limits(robot), FIRST_STARTS if known is None else BESIDE_KNOWN
-    first = starts(robot, box, used)
-    begin = [first if known is None else np.vstack([known[i], first]) for i in range(n)]
+    box, used = _slide_limits(robot), FIRST_STARTS
+    begin = [starts(robot, box, used)] * n
     found, stuck = [_Found(d) for _ in range(n)], [np.empty((0, d))] * n
     active, full = list(range(n)), [False] * n
     for round_ in range(MAX_ROUNDS):
@@ -150,7 +140,7 @@ def search_branches(
                 unfinished = unfinished[:0]
             mirrored = _mirrored(robot, new)
             twice = len(found[i].hits) > 0 and bool((found[i].hits > 1).all())
-            calm = twice and known is None and not len(mirrored) and not len(stuck[i])
+            calm = twice and not len(mirrored) and not len(stuck[i])
             if complete is None and (not len(unfinished) if calm else full[i] and not len(new)):
                 continue
             full[i] = not (calm and complete is None)

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import joint_distances
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 # The residual on a curve is below this [m, rad]: farther from a singularity local searches

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
     HASTY,
     MARGIN,
-    POLISH_STEPS,
     USUAL,
     Effort,
-    LocalSolution,
     PoseSearch,
 )
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
-from knotwork.kinematics.pose_arguments import check_count, check_distance, check_request
+from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot
@@ -135,38 +131,20 @@ def solve_pose_ik(
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(max_restarts, "max_restarts")
-    first = _checked(start, robot.dof)
+    first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     search = PoseSearch(robot, pose, MARGIN * position_tolerance, MARGIN * orientation_tolerance)
-    check_distance(pose)
     asked = position_tolerance, orientation_tolerance
     kept = _Nearest(search, goal, nearest)
     kept.search_from(first, HASTY)
-    reason = partial(solution_or_reason, search, goal, asked, waypoint, where, units)
-    if kept.best is None and joint_axes(robot).certain_miss(pose.translation) > position_tolerance:
-        kept.take(reason().q)
-    if kept.is_nearest() if nearest else kept.find_any(max_restarts):
-        return kept.answer("nearest solution" if nearest else "first solution")
-    return kept.of_all(reason)
-
-
-def _checked(start: ArrayLike, dof: int) -> FloatArray:
-    """The start; fast where nothing is wrong."""
-    if (
-        type(start) is np.ndarray
-        and (start.shape, start.dtype) == ((dof,), float)
-        and math.isfinite(sum(start.tolist()))
-    ):
-        return start
-    return read_only(start, (dof,), "start")
-
-
-def _restarts(search: PoseSearch, count: int) -> Iterator[FloatArray]:
-    """Further starts, after one that failed."""
-    robot = search.robot
-    if count:
-        yield from seeds(robot, [search.pose])[0][:count]
-        yield from starts(robot, limits_of(robot), max(count - 2, 0))
+    kind = "nearest solution" if nearest else "first solution"
+    if not (kept.is_nearest() if nearest else kept.find_any(max_restarts)):
+        every = solutions_within_limits(search)
+        kept.take_all(every)
+        kind = f"nearest of {max(len(every), 1)} solutions"
+        if kept.best is None:
+            kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
+    return kept.answer(kind)
 
 
 class _Nearest:
@@ -174,40 +152,43 @@ class _Nearest:
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
         self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
-        self._follow, self._polish = nearest and search.robot.dof > 6, POLISH_STEPS * nearest
+        self._follow = nearest and search.robot.dof > 6
         self.best: FloatArray | None = None
-        self._measured: LocalSolution | None = None
         self.distance = self._stuck = np.inf
         self.iterations, self.restarts = 0, -1
 
     def search_from(self, start: FloatArray, effort: Effort) -> None:
-        found = self.search.solve(start, self.limits, effort, self._polish)
+        found = self.search.solve(start, self.limits, effort)
         self.iterations += found.iterations
         self.restarts += 1
         if found.converged:
-            self.take(found.q, found)
+            self.take(found.q)
         else:
             self._stuck = math.dist(found.q.tolist(), self.goal.tolist())
 
     def find_any(self, max_restarts: int) -> bool:
         """Search on from other starts until there is a solution; whether there is."""
-        more = _restarts(self.search, max_restarts)
-        while self.best is None and (start := next(more, None)) is not None:
+        robot = self.search.robot
+        more = starts(robot, self.limits, max(max_restarts - 2, 0))
+        more = np.vstack([seeds(robot, [self.search.pose])[0], more])
+        for start in more[:max_restarts] if self.best is None else ():
             self.search_from(start, HASTY if self.restarts < HASTY_RESTARTS else USUAL)
+            if self.best is not None:
+                break
         return self.best is not None
 
-    def take(self, q: FloatArray, measured: LocalSolution | None = None) -> None:
+    def take(self, q: FloatArray) -> None:
         """Keep a solution if it is nearer than the others."""
         distance = math.dist(q.tolist(), self.goal.tolist())
         if distance > np.pi:  # else no joint is more than half a turn away
             q = nearest_turns(self.search.robot, q, self.goal)
-            distance, measured = math.dist(q.tolist(), self.goal.tolist()), None
+            distance = math.dist(q.tolist(), self.goal.tolist())
         if self._follow and distance < FOLLOW_WITHIN * self.distance:
             q, steps = nearest_by_self_motion(self.search, q, self.goal, ROUGHLY * distance)
             self.iterations += steps
-            distance, measured = math.dist(q.tolist(), self.goal.tolist()), None
+            distance = math.dist(q.tolist(), self.goal.tolist())
         if distance < self.distance:
-            self.best, self.distance, self._measured = q, distance, measured
+            self.best, self.distance = q, distance
 
     def take_all(self, solutions: FloatArray) -> None:
         """Keep the nearest of some solutions, those first that look nearest."""
@@ -255,24 +236,16 @@ class _Nearest:
         robot = self.search.robot
         return starts(robot, self.limits, RESTARTS_BESIDE, around=self.goal, radius=radius)
 
-    def of_all(self, reason: Callable[[], LocalSolution]) -> IKSolution:
-        """The nearest of all solutions; where there is none, what a diagnosis finds or raises."""
-        every = solutions_within_limits(self.search)
-        self.take_all(every)
-        if self.best is None:
-            self.take(reason().q)
-        return self.answer(f"nearest of {max(len(every), 1)} solutions")
-
     def answer(self, kind: str) -> IKSolution:
         """The nearest solution."""
         if self.best is None:
             raise RuntimeError("no solution has been kept")
-        q, measured = self.best, self._measured
+        q = self.best
         if self._follow:
             q, steps = nearest_by_self_motion(self.search, q, self.goal)
             self.iterations += steps
-            self.distance, measured = math.dist(q.tolist(), self.goal.tolist()), None
-        errors = self.search.errors(q) if measured is None else measured[1:3]
+            self.distance = math.dist(q.tolist(), self.goal.tolist())
+        errors = self.search.errors(q)
         q.setflags(write=False)
         return IKSolution(
             q,

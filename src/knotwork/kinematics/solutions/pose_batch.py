@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.errors import WaypointDataError
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
 from knotwork.kinematics.chain.seeds import seeds
-from knotwork.kinematics.pose_arguments import (
-    FARTHEST,
-    ROTATION_TOLERANCE,
-    check_count,
-    check_distance,
-    check_pose,
-    check_poses,
-    check_tolerance,
-)
+from knotwork.kinematics.pose_arguments import check_count, check_pose, check_tolerance
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -67,26 +59,30 @@ def solve_pose_ik_batch(
     >>> found.converged.all(), float(abs(found.q - configurations).max()) < 1e-6
     (np.True_, True)
     """
-    wanted = check_poses(poses)
-    n, d = len(wanted), robot.dof
+    try:
+        wanted = list(poses)
+    except TypeError as error:
+        message = f"poses must be a sequence of pin.SE3, not {poses!r}"
+        raise WaypointDataError(message, value=poses) from error
+    for i, pose in enumerate(wanted):
+        check_pose(pose, f"poses[{i}]")
     check_tolerance(tolerance, "tolerance")
     check_count(max_restarts, "max_restarts")
-    targets = _targets(wanted)
-    first = read_only(_each(start, n), (n, d), "start")
-    return _solved(robot, wanted, targets, first, MARGIN * tolerance, max_restarts)
+    n, d = len(wanted), robot.dof
+    each = np.asarray(start, dtype=object).ndim > 1
+    first = np.broadcast_to(read_only(start, (n, d) if each else (d,), "start"), (n, d))
+    return _solved(robot, wanted, first, MARGIN * tolerance, max_restarts)
 
 
 def _solved(
     robot: Robot,
     poses: list[Any],
-    targets: Targets,
     start: FloatArray,
     tolerance: float,
     max_restarts: int,
 ) -> BatchSolution:
     """Search from the starts, and again for what failed; arguments as of `solve_pose_ik_batch`."""
-    n, d = start.shape
-    limits = limits_of(robot)
+    (n, d), limits, targets = start.shape, limits_of(robot), Targets.of(poses)
     q = clipped(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
     todo, iterations, restarts, used = np.arange(n), 0, 0, 0
@@ -127,36 +123,3 @@ def _solved(
         restarts += begin.shape[1]
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
-
-
-def _each(start: ArrayLike, count: int) -> ArrayLike:
-    """Starts of all poses, where one is given for all."""
-    try:
-        given = np.asarray(start)
-    except ValueError:  # rows of different lengths, which the check of the shape names
-        return start
-    return np.tile(given, (count, 1)) if given.ndim == 1 else given
-
-
-def _targets(poses: Sequence[Any]) -> Targets:
-    """Poses as arrays; checked all at once, and singly only to name the wrong one."""
-    if all(isinstance(pose, pin.SE3) for pose in poses):
-        targets = Targets.of(poses)
-        if _are_poses(targets.position, targets.rotation):
-            return targets
-    for i, pose in enumerate(poses):
-        check_pose(pose, f"poses[{i}]")
-        check_distance(pose, f"poses[{i}]")
-    return Targets.of(poses)
-
-
-def _are_poses(position: FloatArray, rotation: FloatArray) -> bool:
-    """Whether positions (3, n) are finite, and matrices (column, row, pose) are rotations."""
-    product = np.einsum("irn,jrn->ijn", rotation, rotation) - np.eye(3)[:, :, None]
-    x, y, z = rotation
-    volume = np.einsum("rn,rn->n", np.cross(x, y, axis=0), z)
-    return bool(
-        (np.abs(position) < FARTHEST).all()
-        and (np.abs(product) < 0.5 * ROTATION_TOLERANCE).all()
-        and (volume > 0.0).all()
-    )

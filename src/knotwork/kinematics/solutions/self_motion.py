@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import joint_distances, limits_of, starts
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
 STARTS = 96

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import frame_motion, joint_tree
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.tool_paths.progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
@@ -70,9 +71,8 @@ class PathStretch:
         self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
     ) -> None:
         self.robot, self.curve, self.motion = robot, curve, motion
-        self.frame = robot.require_tool()
         self.joints = joint_tree(robot.model)
-        self.joint, self.lever = carried(robot.model, self.frame)
+        self.joint, self.lever = carried(robot.model, robot.require_tool())
         ends = motion.arc_length(np.array([start, end]))
         self.low, self.high = float(ends[0]), float(ends[1])
 
@@ -103,12 +103,9 @@ class PathStretch:
 
     def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position [m], rotation and velocity [m/s] of the tool in the base frame."""
-        frame = self.robot.model.frames[self.frame]
-        q, v = self.curve(t), self.curve(t, 1)
-        position, rotation, velocity = frame_motion(self.joints, frame, q, v)
-        base = self.robot.base_placement.inverse()
-        position = position @ base.rotation.T + base.translation
-        return position, base.rotation @ rotation, velocity @ base.rotation.T
+        tip, columns, J = joint_axes(self.robot).placed(self.curve(t))
+        velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
+        return tip.T, columns.transpose(2, 1, 0), velocity
 
     def _compared(
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray

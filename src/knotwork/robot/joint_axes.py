@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
+from typing import TypeVar
 from weakref import WeakKeyDictionary, ref
 
 import numpy as np
@@ -9,7 +12,7 @@ import pinocchio as pin
 
 from knotwork.errors import RobotError
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import joint_tree, place_joints
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
 
 # Up to this many configurations are placed by Pinocchio.
@@ -17,20 +20,17 @@ FEW = 16
 
 
 class JointAxes:
-    """The joint axes of a serial arm where all its joints are at zero: all its kinematics.
+    """The joint axes of a serial arm: all its kinematics, in the base frame.
 
-    Frame i sits on the axis a_i of joint i with its z axis along it. From joint to joint the
-    frames turn as R_i = R_{i-1} C_i Rot_z(q_i), with C_i constant, and their origins move as
-    p_i = p_{i-1} + R_{i-1} c_i (a slide adds a_i q_i instead of turning): a product of
-    exponentials. Arrays over many configurations have them last, so that each operation runs
-    over contiguous memory.
+    Arrays over many configurations have them last, so that each operation runs over contiguous
+    memory.
 
     Args:
         robot: A robot with a tool frame.
 
     Attributes:
-        axes: Directions a_i at zero in the base frame, shape (d, 3).
-        origins: Points on the axes at zero in the base frame [m], shape (d, 3).
+        axes: Directions of the axes with all joints at zero, shape (d, 3).
+        origins: Points on the axes at zero [m], shape (d, 3).
         revolute: Which joints turn, shape (d,).
         reach: Length of the arm, from the base through all joints to the TCP [m].
 
@@ -39,25 +39,21 @@ class JointAxes:
     """
 
     def __init__(self, robot: Robot) -> None:
-        joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
-        rotation, origin = (one[0] for one in place_joints(joints, np.zeros((1, robot.dof))))
-        path = joints.path(int(tool.parentJoint))
-        if len(path) < robot.dof:
+        self._joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
+        if len(self._joints.path(int(tool.parentJoint))) < robot.dof:
             raise RobotError(robot.name, "is no serial chain: a joint does not move the tool")
-        base = robot.base_placement.inverse()
-        pose = base * pin.SE3(rotation[path[-1]], origin[path[-1]]) * tool.placement
-        self.revolute = joints.turns[path] > 0.0
-        self.axes = (rotation[path] @ joints.axis[path][..., None])[..., 0] @ base.rotation.T
-        self.origins = origin[path] @ base.rotation.T + base.translation
-        frames = [np.eye(3), *(_frame_along(axis) for axis in self.axes), pose.rotation]
-        points = np.vstack([np.zeros(3), self.origins, pose.translation])
-        # Rows of each are what the columns of R_{i-1} are summed up with: C_i and then c_i.
-        self._steps = [
-            np.column_stack([before.T @ after, before.T @ (p - o)]).T.copy()
-            for before, after, o, p in zip(frames, frames[1:], points, points[1:], strict=False)
-        ]
-        self.reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        self._robot, self._base = ref(robot), base
+        self._robot, self._base = ref(robot), robot.base_placement.inverse()
+        across = self._joints.aligned[-1].T
+        # Rows are what the columns of the last joint's frame are summed up with.
+        placement = tool.placement
+        self._tool = np.column_stack(
+            [across @ placement.rotation, across @ placement.translation]
+        ).T
+        self.revolute = self._joints.angles
+        tip, _, points, axes = (one[..., 0] for one in self.forward(np.zeros((1, robot.dof))))
+        self.axes, self.origins = axes.T.copy(), points.T.copy()
+        ways = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
+        self.reach = float(np.linalg.norm(ways, axis=1).sum())
 
     def certain_miss(self, position: FloatArray) -> FloatArray:
         """How much farther away points are than the arm is long [m], not above 0 where they aren't.
@@ -82,34 +78,10 @@ class JointAxes:
             for the column, the second for the row of the matrix; points on the joint axes
             (3, d, n) [m]; and directions of the axes (3, d, n).
         """
-        n, d = q.shape
-        q = np.ascontiguousarray(q.T)
-        cosine, sines = np.cos(q), np.empty((d, 2, 1, n))
-        np.sin(q, out=sines[:, 0, 0])
-        np.negative(sines[:, 0, 0], out=sines[:, 1, 0])
-        # Of each frame its three axes, and then its origin.
-        frames, turned, across = (
-            np.empty((d + 1, 4, 3, n)),
-            np.empty((2, 3, n)),
-            np.empty((2, 3, n)),
-        )
-        R: FloatArray = np.empty((3, 3, n))
-        R[:] = np.eye(3)[:, :, None]
-        for i, (step, frame) in enumerate(zip(self._steps, frames, strict=True)):
-            np.matmul(step, R.reshape(3, 3 * n), out=frame.reshape(4, 3 * n))
-            R = frame[:3]
-            if i:
-                frame[3] += frames[i - 1, 3]
-            if i == d:
-                break
-            if self.revolute[i]:
-                np.multiply(R[:2], cosine[i], out=turned)
-                np.multiply(R[1::-1], sines[i], out=across)
-                np.add(turned, across, out=R[:2])
-            else:
-                frame[3] += q[i] * R[2]
-        joints = frames[:d].transpose(1, 2, 0, 3)
-        return frames[d, 3], R, joints[3], joints[2]
+        frames = self._joints.frames(q, self._base)
+        last, joints = frames[-1], frames[1:].transpose(1, 2, 0, 3)
+        tool = np.matmul(self._tool, last[:3].reshape(3, -1)).reshape(4, 3, -1)
+        return tool[3] + last[3], tool[:3], joints[3], joints[2]
 
     def jacobian(self, tip: FloatArray, points: FloatArray, axes: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes (`local_world_aligned`), shape (6, d, n).
@@ -157,22 +129,25 @@ class JointAxes:
         return tip, (base @ turn).transpose(2, 1, 0), np.ascontiguousarray(J.transpose(1, 2, 0))
 
 
-_CHAINS: WeakKeyDictionary[Robot, JointAxes] = WeakKeyDictionary()
+T = TypeVar("T")
 
 
+def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
+    """What a function makes of a robot, made once and kept for as long as the robot is."""
+    known: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
+
+    def find(robot: Robot) -> T:
+        if robot not in known:
+            known[robot] = make(robot)
+        return known[robot]
+
+    return wraps(make)(find)
+
+
+@kept_with
 def joint_axes(robot: Robot) -> JointAxes:
-    """The axes of a robot, kept for as long as the robot is."""
-    if robot not in _CHAINS:
-        _CHAINS[robot] = JointAxes(robot)
-    return _CHAINS[robot]
-
-
-def _frame_along(axis: FloatArray) -> FloatArray:
-    """A rotation matrix whose third column is a unit vector, shape (3, 3)."""
-    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    x = other - other.dot(axis) * axis
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])
+    """The axes of a robot."""
+    return JointAxes(robot)
 
 
 def pose_errors(
