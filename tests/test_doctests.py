@@ -136,7 +136,7 @@ PLAIN_DATA = {
         "Tolerances",
         "Tool",
         "ToolShape",
-        "Turned",
+        "SolidOfRevolution",
         "Velocity",
         "Weights",
     ),

@@ -131,6 +131,19 @@ def test_a_finding_that_is_no_number_is_refused() -> None:
         Finding("Play", "joint", "elbow", "play", "met", "none", value=float("nan"))
 
 
+def test_a_limit_that_is_kept_within_rounding_has_no_margin_left() -> None:
+    task = {
+        "limits": {"velocity": {"a": 0.3 * (1.0 - 5e-10)}},
+        "waypoints": [
+            {"joints": {"a": 0.0}, "velocity": {"a": 0.3}},
+            {"joints": {"a": 0.6}, "velocity": {"a": 0.3}, "after": 2},
+        ],
+    }
+    (found,) = kw.plan(task).report.select(subject="joint", quantity="velocity")
+    assert found.verdict == "met"
+    assert found.margin == 0.0
+
+
 def test_requirements_and_failures_are_counted_over_the_same_things() -> None:
     report = kw.plan("planar2_closed_form", planner="parabolic-blend").report
     met, required = report.counts

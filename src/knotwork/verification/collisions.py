@@ -26,7 +26,7 @@ QUANTITY = "clearance"
 MOST_CONTACTS = 5
 """Number of contacts of a pair that are reported with their times; of more, the number."""
 
-ROOM_PRECISION = 2e-4
+MARGIN_PRECISION = 2e-4
 """The least clearance of a motion is found to this [m], so that motions can be ranked by it."""
 
 
@@ -48,7 +48,7 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
         yield _finding(one, scenario, robot, detail=one not in nearest)
 
 
-def room(
+def least_margin(
     trajectory: JointTrajectory, scenario: Scenario, space: JointSpace
 ) -> tuple[float, float] | None:
     """The least clearance over a motion, beyond the required margin [m], and when [s].
@@ -63,7 +63,7 @@ def room(
     from knotwork.verification.bounds.clearance import least_clearance
 
     model = motion_model(motion, scenario, robot)
-    found = least_clearance(model, motion.curve, scene.rules.resolution, ROOM_PRECISION)
+    found = least_clearance(model, motion.curve, scene.rules.resolution, MARGIN_PRECISION)
     return None if found is None else (found.distance - found.margin, found.time)
 
 
