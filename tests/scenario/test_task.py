@@ -25,10 +25,10 @@ from knotwork.task import (
     Pose,
     PoseWaypoint,
     SceneObject,
+    SolidOfRevolution,
     Surroundings,
     TaskUnits,
     Tool,
-    SolidOfRevolution,
     Velocity,
 )
 from shipped import SCENARIO_FILES
