@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import InputError, shown
 from knotwork.meshes.part import IndexArray
 from knotwork.meshes.polygons import fans
-from knotwork.meshes.size_limits import MOST_TRIANGLES
+from knotwork.meshes.size_limits import MOST_TRIANGLES, require_whole
 from knotwork.waypoints import FloatArray
 
 _TYPES = {
@@ -47,11 +47,10 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
     elements, order, body = _header(data)
     if not order:
         lines = sum(1 for line in body.splitlines() if line.strip())
-        if lines != sum(element.rows for element in elements):
-            raise InputError(
-                f"it is not read whole: its header counts {_listed(elements)}, a line each, and "
-                f"it has {lines} lines"
-            )
+        require_whole(
+            lines == sum(element.rows for element in elements),
+            f"its header counts {_listed(elements)}, a line each, and it has {lines} lines",
+        )
     rows = _Rows(body, order)
     points, triangles = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     for element in elements:
@@ -67,16 +66,17 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
             triangles = fans(columns[given[0]])
         elif element.name == "tristrips" and element.rows:
             raise InputError(f"it has {element.rows} triangle strips, and none are read")
-        elif element.rows and {"vertex_indices", "vertex_index"}.intersection(columns):
-            raise InputError(
-                f"it is not read whole: it has {element.rows} of {element.name!r} with lists of "
-                "vertices, and only those of 'face' are read"
+        else:
+            require_whole(
+                not (element.rows and {"vertex_indices", "vertex_index"}.intersection(columns)),
+                f"it has {element.rows} of {element.name!r} with lists of vertices, and only those "
+                "of 'face' are read",
             )
-    if rows.left:
-        raise InputError(
-            f"it is not read whole: its header counts {_listed(elements)}, and after them are "
-            f"{rows.left} {'bytes' if order else 'numbers'}"
-        )
+    require_whole(
+        not rows.left,
+        f"its header counts {_listed(elements)}, and after them are {rows.left} "
+        f"{'bytes' if order else 'numbers'}",
+    )
     return points, triangles
 
 
@@ -90,8 +90,7 @@ def _header(data: bytes) -> tuple[list[_Element], str, bytes]:
     if end is None:
         raise InputError("its first line is not 'ply'")
     head, found, body = data.partition(end + b"end_header" + end)
-    if not found:
-        raise InputError("it is not read whole: its header has no line 'end_header'")
+    require_whole(bool(found), "its header has no line 'end_header'")
     elements: list[_Element] = []
     order = None
     for line in head.decode("ascii", errors="replace").splitlines()[1:]:
@@ -105,15 +104,15 @@ def _header(data: bytes) -> tuple[list[_Element], str, bytes]:
             elif words[:1] == ["property"]:
                 *kinds, name = words[1:]
                 length, kind = kinds[1:] if kinds[0] == "list" else ("", kinds[0])
+                if name in elements[-1].properties:
+                    raise ValueError(name)
                 made = _Property(_TYPES[kind], _TYPES[length] if length else "")
-                if elements[-1].properties.setdefault(name, made) is not made:
-                    raise InputError(f"its header has property {name!r} twice")
+                elements[-1].properties[name] = made
             elif words and words[0] not in ("comment", "obj_info"):
                 raise KeyError(words[0])
         except (KeyError, IndexError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(f"its header has a line {shown(line)}, which is not known") from error
+            fault = f"its header has a line {shown(line)}, which is not known or there twice"
+            raise InputError(fault) from error
     names = [element.name for element in elements]
     if order is None or len(set(names)) < len(names):
         raise InputError("its header names no format, or an element twice")
