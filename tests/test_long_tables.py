@@ -85,7 +85,7 @@ def test_failures_that_find_no_room_whole_are_told_in_short(
     file.write_text(json.dumps(task))
     told = knotwork("plan", file).out.partition("  met: ")[0]
     assert "joint 'shoulder_pan_joint': velocity reaches" in told
-    kinds = ("velocity", "acceleration", "jerk", "tool speed", "post clearance")
+    kinds = ("velocity", "acceleration", "jerk", "speed reaches", "post clearance")
     assert all(f"{kind} " in told for kind in kinds)
     assert len(told.splitlines()) <= 12
     # a number stays in a line with its unit

@@ -175,13 +175,11 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
     return worst
 
 
-def test_distances_of_convex_shapes_are_right() -> None:
-    assert 0.0 < largest_error(1000, np.random.default_rng(3)) < ROUNDING / 4
-
-
-@pytest.mark.exhaustive
-def test_distances_of_many_convex_shapes_are_right() -> None:
-    assert 0.0 < largest_error(50_000, np.random.default_rng(4)) < ROUNDING / 4
+@pytest.mark.parametrize(
+    ("pairs", "seed"), [(1000, 3), pytest.param(50_000, 4, marks=pytest.mark.exhaustive)]
+)
+def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
+    assert 0.0 < largest_error(pairs, np.random.default_rng(seed)) < ROUNDING / 4
 
 
 @pytest.mark.parametrize("name", ["ur5_deburring", "ur10_spray"])

@@ -68,7 +68,7 @@ def worst_lines(
 ) -> list[BriefLine]:
     """The worst of findings that are alike, in some lines, and how many more there are.
 
-    The first is printed whole. Others are printed in short if all of them do not fit whole.
+    The first is printed whole. Others are shortened as far as that leaves lines for those after.
 
     Args:
         kind: Of the lines.
@@ -79,23 +79,29 @@ def worst_lines(
         width: Of the lines, in characters.
     """
     kinds = alike(findings)
-    printed = [
-        wrapped(kind, f"{mark}{worst}{and_more(len(others))}", width, " " * len(mark))
+    forms = [
+        [
+            wrapped(kind, f"{mark}{text}{and_more(len(others))}", width, " " * len(mark))
+            for text in _forms(worst, units)
+        ]
         for worst, *others in kinds
     ]
-    if sum(map(len, printed)) > most:
-        for i, (worst, *others) in enumerate(kinds[1:], 1):
-            text = worst.fact if worst.value is None else _described(worst, units)
-            text = f"{mark}{text}{and_more(len(others))}"
-            printed[i] = wrapped(kind, text, width, " " * len(mark))
+    shortest = [len(some[-1]) for some in forms]
     lines: list[BriefLine] = []
-    for i, found in enumerate(printed):
-        last = i + 1 == len(printed)
-        if lines and len(lines) + len(found) > most - (not last):
-            left = sum(map(len, kinds[i:]))
-            return [*lines, BriefLine("more", f"{' ' * len(mark)}and {left} more")]
-        lines += found
+    for i, some in enumerate(forms):
+        left = most - len(lines)
+        if lines and shortest[i] > left - (i + 1 < len(forms)):
+            more = sum(map(len, kinds[i:]))
+            return [*lines, BriefLine("more", f"{' ' * len(mark)}and {more} more")]
+        free = left - sum(shortest[i + 1 :])
+        lines += next((form for form in some if not lines or len(form) <= free), some[-1])
     return lines
+
+
+def _forms(found: Finding, units: Units) -> list[str]:
+    """Texts of a finding, from the longest to the shortest."""
+    words = [found.message, found.fact]
+    return words if found.value is None else [*words, _described(found, units)]
 
 
 def _rows(groups: Mapping[str, list[Finding]], units: Units, width: int) -> list[BriefLine]:

@@ -137,9 +137,9 @@ def maximum(
         target[search.value > limit + ABSURD * np.abs(limit)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
         waiting = is_open.any(axis=1)
-        room = allowance - search.evaluations
+        remaining = allowance - search.evaluations
         parts = _parts(excess, np.maximum(target - ends, rounding), is_open)
-        waiting = _worst_first(upper - target, is_open, np.where(waiting, parts, 1), room)
+        waiting = _worst_first(upper - target, is_open, np.where(waiting, parts, 1), remaining)
         if not waiting.any():
             break
         parts = parts[waiting]
@@ -255,25 +255,25 @@ def _first_parts(span: FloatArray) -> NDArray[np.intp]:
 
 
 def _worst_first(
-    beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], room: int
+    beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], remaining: int
 ) -> NDArray[np.bool_]:
-    """The open intervals with bounds farthest beyond their targets, as many as there is room for.
+    """The open intervals with bounds farthest beyond their targets, as many as the budget allows.
 
     Args:
         beyond: How far each bound is beyond its target, shape (n, c).
         is_open: Where that leaves a verdict open, shape (n, c).
         parts: Into how many parts each interval is to be divided, shape (n,).
-        room: How many evaluations are left.
+        remaining: How many evaluations are left.
     """
     waiting = is_open.any(axis=1)
-    if int((parts - 1).sum()) <= room:
+    if int((parts - 1).sum()) <= remaining:
         return np.asarray(waiting)
     most = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
         share = np.where(is_open, beyond / np.maximum(most, TINY), -np.inf).max(axis=1)
     order = np.argsort(-share, kind="stable")
     chosen = np.zeros(len(parts), dtype=bool)
-    chosen[order[np.cumsum(parts[order] - 1) <= room]] = True
+    chosen[order[np.cumsum(parts[order] - 1) <= remaining]] = True
     return np.asarray(chosen & waiting)
 
 
