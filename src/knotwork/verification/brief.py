@@ -26,6 +26,9 @@ _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(
 class BriefLine(NamedTuple):
     """A line of a short report.
 
+    >>> kw.plan("paper_case").report.brief()[0].kind
+    'passed'
+
     Attributes:
         kind: `"passed"`, `"failed"`, `"failure"`, `"tried"`, `"sampled"`, `"warning"`, `"group"`
             or `"more"`.
