@@ -134,7 +134,7 @@ PLAIN_DATA = {
         "Tolerances",
         "Tool",
         "ToolShape",
-        "Turned",
+        "SolidOfRevolution",
         "Velocity",
         "Weights",
     ),

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -53,11 +54,20 @@ def whistling(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Fin
     )
 
 
+@contextmanager
+def registered(check: Any) -> Iterator[None]:
+    """A check of one's own, as long as this is open."""
+    CHECKS["own"] = check
+    try:
+        yield
+    finally:
+        del CHECKS["own"]
+
+
 @pytest.fixture
 def whistle() -> Iterator[None]:
-    CHECKS["whistling"] = whistling
-    yield
-    del CHECKS["whistling"]
+    with registered(whistling):
+        yield
 
 
 @pytest.mark.usefixtures("whistle")
@@ -131,6 +141,19 @@ def test_a_finding_that_is_no_number_is_refused() -> None:
         Finding("Play", "joint", "elbow", "play", "met", "none", value=float("nan"))
 
 
+def test_a_limit_that_is_kept_within_rounding_has_no_margin_left() -> None:
+    task = {
+        "limits": {"velocity": {"a": 0.3 * (1.0 - 5e-10)}},
+        "waypoints": [
+            {"joints": {"a": 0.0}, "velocity": {"a": 0.3}},
+            {"joints": {"a": 0.6}, "velocity": {"a": 0.3}, "after": 2},
+        ],
+    }
+    (found,) = kw.plan(task).report.select(subject="joint", quantity="velocity")
+    assert found.verdict == "met"
+    assert found.margin == 0.0
+
+
 def test_requirements_and_failures_are_counted_over_the_same_things() -> None:
     report = kw.plan("planar2_closed_form", planner="parabolic-blend").report
     met, required = report.counts
@@ -194,17 +217,15 @@ def test_a_sound_task_has_no_warnings() -> None:
     assert not warnings_of(ur5(A, B, C, velocity=[0, 0.1, 0]))
 
 
-def test_a_velocity_that_points_away_from_the_next_waypoint_is_a_warning() -> None:
-    (said,) = warnings_of(ur5(A, B, C, velocity=[0, -0.1, 0]))
-    assert "'moving'" in said
-    assert "points away" in said
-    assert "180 degrees" in said
-
-
-def test_two_waypoints_at_one_place_of_which_one_moves_are_a_warning() -> None:
-    (said,) = warnings_of(ur5(A, B, B, velocity=[0, 0.1, 0]))
-    assert "one place" in said
-    assert "'moving'" in said
+@pytest.mark.parametrize(
+    ("last", "speed", "words"),
+    [(C, -0.1, ("points away", "180 degrees")), (B, 0.1, ("one place",))],
+)
+def test_a_velocity_that_the_next_waypoint_contradicts_is_a_warning(
+    last: list[float], speed: float, words: tuple[str, ...]
+) -> None:
+    (said,) = warnings_of(ur5(A, B, last, velocity=[0, speed, 0]))
+    assert all(word in said for word in ("'moving'", *words))
 
 
 def test_balanced_knots_beside_very_uneven_times_are_a_warning() -> None:
@@ -273,15 +294,12 @@ def test_joint_velocities_that_point_away_or_leave_one_place_are_warnings() -> N
 def test_a_finding_shows_whatever_it_leaves_out(rest: dict[str, Any], knotwork: Command) -> None:
     given = {"verdict": "failed", "subject": "tool", "name": "", **rest}
     finding = Finding(group="Odd", quantity="oddity", message="it is odd", **given)
-    CHECKS["odd"] = lambda motion, scenario, space: [finding]
-    try:
+    with registered(lambda motion, scenario, space: [finding]):
         plan = kw.plan("planar2_closed_form")
         page = report_page(plan).html
         assert plan.view().html
         printed = knotwork("plan", "planar2_closed_form", "--full").out
         assert str(plan)
-    finally:
-        del CHECKS["odd"]
     shown = "oddity" if "value" in rest else "it is odd"
     assert shown in printed
     assert shown in page
@@ -308,32 +326,23 @@ def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path()
         )  # fmt: skip
 
     quiet = kw.plan("planar2_closed_form").view().html
-    CHECKS["noisy"] = noisy
-    try:
+    with registered(noisy):
         plan = kw.plan("planar2_closed_form")
-    finally:
-        del CHECKS["noisy"]
     page = plan.view().html
     assert "noise 75, limit 60 dB" in page
     assert '"broken": true' in page or '"broken":true' in page
     assert '"broken": false' in quiet or '"broken":false' in quiet
 
 
-@pytest.fixture
-def tried() -> Iterator[None]:
-    def check(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
-        said = "`a: <b>` is tried"
-        yield Finding("Tried", "motion", "", "tried", "information", said)
-        yield Finding("Slips", "motion", "", "slip", "warning", "a slip of `<c>`")
-
-    CHECKS["tried"] = check
-    yield
-    del CHECKS["tried"]
+def slips(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
+    yield Finding("Tried", "motion", "", "tried", "information", "`a: <b>` is tried")
+    yield Finding("Slips", "motion", "", "slip", "warning", "a slip of `<c>`")
+    yield from whistling(motion, scenario, space)
 
 
-@pytest.mark.usefixtures("whistle", "tried")
 def test_words_of_files_are_code_on_pages_and_what_was_tried_is_there_once() -> None:
-    plan = kw.plan("planar2_closed_form")
+    with registered(slips):
+        plan = kw.plan("planar2_closed_form")
     for page in (report_page(plan).html, plan.view().html):
         text = page.partition('<script id="data"')[0].replace("&amp;", "&")
         assert text.count("<code>a: &lt;b&gt;</code> is tried") == 1

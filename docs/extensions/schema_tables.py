@@ -25,7 +25,7 @@ TITLES = {
     "SceneObject": "scene: objects",
     "ToolShape": "tool: shape",
     "HeldObject": "tool: holds",
-    "Turned": "cylinder, capsule, cone",
+    "SolidOfRevolution": "cylinder, capsule, cone",
     "HalfSpace": "half_space",
     "PointCloud": "points of a shape",
     "Collisions": "collisions",

@@ -12,10 +12,10 @@ from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.verification.collisions import (
-    ROOM_PRECISION,
+    MARGIN_PRECISION,
     failed_pairs,
+    least_margin,
     motion_finding,
-    room,
 )
 from knotwork.verification.finding import TRIED
 
@@ -31,7 +31,7 @@ MOST_TIMED = 4
 MORE_FOR_ROOM = 4
 """Number of them after one that is clear, where clearance is preferred."""
 
-LEAST_GAIN = ROOM_PRECISION
+LEAST_GAIN = MARGIN_PRECISION
 """Another sequence is taken for its clearance where it has more by this [m]."""
 
 
@@ -137,7 +137,7 @@ def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -
 
 def _room(plan: Any) -> tuple[float, float | None]:
     """The least clearance over a whole motion, and when; infinite and `None` without pairs."""
-    found = room(plan.trajectory, plan.scenario, plan.space)
+    found = least_margin(plan.trajectory, plan.scenario, plan.space)
     return (np.inf, None) if found is None else found
 
 

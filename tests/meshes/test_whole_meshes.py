@@ -168,7 +168,7 @@ IN_PART = {
         "\n".join(TEXT_PLY.splitlines()[:-2]),
         "counts 4 of 'vertex', 4 of 'face', a line each, and it has 6 lines",
     ),
-    "text PLY cut in a line": ("a.ply", TEXT_PLY[:-3], "4 of 'face', and number 4 is cut off"),
+    "text PLY cut in a line": ("a.ply", TEXT_PLY[:-3], "4 of 'face', and some are cut off"),
     "a line too many": ("a.ply", TEXT_PLY + "3 0 1 2\n", "and it has 9 lines"),
     "a number too many": ("a.ply", TEXT_PLY[:-1] + " 7\n", "after them are 1 numbers"),
     "a face of two corners": (
@@ -180,8 +180,12 @@ IN_PART = {
     "a corner below zero": ("a.ply", TEXT_PLY.replace("3 0 2 1", "3 0 2 -1"), "not in 0 to 3"),
     "half a corner": ("a.ply", TEXT_PLY.replace("3 0 2 1", "3 0 2 1.5"), "are no integers"),
     "a header that ends nowhere": ("a.ply", TEXT_PLY[:90], "no line 'end_header'"),
-    "binary PLY cut": ("a.ply", binary_ply()[:-30], "5 of 'face', and number 4 is cut off"),
-    "binary PLY cut in its points": ("a.ply", binary_ply()[:250], "5 of 'vertex', and number"),
+    "binary PLY cut": ("a.ply", binary_ply()[:-30], "5 of 'face', and some are cut off"),
+    "binary PLY cut in its points": (
+        "a.ply",
+        binary_ply()[:250],
+        "5 of 'vertex', and some",
+    ),
     "a byte too many": ("a.ply", binary_ply() + b"1", "after them are 1 bytes"),
     "faces of another name": (
         "a.ply",

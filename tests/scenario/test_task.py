@@ -25,10 +25,10 @@ from knotwork.task import (
     Pose,
     PoseWaypoint,
     SceneObject,
+    SolidOfRevolution,
     Surroundings,
     TaskUnits,
     Tool,
-    Turned,
     Velocity,
 )
 from shipped import SCENARIO_FILES
@@ -59,7 +59,7 @@ TASK = kw.Task(
         offset=Placement(position=[0, 0, 0.12]),
         holds={
             "nozzle": HeldObject(
-                take="above", leave="away", cylinder=Turned(radius=0.01, length=0.03)
+                take="above", leave="away", cylinder=SolidOfRevolution(radius=0.01, length=0.03)
             )
         },
     ),

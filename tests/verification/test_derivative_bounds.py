@@ -165,25 +165,25 @@ def within(found: np.ndarray, bound: np.ndarray, size: np.ndarray) -> None:
         assert np.all(value <= largest * (1 + 1e-9) + noise), (order, value, largest)
 
 
-def test_shipped_robots_stay_within_the_bounds() -> None:
-    rng = np.random.default_rng(1)
+EXHAUSTIVE = pytest.mark.exhaustive
+
+
+@pytest.mark.parametrize(("seed", "instants"), [(1, 8), pytest.param(3, 300, marks=EXHAUSTIVE)])
+def test_shipped_robots_stay_within_the_bounds(seed: int, instants: int) -> None:
+    rng = np.random.default_rng(seed)
     for _, model in robot_models(rng):
-        examine(model, rng, 8)
+        examine(model, rng, instants)
 
 
-def test_trees_of_every_kind_of_joint_stay_within_the_bounds() -> None:
-    rng = np.random.default_rng(2)
-    for _ in range(25):
-        examine(random_tree(rng), rng, 6)
-
-
-@pytest.mark.exhaustive
-def test_ten_thousand_instants_stay_within_the_bounds() -> None:
-    rng = np.random.default_rng(3)
-    for _, model in robot_models(rng):
-        examine(model, rng, 300)
-    for _ in range(500):
-        examine(random_tree(rng), rng, 10)
+@pytest.mark.parametrize(
+    ("seed", "trees", "instants"), [(2, 25, 6), pytest.param(3, 500, 10, marks=EXHAUSTIVE)]
+)
+def test_trees_of_every_kind_of_joint_stay_within_the_bounds(
+    seed: int, trees: int, instants: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    for _ in range(trees):
+        examine(random_tree(rng), rng, instants)
 
 
 def test_bounds_of_a_pendulum_are_attained() -> None:

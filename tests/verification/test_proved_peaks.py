@@ -135,18 +135,15 @@ def robots() -> Iterator[kw.Robot]:
         yield robot.with_tool(payload=load).with_gravity([0, -9.81, 0]) if i % 2 else robot
 
 
-def test_random_motions_peak_below_their_bounds() -> None:
-    rng = np.random.default_rng(5)
+@pytest.mark.parametrize(
+    ("seed", "motions", "samples"),
+    [(5, 1, 600), pytest.param(6, 15, 2_000, marks=pytest.mark.exhaustive)],
+)
+def test_random_motions_peak_below_their_bounds(seed: int, motions: int, samples: int) -> None:
+    rng = np.random.default_rng(seed)
     for robot in robots():
-        examine(robot, random_trajectory(robot, rng), 600)
-
-
-@pytest.mark.exhaustive
-def test_many_random_motions_peak_below_their_bounds() -> None:
-    rng = np.random.default_rng(6)
-    for robot in robots():
-        for _ in range(15):
-            examine(robot, random_trajectory(robot, rng), 2_000)
+        for _ in range(motions):
+            examine(robot, random_trajectory(robot, rng), samples)
 
 
 @pytest.mark.exhaustive

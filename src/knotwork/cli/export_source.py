@@ -9,7 +9,7 @@ from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.verification.worst import told_failures
+from knotwork.verification.worst import failure_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,7 +91,7 @@ def points_pass(
 
 
 def _show(failures: Sequence[Finding], whose: str, verdict: str) -> None:
-    for failure in told_failures(failures, MOST_FAILURES):
+    for failure in failure_lines(failures, MOST_FAILURES):
         echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)
     sys.stderr.flush()

@@ -15,7 +15,6 @@ from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import reservations
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -90,7 +89,7 @@ def print_report(
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
-    failed += reservations(report)
+    failed += report.reservations
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
 
 

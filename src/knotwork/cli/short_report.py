@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.cli.parameters import typed
 from knotwork.cli.terminal import echo, echo_line
-from knotwork.verification.brief import brief
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -41,7 +40,7 @@ def without(plan: Plan) -> str:
 
 def print_short(report: Report) -> None:
     """Print a report in some 15 lines."""
-    for line in brief(report, min(_width(), WIDEST)):
+    for line in report.brief(min(_width(), WIDEST)):
         word, style = _WORDS.get(line.kind, ("", {}))
         echo_line(line.text, word, **style)
 

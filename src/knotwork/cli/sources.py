@@ -17,7 +17,7 @@ from knotwork.cli.logs import (
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.verification.worst import told_failures
+from knotwork.verification.worst import failure_lines
 
 if TYPE_CHECKING:
     from knotwork.joint_space import JointSpace
@@ -224,5 +224,5 @@ def print_failures(motions: Iterable[Motion]) -> None:
         if not report.ok:
             which = f"{report.scenario}, {motion.trajectory.planner}"
             echo(f"note: {which}: the check FAILS", err=True)
-            for failure in told_failures(report.failures, MOST_FAILURES):
+            for failure in failure_lines(report.failures, MOST_FAILURES):
                 echo(f"  {failure}", err=True)

@@ -230,11 +230,10 @@ def _named_in(value: Any, folder: Path) -> list[Path]:
 def _verdict(motion: Motion) -> str:
     """The verdict in a line."""
     from knotwork.trajectory import JointTrajectory
-    from knotwork.verification.brief import summary
 
     if isinstance(motion, JointTrajectory):
         return "shown"
-    return f"{'passed' if motion.report.ok else 'FAILED'}: {summary(motion.report)}"
+    return f"{'passed' if motion.report.ok else 'FAILED'}: {motion.report.summary}"
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:

@@ -9,8 +9,13 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 from knotwork.errors import InputError, shown
+from knotwork.meshes.size_limits import require_whole
 
 _FACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+_UNREAD = {
+    "instance_controller": "a skin or morph (<instance_controller>)",
+    "ph": "a polygon with holes (<ph>)",
+}
 
 
 def tag(element: ElementTree.Element) -> str:
@@ -26,18 +31,12 @@ def check_whole(root: ElementTree.Element) -> None:
     """
     for element in root.iter():
         kind = tag(element)
-        if kind == "instance_controller":
-            what = "a skin or morph (<instance_controller>)"
-        elif kind == "ph":
-            what = "a polygon with holes (<ph>)"
-        else:
-            what = ""
-        if what:
-            raise InputError(f"it is not read whole: it has {what}, which is not read")
-        if kind == "mesh":
-            _check_mesh(element)
-        elif kind == "unit":
+        require_whole(kind not in _UNREAD, f"it has {_UNREAD.get(kind)}, which is not read")
+        if kind == "unit":
             _check_unit(element.get("meter", "1"))
+        elif kind == "mesh":
+            for part in element.iter():
+                _check_part(part, tag(part))
 
 
 def _check_unit(metres: str) -> None:
@@ -50,66 +49,54 @@ def _check_unit(metres: str) -> None:
         raise InputError(f"its unit of length is {shown(metres)}, no number of metres")
 
 
-def _check_mesh(mesh: ElementTree.Element) -> None:
-    for element in mesh.iter():
-        kind = tag(element)
-        if kind == "float_array":
-            _check_counted(element, "numbers", _count(element))
-        elif kind == "accessor":
-            _check_accessor(element)
-        elif kind in _FACES:
-            _check_primitive(element)
-
-
-def _check_accessor(element: ElementTree.Element) -> None:
-    """Refuse values that lie otherwise than one after the other, as pycollada takes them."""
-    named = sum(tag(one) == "param" for one in element)
-    if element.get("offset", "0") != "0" or int(element.get("stride", "1")) != named:
-        raise InputError(
-            f"it is not read whole: an accessor has offset {shown(element.get('offset', '0'))} and "
-            f"stride {shown(element.get('stride', '1'))}; read are offset 0 and a stride of its "
-            f"{named} values"
+def _check_part(element: ElementTree.Element, kind: str) -> None:
+    if kind == "float_array":
+        _check_counted(element, "numbers", _count(element))
+    elif kind == "accessor":
+        # pycollada takes values to lie one after the other
+        offset, stride = element.get("offset", "0"), element.get("stride", "1")
+        named = sum(tag(one) == "param" for one in element)
+        require_whole(
+            offset == "0" and int(stride) == named,
+            f"an accessor has offset {shown(offset)} and stride {shown(stride)}; read are offset 0 "
+            f"and a stride of its {named} values",
         )
+    elif kind in _FACES:
+        _check_primitive(element, kind)
 
 
-def _check_primitive(element: ElementTree.Element) -> None:
-    kind = tag(element)
+def _check_primitive(element: ElementTree.Element, kind: str) -> None:
     inputs = [int(one.get("offset", "0")) for one in element if tag(one) == "input"]
     each = max(inputs, default=0) + 1
     lists = [_count(one) for one in element if tag(one) == "p"]
-    what = f"faces of <{kind}>"
-    if any(size % each for size in lists):
-        raise InputError(f"it is not read whole: a <p> of <{kind}> ends within a corner")
+    whole = all(size % each == 0 for size in lists)
+    require_whole(whole, f"a <p> of <{kind}> ends within a corner")
     corners = [size // each for size in lists]
+    total = sum(corners)
     if kind == "triangles":
-        if len(corners) > 1 or sum(corners) % 3:
-            raise InputError(
-                f"it is not read whole: <triangles> has {len(corners)} <p> with {sum(corners)} "
-                "corners; read is one with 3 for each"
-            )
-        _check_counted(element, what, sum(corners) // 3)
-        return
-    if kind == "polylist":
+        require_whole(
+            len(corners) <= 1 and total % 3 == 0,
+            f"<triangles> has {len(corners)} <p> with {total} corners; read is one with 3 for each",
+        )
+        corners = total // 3 * [3]
+    elif kind == "polylist":
         texts = [one.text or "" for one in element if tag(one) == "vcount"]
         sides = [int(word) for text in texts for word in text.split()]
-        stated = sum(sides)
-        if len(corners) > 1 or stated != sum(corners):
-            raise InputError(
-                f"it is not read whole: <vcount> of <polylist> adds up to {stated} corners, and "
-                f"{len(corners)} <p> has {sum(corners)}"
-            )
+        require_whole(
+            len(corners) <= 1 and sum(sides) == total,
+            f"<vcount> of <polylist> adds up to {sum(sides)} corners, and {len(corners)} <p> has "
+            f"{total}",
+        )
         corners = sides
-    _check_counted(element, what, len(corners))
-    if corners and min(corners) < 3:
+    _check_counted(element, f"faces of <{kind}>", len(corners))
+    if min(corners, default=3) < 3:
         raise InputError(f"it has <{kind}> with {min(corners)} corners, fewer than 3")
 
 
 def _check_counted(element: ElementTree.Element, what: str, found: int) -> None:
-    stated = element.get("count")
-    if stated is not None and stated.strip() != str(found):
-        raise InputError(
-            f"it is not read whole: its count says {shown(stated)} {what}, and it has {found}"
-        )
+    stated = element.get("count", str(found))
+    fault = f"its count says {shown(stated)} {what}, and it has {found}"
+    require_whole(stated.strip() == str(found), fault)
 
 
 def _count(element: ElementTree.Element) -> int:

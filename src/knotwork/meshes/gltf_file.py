@@ -11,7 +11,13 @@ import numpy as np
 
 from knotwork.errors import InputError, shown
 from knotwork.meshes.part import IndexArray
-from knotwork.meshes.size_limits import MOST_NESTED, MOST_SHAPES, MOST_TRIANGLES, check_triangles
+from knotwork.meshes.size_limits import (
+    MOST_NESTED,
+    MOST_SHAPES,
+    MOST_TRIANGLES,
+    check_triangles,
+    require_whole,
+)
 from knotwork.waypoints import FloatArray
 
 _TRIANGLES = 4
@@ -54,10 +60,8 @@ def _content(data: bytes, kind: str) -> Any:
     """What the JSON of a glTF says."""
     if kind == "glb":  # a header of 12 bytes, then the length and kind of the first chunk
         length = int.from_bytes(data[8:12], "little")
-        if length != len(data):
-            raise InputError(
-                f"it is not read whole: its header says {length} bytes, and it has {len(data)}"
-            )
+        fault = f"its header says {length} bytes, and it has {len(data)}"
+        require_whole(length == len(data), fault)
         data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
     return json.loads(data)
 
@@ -96,5 +100,4 @@ def _check(content: Any) -> None:
         **{f"extension {name}": not name.startswith(_LOOKS) for name in extended},
     }
     for what, found in unread.items():
-        if found:
-            raise InputError(f"it is not read whole: it has {what}, which is not read")
+        require_whole(not found, f"it has {what}, which is not read")

@@ -117,20 +117,14 @@ def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
 
 
 def _below(path: Path, folders: Sequence[Path | None]) -> bool:
-    real = _real_text(path)
-    within = (os.path.join(folder, "") for folder in folders if folder)
-    return real is not None and os.path.join(real, "").startswith(tuple(within))
+    real = _real(path)
+    return real is not None and any(real.is_relative_to(one) for one in folders if one)
 
 
 def _real(path: Path) -> Path | None:
     """Where a path leads; `None` if no file can have its name."""
-    real = _real_text(path)
-    return None if real is None else Path(real)
-
-
-def _real_text(path: Path) -> str | None:
     try:
-        return os.path.realpath(path)
+        return Path(os.path.realpath(path))
     except (OSError, ValueError):
         return None
 

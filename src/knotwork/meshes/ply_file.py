@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import InputError, shown
 from knotwork.meshes.part import IndexArray
 from knotwork.meshes.polygons import fans
-from knotwork.meshes.size_limits import MOST_TRIANGLES
+from knotwork.meshes.size_limits import MOST_TRIANGLES, require_whole
 from knotwork.waypoints import FloatArray
 
 _TYPES = {
@@ -47,11 +47,10 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
     elements, order, body = _header(data)
     if not order:
         lines = sum(1 for line in body.splitlines() if line.strip())
-        if lines != sum(element.rows for element in elements):
-            raise InputError(
-                f"it is not read whole: its header counts {_listed(elements)}, a line each, and "
-                f"it has {lines} lines"
-            )
+        require_whole(
+            lines == sum(element.rows for element in elements),
+            f"its header counts {_listed(elements)}, a line each, and it has {lines} lines",
+        )
     rows = _Rows(body, order)
     points, triangles = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     for element in elements:
@@ -67,16 +66,17 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
             triangles = fans(columns[given[0]])
         elif element.name == "tristrips" and element.rows:
             raise InputError(f"it has {element.rows} triangle strips, and none are read")
-        elif element.rows and {"vertex_indices", "vertex_index"}.intersection(columns):
-            raise InputError(
-                f"it is not read whole: it has {element.rows} of {element.name!r} with lists of "
-                "vertices, and only those of 'face' are read"
+        else:
+            require_whole(
+                not (element.rows and {"vertex_indices", "vertex_index"}.intersection(columns)),
+                f"it has {element.rows} of {element.name!r} with lists of vertices, and only those "
+                "of 'face' are read",
             )
-    if rows.left:
-        raise InputError(
-            f"it is not read whole: its header counts {_listed(elements)}, and after them are "
-            f"{rows.left} {'bytes' if order else 'numbers'}"
-        )
+    require_whole(
+        not rows.left,
+        f"its header counts {_listed(elements)}, and after them are {rows.left} "
+        f"{'bytes' if order else 'numbers'}",
+    )
     return points, triangles
 
 
@@ -90,8 +90,7 @@ def _header(data: bytes) -> tuple[list[_Element], str, bytes]:
     if end is None:
         raise InputError("its first line is not 'ply'")
     head, found, body = data.partition(end + b"end_header" + end)
-    if not found:
-        raise InputError("it is not read whole: its header has no line 'end_header'")
+    require_whole(bool(found), "its header has no line 'end_header'")
     elements: list[_Element] = []
     order = None
     for line in head.decode("ascii", errors="replace").splitlines()[1:]:
@@ -105,15 +104,15 @@ def _header(data: bytes) -> tuple[list[_Element], str, bytes]:
             elif words[:1] == ["property"]:
                 *kinds, name = words[1:]
                 length, kind = kinds[1:] if kinds[0] == "list" else ("", kinds[0])
+                if name in elements[-1].properties:
+                    raise ValueError(name)
                 made = _Property(_TYPES[kind], _TYPES[length] if length else "")
-                if elements[-1].properties.setdefault(name, made) is not made:
-                    raise InputError(f"its header has property {name!r} twice")
+                elements[-1].properties[name] = made
             elif words and words[0] not in ("comment", "obj_info"):
                 raise KeyError(words[0])
         except (KeyError, IndexError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(f"its header has a line {shown(line)}, which is not known") from error
+            fault = f"its header has a line {shown(line)}, which is not known or there twice"
+            raise InputError(fault) from error
     names = [element.name for element in elements]
     if order is None or len(set(names)) < len(names):
         raise InputError("its header names no format, or an element twice")
@@ -129,9 +128,9 @@ class _Rows:
 
     def __init__(self, body: bytes, order: str) -> None:
         self._order, self._place = order, 0
-        self._bytes = body
         words = () if order else body.split()
         self._values = np.fromiter(map(float, words), float, len(words))
+        self._bytes = body
 
     @property
     def left(self) -> int:
@@ -139,83 +138,70 @@ class _Rows:
         return len(self._bytes if self._order else self._values) - self._place
 
     def read(self, element: _Element) -> dict[str, FloatArray | list[FloatArray]]:
-        """The values of each property: shape (n,), of lists (n, k) or one array for each row."""
-        if not element.rows:
-            return {
-                name: np.zeros((0, 3) if kind.length else 0)
-                for name, kind in element.properties.items()
-            }
-        start = self._place
-        first = self._row(element, 0)
-        kinds = [
-            one.length + len(value) * one.kind
-            for one, value in zip(element.properties.values(), first, strict=True)
-        ]
-        self._place = start
-        if self._size("".join(kinds)) * element.rows <= self.left:
-            columns = self._alike(element, kinds)
-            if columns is not None:
-                return columns
-            self._place = start
-        rows = [self._row(element, i) for i in range(element.rows)]
-        values = zip(element.properties.items(), zip(*rows, strict=True), strict=True)
+        """The values of each property: shape (n,), of lists (n, k) or one array for each row.
+
+        Raises:
+            InputError: Rows are missing.
+        """
+        properties = element.properties
+        try:
+            if not any(one.length for one in properties.values()):
+                table = self._take("".join(one.kind for one in properties.values()), element.rows)
+                return dict(zip(properties, table.T, strict=True))
+            if len(properties) == 1 and (same := self._same_length(element)) is not None:
+                return dict.fromkeys(properties, same)
+            columns: dict[str, list[FloatArray]] = {name: [] for name in properties}
+            for _ in range(element.rows):
+                for name, one in properties.items():
+                    count = self._count(one) if one.length else 1
+                    columns[name].append(self._take(one.kind, count)[:, 0])
+        except EOFError as error:
+            raise InputError(
+                f"it is not read whole: its header counts {element.rows} of {element.name!r}, and "
+                "some are cut off or damaged"
+            ) from error
         return {
-            name: list(column) if kind.length else np.concatenate(column)
-            for (name, kind), column in values
+            name: list(column) if properties[name].length else np.concatenate([*column, []])
+            for name, column in columns.items()
         }
 
-    def _alike(
-        self, element: _Element, kinds: list[str]
-    ) -> dict[str, FloatArray | list[FloatArray]] | None:
-        """Rows that are as long as the first one, or `None` where their lists are not."""
-        table = self._take("".join(kinds), element.rows)
-        columns: dict[str, FloatArray | list[FloatArray]] = {}
-        at = 0
-        for (name, one), part in zip(element.properties.items(), kinds, strict=True):
-            values = table[:, at : at + len(part)]
-            at += len(part)
-            if one.length and (values[:, 0] != len(part) - 1).any():
-                return None
-            columns[name] = values[:, 1:] if one.length else values[:, 0]
-        return columns
+    def _same_length(self, element: _Element) -> FloatArray | None:
+        """Lists that are as long as the first one, shape (n, k); `None` if they are not."""
+        start, (one,) = self._place, element.properties.values()
+        count = self._count(one) if element.rows else 0
+        self._place = start
+        kinds = one.length + count * one.kind
+        if self._size(kinds) * element.rows <= self.left:
+            table = self._take(kinds, element.rows)
+            if (table[:, 0] == count).all():
+                return table[:, 1:]
+        self._place = start
+        return None
 
-    def _row(self, element: _Element, index: int) -> list[FloatArray]:
-        row = []
-        for one in element.properties.values():
-            length = 1
-            if one.length:
-                (counted,) = self._take_of(element, index, one.length)
-                length = int(counted)
-                if not 0 <= length <= self.left:
-                    raise self._cut_off(element, index)
-            row.append(self._take_of(element, index, one.kind * length))
-        return row
-
-    def _take_of(self, element: _Element, index: int, kinds: str) -> FloatArray:
-        if self._size(kinds) > self.left:
-            raise self._cut_off(element, index)
-        values: FloatArray = self._take(kinds, 1)[0]
-        return values
-
-    def _cut_off(self, element: _Element, index: int) -> InputError:
-        return InputError(
-            f"it is not read whole: its header counts {element.rows} of {element.name!r}, and "
-            f"number {index + 1} is cut off or damaged"
-        )
+    def _count(self, one: _Property) -> int:
+        """The length of the next list."""
+        count = int(self._take(one.length, 1)[0, 0])
+        if not 0 <= count <= self.left:
+            raise EOFError
+        return count
 
     def _size(self, kinds: str) -> int:
         """Of a row, in bytes or numbers."""
         return struct.calcsize(self._order + kinds) if self._order else len(kinds)
 
     def _take(self, kinds: str, rows: int) -> FloatArray:
-        """The next numbers, shape (rows, len(kinds)); there are as many."""
-        start, self._place = self._place, self._place + rows * self._size(kinds)
+        """The next numbers, shape (rows, len(kinds)).
+
+        Raises:
+            EOFError: There are fewer.
+        """
+        start, size = self._place, rows * self._size(kinds)
+        if size > self.left:
+            raise EOFError
+        self._place += size
         if not self._order:
             return self._values[start : self._place].reshape(rows, len(kinds))
-        if rows == 1:
-            found = struct.unpack_from(self._order + kinds, self._bytes, start)
-            return np.array([found], dtype=float)
         fields = [(str(i), self._order + kind) for i, kind in enumerate(kinds)]
-        table = np.frombuffer(self._bytes[start : self._place], dtype=fields)
+        table = np.frombuffer(self._bytes, fields, rows, start)
         with np.errstate(invalid="ignore"):
-            return np.column_stack([table[name].astype(float) for name, _ in fields])
+            return np.stack([table[name].astype(float) for name, _ in fields], axis=1)

@@ -8,6 +8,7 @@ import numpy as np
 
 from knotwork.errors import InputError, shown
 from knotwork.meshes.part import IndexArray
+from knotwork.meshes.size_limits import require_whole
 from knotwork.waypoints import FloatArray
 
 # Keywords of OBJ that say nothing of where surfaces are; lines and points have none.
@@ -99,17 +100,13 @@ def read_off(data: bytes) -> tuple[FloatArray, IndexArray]:
     lines = lines if lines[0] else lines[1:]
     vertices, faces = (int(word) for word in lines[0][:2])
     rows = lines[1:]
-    if min(vertices, faces) < 0 or len(rows) != vertices + faces:
-        raise InputError(
-            f"it is not read whole: it counts {vertices} vertices and {faces} faces, a line each, "
-            f"and has {len(rows)} lines"
-        )
+    require_whole(
+        min(vertices, faces) >= 0 and len(rows) == vertices + faces,
+        f"it counts {vertices} vertices and {faces} faces, a line each, and has {len(rows)} lines",
+    )
     points = np.array([[float(word) for word in row[:3]] for row in rows[:vertices]], dtype=float)
     corners = [[int(word) for word in row[: 1 + int(row[0])]] for row in rows[vertices:]]
     for i, row in enumerate(corners):
-        if len(row) != 1 + row[0]:
-            raise InputError(
-                f"it is not read whole: face {i + 1} of {faces} is to have {row[0]} corners and "
-                f"has {len(row) - 1}"
-            )
+        has = f"face {i + 1} of {faces} is to have {row[0]} corners and has {len(row) - 1}"
+        require_whole(len(row) == 1 + row[0], has)
     return points.reshape(-1, 3), fans([row[1:] for row in corners])

@@ -41,3 +41,13 @@ def check_triangles(count: int) -> None:
     """
     if count > MOST_TRIANGLES:
         raise InputError(f"it has {count} triangles; at most {MOST_TRIANGLES} are read")
+
+
+def require_whole(whole: bool, fault: str) -> None:
+    """Refuse a file that would be read in part.
+
+    Raises:
+        InputError: It would be.
+    """
+    if not whole:
+        raise InputError(f"it is not read whole: {fault}")

@@ -13,7 +13,7 @@ from knotwork.errors import did_you_mean
 from knotwork.scenario.model import ScenarioWaypoint
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task.scene import SHAPES, ToolShape, Turned
+from knotwork.task.scene import SHAPES, SolidOfRevolution, ToolShape
 from knotwork.task.scene import HeldObject as HeldObjectFile
 from knotwork.task.scene import SceneObject as SceneObjectFile
 
@@ -142,6 +142,6 @@ def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, .
         normal /= np.abs(normal).max()
         return (*(normal / np.linalg.norm(normal)).tolist(), given.half_space.offset)
     for turned in (given.cylinder, given.capsule, given.cone):
-        if isinstance(turned, Turned):
+        if isinstance(turned, SolidOfRevolution):
             return turned.radius, turned.length
     return tuple(given.box or given.ellipsoid or (given.sphere or 0.0,))

@@ -25,6 +25,8 @@ FAR_OFF = 20.0
 """A mesh this many times larger than the arm's reach, or a thousand times smaller than that, is
 plausibly in another unit."""
 
+TINY = np.finfo(float).tiny
+
 SAME_PLACE = 1e-6
 """Waypoints whose TCPs are this near one another [m] are at one place."""
 
@@ -82,14 +84,8 @@ def hold_between(take: int, leave: int, times: Sequence[float], poses: Sequence[
 
     coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
     gone = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
-    return Hold(
-        poses[take],
-        poses[leave],
-        times[take],
-        times[leave],
-        next(coming, -math.inf),
-        next(gone, math.inf),
-    )
+    near = next(coming, -math.inf), next(gone, math.inf)
+    return Hold(poses[take], poses[leave], times[take], times[leave], *near)
 
 
 def collision_model(scenario: Scenario, robot: Robot, holds: Mapping[str, Hold]) -> CollisionModel:
@@ -183,25 +179,18 @@ class _Builder:
     def _check_size(self, made: Solid, shape: Shape) -> None:
         """Refuse a file that is plausibly in another unit; warn of one that may be."""
         size, reach = 2.0 * made.radius, self._reach
-        what = f"{'mesh' if shape.kind == 'mesh' else 'point cloud'} {shape.path}"
-        for factor in (1e-3, 1e3):
-            far = size > FAR_OFF * reach if factor < 1 else size < reach / (FAR_OFF * 50)
-            if far and reach / 200 <= size * factor <= FAR_OFF * reach:
-                raise InputError(
-                    f"{what} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
-                    f"it is plausibly in another unit; a scale {factor:g} times as large makes it "
-                    f"{size * factor:.4g} m"
-                )
-            doubtful = size > DOUBTFUL * reach if factor < 1 else size < reach / (50 * DOUBTFUL)
-            if doubtful and reach / 200 <= size * factor <= FAR_OFF * reach:
-                self.notes.append(
-                    (
-                        "warning",
-                        f"{what} is {size:.4g} m across, and the arm reaches "
-                        f"{reach:.2g} m: it may be in another unit; a scale {factor:g} times "
-                        f"as large makes it {size * factor:.4g} m",
-                    )
-                )
+        excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, TINY), 1e3))
+        if excess <= DOUBTFUL or not reach / 200 <= size * factor <= FAR_OFF * reach:
+            return
+        text = (
+            f"{'mesh' if shape.kind == 'mesh' else 'point cloud'} {shape.path} is {size:.4g} m "
+            f"across, and the arm reaches {reach:.2g} m: it "
+            f"{'is plausibly' if excess > FAR_OFF else 'may be'} in another unit; a scale "
+            f"{factor:g} times as large makes it {size * factor:.4g} m"
+        )
+        if excess > FAR_OFF:
+            raise InputError(text)
+        self.notes.append(("warning", text))
 
     @cached_property
     def _reach(self) -> float:

@@ -105,25 +105,6 @@ class SolidPairs:
             least[:, columns] = height - self._radius[others]
         return np.asarray(least)
 
-    def least_of_boxes(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """Distances of boxes around solids, along the axes of the root [m], shape (k, c).
-
-        No solids are nearer to one another than these; minus infinity where that tells nothing.
-
-        Args:
-            rotation: Of all joints, shape (k, n + 1, 3, 3).
-            origin: Of all joints [m], shape (k, n + 1, 3).
-        """
-        corners = self.corners(rotation, origin)
-        low, high = corners.min(axis=3), corners.max(axis=3)
-        a, b = self.first, self.second
-        gap = np.maximum(low[:, a] - high[:, b], low[:, b] - high[:, a]).clip(0.0)
-        least = np.sqrt((gap * gap).sum(axis=2))
-        least[least == 0.0] = -np.inf
-        for columns, _ in self._planes:
-            least[:, columns] = -np.inf
-        return np.asarray(least)
-
     @property
     def normal(self) -> FloatArray:
         """Unit vector from the second solid to the first, of the pair measured last, shape (3,)."""
@@ -199,8 +180,8 @@ class SolidPairs:
         low, high = self.windows[self.pair].T
         there = (low <= time[:, None]) & (time[:, None] <= high)
         rotation, origin = place_joints(self.model.joints, np.asarray(q, dtype=float))
-        boxes = self.least_of_boxes(rotation, origin) - ROUNDING
-        least = np.maximum(self.least(rotation, origin), boxes) - self.margin
+
+        least = self.least(rotation, origin) - self.margin
         turn, shift = self.axes(rotation, origin)
         for i, row in enumerate(np.where(there, least, np.inf)):
             result = most

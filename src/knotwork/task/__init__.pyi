@@ -19,9 +19,9 @@ from .scene import HalfSpace as HalfSpace
 from .scene import HeldObject as HeldObject
 from .scene import PointCloud as PointCloud
 from .scene import SceneObject as SceneObject
+from .scene import SolidOfRevolution as SolidOfRevolution
 from .scene import Surroundings as Surroundings
 from .scene import ToolShape as ToolShape
-from .scene import Turned as Turned
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits
 from .tool import FrameSpeed as FrameSpeed

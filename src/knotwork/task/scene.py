@@ -22,7 +22,7 @@ SHAPES = (
 """Keys of which a shape gives exactly one."""
 
 
-class Turned(TaskPart):
+class SolidOfRevolution(TaskPart):
     """A solid of revolution about z, its middle at the origin."""
 
     radius: Positive = Field(description="[length]")
@@ -67,11 +67,11 @@ class _Shape(Placement):
     )
     box: Size3 | None = Field(default=None, description="Size along x, y and z [length]")
     sphere: Positive | None = Field(default=None, description="Its radius [length]")
-    cylinder: Turned | None = Field(default=None, description="About z")
-    capsule: Turned | None = Field(
+    cylinder: SolidOfRevolution | None = Field(default=None, description="About z")
+    capsule: SolidOfRevolution | None = Field(
         default=None, description="About z: a cylinder with half spheres"
     )
-    cone: Turned | None = Field(default=None, description="About z, its tip up")
+    cone: SolidOfRevolution | None = Field(default=None, description="About z, its tip up")
     ellipsoid: Size3 | None = Field(default=None, description="Half axes along x, y and z [length]")
     half_space: HalfSpace | None = Field(default=None, description="A floor or a wall without end")
     mesh: Text | None = Field(

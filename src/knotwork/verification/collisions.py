@@ -13,7 +13,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import absurdity
 from knotwork.verification.motion import AT_WAYPOINT, Motion, between
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -26,16 +26,8 @@ QUANTITY = "clearance"
 MOST_CONTACTS = 5
 """Number of contacts of a pair that are reported with their times; of more, the number."""
 
-APART = "another solution, or a waypoint between that keeps them apart, would help"
-
-MOST_PLACES = 3
-"""Number of contacts of a pair for which an escape is searched."""
-
-ROOM_PRECISION = 2e-4
+MARGIN_PRECISION = 2e-4
 """The least clearance of a motion is found to this [m], so that motions can be ranked by it."""
-
-LEADS_PAST = "can lead past"
-FARTHER = "where the motion next to it still collides, move it further in that direction"
 
 
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -52,12 +44,11 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     yield from _missing(model, scenario, robot)
     found = clearances(model, motion.curve, scene.rules.resolution)
     nearest = _nearest_of_each(found)
-    ways = _WaysOut(model, motion, scenario, robot)
     for one in sorted(found, key=lambda one: one.distance - one.margin):
-        yield _finding(one, ways, scenario, robot, detail=one not in nearest)
+        yield _finding(one, scenario, robot, detail=one not in nearest)
 
 
-def room(
+def least_margin(
     trajectory: JointTrajectory, scenario: Scenario, space: JointSpace
 ) -> tuple[float, float] | None:
     """The least clearance over a motion, beyond the required margin [m], and when [s].
@@ -72,7 +63,7 @@ def room(
     from knotwork.verification.bounds.clearance import least_clearance
 
     model = motion_model(motion, scenario, robot)
-    found = least_clearance(model, motion.curve, scene.rules.resolution, ROOM_PRECISION)
+    found = least_clearance(model, motion.curve, scene.rules.resolution, MARGIN_PRECISION)
     return None if found is None else (found.distance - found.margin, found.time)
 
 
@@ -132,13 +123,11 @@ def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
     return list(nearest.values())
 
 
-def _finding(
-    found: Clearance, ways: _WaysOut, scenario: Scenario, robot: Robot, *, detail: bool
-) -> Finding:
+def _finding(found: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:
     clear = found.verdict == "clear"
     world = robot.base_placement.inverse()
     points = [world.act(point) for point in found.nearest.points]
-    found_so = Finding(
+    return Finding(
         group=GROUP,
         subject="pair",
         name=f"{found.second.name}, {found.first.name}",
@@ -157,9 +146,16 @@ def _finding(
         points=tuple(tuple(float(x) for x in point) for point in points),
         label=("undecided: " if found.verdict == "undecided" else "") + _pair_text(found, scenario),
         detail=detail and clear,
-    )
-    collides = found.verdict not in ("clear", "undecided")
-    return found_so.with_remedy(ways.text(found)) if collides else found_so
+    ).with_remedy(_waypoint_inside(found, scenario))
+
+
+def _waypoint_inside(found: Clearance, scenario: Scenario) -> str:
+    """Say which waypoint is in the worst contact, so that no other way to it helps."""
+    if found.verdict != "collides" or found.interval is None:
+        return ""
+    start, end = found.interval[0] - AT_WAYPOINT, found.interval[1] + AT_WAYPOINT
+    inside = [one.name for one in scenario.waypoints if start <= one.time <= end]
+    return f"waypoint {inside[0]!r} itself collides" if inside else ""
 
 
 def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
@@ -205,74 +201,6 @@ def _when(found: Clearance) -> str:
         more = len(times) - MOST_CONTACTS
         times = [*times[:MOST_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
     return " and ".join([", ".join(times[:-1]), times[-1]] if len(times) > 1 else times)
-
-
-class _WaysOut:
-    """Where waypoints would have to go; one place for all that collides at once."""
-
-    def __init__(
-        self, model: CollisionModel, motion: Motion, scenario: Scenario, robot: Robot
-    ) -> None:
-        self.model, self.motion, self.scenario, self.robot = model, motion, scenario, robot
-        self.known: list[tuple[float, str]] = []
-
-    def text(self, found: Clearance) -> str:
-        """Which side is free, and where a waypoint in between would have to be."""
-        worst = found.interval or (found.time, found.time)
-        if not found.around or self.robot.tcp_frame_id is None:
-            fixed = [one for one in self._inside(worst) if not isinstance(one, CartesianWaypoint)]
-            if fixed:
-                return f"waypoint {fixed[0].name!r} is in it: its joint values have to change"
-            return APART
-        texts = {between(self.scenario, found.time): self._way(worst, found.time)}
-        for start, end in found.contacts:
-            middle = (start + end) / 2
-            where = between(self.scenario, middle)
-            if where not in texts and len(texts) < MOST_PLACES:
-                texts[where] = f"{where} {self._way((start, end), middle)}"
-        ways = "; ".join(texts.values())
-        return f"{ways}; {FARTHER}" if LEADS_PAST in ways else ways
-
-    def _inside(self, contact: tuple[float, float]) -> list[Any]:
-        """The waypoints in a contact."""
-        start, end = contact[0] - AT_WAYPOINT, contact[1] + AT_WAYPOINT
-        return [one for one in self.scenario.waypoints if start <= one.time <= end]
-
-    def _way(self, contact: tuple[float, float], time: float) -> str:
-        """The way out of one contact, looked for at a time unless a waypoint is in it."""
-        for at, text in self.known:
-            if contact[0] <= at <= contact[1]:
-                return text
-        inside = self._inside(contact)
-        time = inside[0].time if inside else time
-        text = self._searched(time, inside[0].name if inside else None)
-        self.known.append((time, text))
-        return text
-
-    def _searched(self, time: float, waypoint: str | None) -> str:
-        from knotwork.scene.escape import way_out
-
-        q, v = self.motion.curve(time), self.motion.curve(time, 1)
-        along = np.zeros(3) if waypoint is not None else (self.robot.jacobian(q) @ v)[:3]
-        way = way_out(self.model, self.robot, q, time, along)
-        if way is None:
-            return APART
-        scale, unit = self.scenario.shown_length
-        move = f"{scale * way.distance:.4g} {unit} along {_shown(way.direction)}"
-        place = f"{_shown(scale * way.tool)} {unit}"
-        if waypoint is not None:
-            return (
-                f"waypoint {waypoint!r} itself collides: move it at least {move}, to have the "
-                f"tool at {place}"
-            )
-        there = f"{_shown(scale * (way.tool + way.beyond * way.direction))} {unit}"
-        step = 0.01 * float(np.linalg.norm(along)) or 1.0
-        rounded = step * np.round(along / step)
-        per_metre, speed_unit = self.scenario.units.shown(1.0, "m/s")
-        return (
-            f"move the tool {move}: a waypoint near {time:.3f} s with the tool at {there}, "
-            f"passed at some {_shown(per_metre * rounded)} {speed_unit}, {LEADS_PAST}"
-        )
 
 
 def _shown(vector: FloatArray) -> str:

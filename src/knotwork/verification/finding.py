@@ -14,7 +14,7 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
 """Quantity of findings on what was tried because something fails."""
-UNSAID = ("brief", "label", "remedy")
+NOT_IN_DATA = ("brief", "label", "remedy")
 """The message says more than they do, so that data leave them out."""
 
 
@@ -88,13 +88,15 @@ class Finding:
     detail: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse a value that is no number, and forget a margin that is not proved.
+        """Refuse a value that is no number; drop a margin that is not proved, or is rounding.
 
         Raises:
             InputError: The value is NaN, of which nothing could be judged.
         """
         if self.proof == "sampled" and (self.margin or 0.0) >= 0.0:
             object.__setattr__(self, "margin", None)
+        elif self.verdict == "met" and self.margin is not None:
+            object.__setattr__(self, "margin", max(self.margin, 0.0))
         if self.value is not None and math.isnan(self.value):
             raise InputError(
                 f"a finding on {self.quantity!r} of {self.subject} {self.name!r} has the value "
@@ -166,7 +168,7 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON; infinite numbers are `None`."""
-        data = {key: _plain(value) for key, value in asdict(self).items() if key not in UNSAID}
+        data = {key: _plain(value) for key, value in asdict(self).items() if key not in NOT_IN_DATA}
         return {"ok": self.ok, **data}
 
     def __str__(self) -> str:

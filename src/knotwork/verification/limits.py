@@ -167,13 +167,10 @@ def limit_finding(
         quantity=quantity,
         verdict=judged(kept(margin, limit), required=given),
         message=f"joint {joint!r}: {quantity} {text}",
-        value=reached.value,
         limit=limit if given else None,
         margin=margin if given else None,
         unit=unit,
-        time=reached.time,
-        proof=reached.proof,
-        excess=reached.excess,
+        **reached._asdict(),
     )
 
 

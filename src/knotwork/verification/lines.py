@@ -59,23 +59,15 @@ def line_not_held(
     speeds = np.array([np.linalg.norm(one.linear) for one in (first, second)])
     if length < 1e-6 or not speeds.all() or motion.end_time < second.time - 1e-9:
         return ""
-    direction = chord / length
-    along = [
-        float(one.linear @ direction) / speed
-        for one, speed in zip((first, second), speeds, strict=True)
-    ]
-    if np.ptp(speeds) > ALIKE * speeds.max():
-        return ""
-    asked = float(speeds.mean())
+    direction, asked = chord / length, float(speeds.mean())
+    along = [float(one.linear @ direction) for one in (first, second)]
     ratio = length / time / asked
-    if min(along) >= ALONG:
-        notable = NOTABLE
-    elif abs(ratio - 1.0) <= IN_TIME:
-        notable = FAR
-    else:
+    straight = min(along / speeds) >= ALONG
+    turning = RADIAN * max(np.linalg.norm(one.angular) for one in (first, second)) > speeds.max()
+    meant = straight or abs(ratio - 1.0) <= IN_TIME
+    if not meant or turning or np.ptp(speeds) > ALIKE * speeds.max():
         return ""
-    if RADIAN * max(np.linalg.norm(one.angular) for one in (first, second)) > speeds.max():
-        return ""  # it turns in place rather than going along
+    notable = NOTABLE if straight else FAR
     position, speed = _tool(motion, robot, np.linspace(first.time, second.time, SAMPLES + 1))
     gone = position - first.position
     off = float(np.linalg.norm(gone - np.outer(gone @ direction, direction), axis=1).max())
@@ -98,8 +90,8 @@ def line_not_held(
 
 def _tool(motion: Motion, robot: Robot, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Positions [m], shape (k, 3), and speeds [m/s] of the tool."""
-    q = motion.curve(np.clip(times, motion.start_time, motion.end_time))
-    v = motion.curve(np.clip(times, motion.start_time, motion.end_time), 1)
+    times = np.clip(times, motion.start_time, motion.end_time)
+    q, v = motion.curve(times), motion.curve(times, 1)
     position = np.array([robot.forward(one).translation for one in q])
     twists = [robot.twist(one, rate).linear for one, rate in zip(q, v, strict=True)]
     return position, np.linalg.norm(twists, axis=1)

@@ -7,11 +7,23 @@ from typing import Any
 
 from knotwork.errors import CheckFailedError
 from knotwork.units import Units
-from knotwork.verification.brief import brief
+from knotwork.verification.brief import (
+    INDENT,
+    NOTABLE,
+    BriefLine,
+    group_lines,
+    used,
+    worst_lines,
+    wrapped,
+)
 from knotwork.verification.finding import TRIED, Finding
 
 VERSION = 2
 """Of `report.json`. Version 1 had no number, and a list for each kind of check."""
+
+WIDTH = 80
+MOST_FAILURE_LINES = 8
+MOST_WARNING_LINES = 4
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,7 +56,7 @@ class Report:
 
     def __str__(self) -> str:
         """The verdict and the tightest cases, in some 15 lines of 80 characters."""
-        return "\n".join(line.text for line in brief(self))
+        return "\n".join(line.text for line in self.brief())
 
     def __repr__(self) -> str:
         return str(self)
@@ -110,6 +122,47 @@ class Report:
                 worst[key] = use, found
         order = sorted(worst.values(), key=lambda pair: -pair[0])
         return tuple(found for _, found in order)
+
+    @property
+    def reservations(self) -> str:
+        """How much is undecided, and how much is met because of samples alone; mostly empty."""
+        undecided = sum(found.verdict == "undecided" for found in self.findings)
+        counted = {"undecided": undecided, "sampled only": len(self.sampled)}
+        return "".join(f", {count} {what}" for what, count in counted.items() if count)
+
+    @property
+    def summary(self) -> str:
+        """How much is met, in a line; where all is, what uses most of its limit.
+
+        >>> kw.plan("ur5_deburring").report.summary
+        '90 of 90 met; tightest 81 %: ...'
+        """
+        met, required = self.counts
+        tight = [one for one in self.tightest if (one.use or 0.0) >= NOTABLE]
+        tightest = f"; tightest {used(tight[0], self.units)}" if tight and self.ok else ""
+        return f"{met} of {required} met{self.reservations}{tightest}"
+
+    def brief(self, width: int = WIDTH) -> list[BriefLine]:
+        """The report in some 15 lines: the verdict, what fails, the tightest case of each group.
+
+        Args:
+            width: Of the lines, in characters; only longer words are longer.
+        """
+        met, required = self.counts
+        failed = f", {required - met} failed" if required > met else ""
+        verdict = (
+            f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {met} of {required} "
+            f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
+        )
+        lines = wrapped("passed" if self.ok else "failed", verdict, width, INDENT)
+        for kind, mark, findings, most in (
+            ("failure", "FAIL ", self.failures, MOST_FAILURE_LINES),
+            ("tried", "", self.tried, MOST_FAILURE_LINES),
+            ("sampled", "not proved: ", self.sampled, MOST_WARNING_LINES),
+            ("warning", "warning: ", self.warnings, MOST_WARNING_LINES),
+        ):
+            lines += worst_lines(kind, mark, findings, most, self.units, width)
+        return [*lines, *group_lines(self.groups, self.units, width, ok=self.ok)]
 
     def select(self, **wanted: object) -> tuple[Finding, ...]:
         """Find findings by their attributes, for example `subject="joint", quantity="velocity"`.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +27,6 @@ from knotwork.verification.remedies import slower
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.verification.bounds import Bound
 
 ALMOST_SINGULAR = 1e-3
 """A singular value below this is called so where it has no limit of its own."""
@@ -40,52 +39,32 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
     if space.robot is None:
         return
-    from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
-
-    robot, limits = space.robot, scenario.motion_limits
-    if limits.tool_speed is not None:
-        limit = limits.tool_speed
-        yield _of_frame(tool_speed_bound, motion, robot, limit, "tool_speed", 1, scenario)
-    if limits.tool_acceleration is not None:
-        limit, jump = limits.tool_acceleration, _tool_jump(motion, robot)
-        found = _of_frame(
-            tool_acceleration_bound, motion, robot, limit, "tool_acceleration", 2, scenario,
-            jump=jump,
-        )  # fmt: skip
-        yield found
-    for one in limits.frame_speeds:
-        yield _of_frame(
-            tool_speed_bound, motion, robot, one.speed, "frame_speed", 1, scenario,
-            frame=one.frame,
-        )  # fmt: skip
+    limits = scenario.motion_limits
+    rows = [
+        ("tool_speed", None, 1, limits.tool_speed),
+        ("tool_acceleration", None, 2, limits.tool_acceleration),
+        *(("frame_speed", one.frame, 1, one.speed) for one in limits.frame_speeds),
+    ]
+    for quantity, frame, order, limit in rows:
+        if limit is not None:
+            yield _of_frame(motion, space.robot, quantity, frame, order, limit, scenario)
 
 
 def _of_frame(
-    bound: Callable[..., Bound],
     motion: Motion,
     robot: Robot,
-    limit: float,
     quantity: str,
+    frame: str | None,
     order: int,
+    limit: float,
     scenario: Scenario,
-    *,
-    frame: str | None = None,
-    jump: float | None = None,
 ) -> Finding:
-    """Compare a quantity of a link, or of the tool, with its limit.
+    """Compare speed (order 1) or acceleration (order 2) of a link, or of the tool, with a limit."""
+    from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
 
-    Args:
-        bound: Bounds the quantity.
-        motion: The motion to check.
-        robot: The arm.
-        limit: In SI.
-        quantity: Its name.
-        order: Of its derivative of position.
-        scenario: The task; messages are in its units.
-        frame: Name of the link; by default the tool.
-        jump: When it is infinite [s], if it is.
-    """
+    bound = tool_speed_bound if order == 1 else tool_acceleration_bound
     found = bound(robot, motion.trajectory, frame=frame, limit=float(with_slack(limit)))
+    jump = _tool_jump(motion, robot) if order == 2 else None
     reached = bounded(found) if jump is None else Reached(np.inf, jump)
     margin = limit - reached.value - (reached.excess if found.ok else 0.0)
     who = "tool" if frame is None else f"link {frame!r}"
@@ -97,13 +76,10 @@ def _of_frame(
         quantity=quantity,
         verdict=judged(kept(margin, limit)),
         message=f"{who}: {words} {in_words(reached, limit, unit, scenario.units)}",
-        value=reached.value,
         limit=limit,
         margin=margin,
         unit=unit,
-        time=reached.time,
-        proof=reached.proof,
-        excess=reached.excess,
+        **reached._asdict(),
     )
     if finding.ok or np.isinf(reached.value):
         return finding
@@ -128,30 +104,20 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     least = None if limit is None else limit * (1.0 - LIMIT_SLACK)
     found = singular_value_bound(space.robot, motion.trajectory, limit=least)
     reached = bounded(found)
-    message = (
-        f"the smallest singular value of the tool Jacobian is {found.value:.4g} at "
-        f"{found.time:.6g} s (metres and radians mixed)"
-    )
+    message, margin = f"is {found.value:.4g} at {found.time:.6g} s", None
     if limit is not None:
-        message = (
-            "tool: the smallest singular value (metres and radians mixed) "
-            f"{in_words(reached, limit, '', scenario.units)}"
-        )
+        message = in_words(reached, limit, "", scenario.units)
+        margin = found.value - limit - (reached.excess if found.ok else 0.0)
     yield Finding(
         group=SINGULARITY,
         subject="tool",
         name="",
         quantity="smallest_singular_value",
         verdict=judged(found.ok, required=limit is not None),
-        message=message,
-        value=found.value,
+        message=f"tool: the smallest singular value (metres and radians mixed) {message}",
         limit=limit,
-        margin=None
-        if limit is None
-        else found.value - limit - (reached.excess if found.ok else 0.0),
-        time=found.time,
-        proof=reached.proof,
-        excess=reached.excess,
+        margin=margin,
+        **reached._asdict(),
         brief=f"almost singular: smallest singular value {found.value:.4g} at {found.time:.3f} s"
         if limit is None and found.value < ALMOST_SINGULAR
         else "",

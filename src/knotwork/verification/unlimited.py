@@ -44,19 +44,19 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
         missing = np.flatnonzero(np.isinf(space.limits[quantity]))
         if not missing.size:
             continue
-        what = quantity
+        order, what = JOINT_QUANTITIES[quantity].order, quantity
         if missing.size < len(space.joint_names):
             what += " of " + ", ".join(space.joint_names[i] for i in missing)
-        peak = where = ""
-        order = JOINT_QUANTITIES[quantity].order
-        if order is not None:
-            found = motion.curve.extrema(order)
-            i = int(missing[found.peak[missing].argmax()])
-            unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
-            peak = f" (peak {scenario.units.text(float(found.peak[i]), unit, '.4g')}"
-            where = f", {space.joint_names[i]} at {found.peak_time[i]:.6g} s)"
-        parts.append(f"{what}{peak}{where}")
-        short.append(f"{quantity}{peak}{')' if peak else ''}")
+        if order is None:
+            parts.append(what)
+            short.append(quantity)
+            continue
+        found = motion.curve.extrema(order)
+        i = int(missing[found.peak[missing].argmax()])
+        unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
+        peak = f"(peak {scenario.units.text(float(found.peak[i]), unit, '.4g')}"
+        parts.append(f"{what} {peak}, {space.joint_names[i]} at {found.peak_time[i]:.6g} s)")
+        short.append(f"{quantity} {peak})")
     if parts:
         yield Finding(
             group=NO_LIMIT,

@@ -33,10 +33,6 @@ def check(
     Position, velocity, acceleration and jerk limits hold over all time: their extrema are exact.
     Each finding says how it was found.
 
-    >>> plan = kw.plan("paper_case")
-    >>> kw.check(plan.trajectory, plan.scenario).ok
-    True
-
     Args:
         trajectory: The motion; its joints in any order.
         scenario: The task.

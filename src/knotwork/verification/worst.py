@@ -12,7 +12,7 @@ def and_more(count: int) -> str:
     return f" (and {count} more like it)" if count else ""
 
 
-def told_failures(findings: Sequence[Finding], most: int | None = None) -> list[str]:
+def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[str]:
     """Findings in their own words: the worst of those alike, and how many more there are.
 
     Args:
@@ -45,8 +45,8 @@ def alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     return list(found.values())
 
 
-def told_apart(findings: Sequence[Finding]) -> list[Finding]:
-    """The findings to print of a group whose tightness is no part of a limit.
+def without_use(findings: Sequence[Finding]) -> list[Finding]:
+    """The findings to print of a group in which no part of a limit is used.
 
     Where a limit is zero, it is the finding nearest its limit; where nothing has a limit, the
     largest of each quantity; else nothing.

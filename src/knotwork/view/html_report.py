@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from knotwork.documents import read_text
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import NOTABLE, summary
-from knotwork.verification.worst import alike, told_apart, worst_failures
+from knotwork.verification.brief import NOTABLE
+from knotwork.verification.worst import alike, without_use, worst_failures
 from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, frame, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
@@ -62,7 +62,7 @@ def report_page(plan: PlanLike) -> Page:
         report=report,
         robot=robot,
         trajectory=plan.trajectory,
-        summary=summary(report),
+        summary=report.summary,
         failures=alike(report.failures),
         most_use=MOST_USE,
         tightest=[_shown(one, report.units) for one in _tightest(report)],
@@ -84,7 +84,7 @@ def _tightest(report: Report) -> list[Finding]:
     """Failures first, then of each other quantity the finding nearest its limit."""
     failing = worst_failures(report.failures)[:MOST]
     rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
-    rows += [one for found in report.groups.values() for one in told_apart(found)]
+    rows += [one for found in report.groups.values() for one in without_use(found)]
     failed = {(one.subject, one.quantity) for one in failing}
     first: dict[tuple[str, str], Finding] = {}
     for found in rows:

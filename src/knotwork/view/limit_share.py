@@ -12,7 +12,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.verification import Finding
-from knotwork.verification.bounds.tool import frame_quantity
+from knotwork.verification.bounds.tool import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.waypoints import FloatArray
 
@@ -77,7 +77,7 @@ def frame_values(
         a: Their accelerations.
     """
     index = robot.frame_index(frame) if frame else robot.require_tool()
-    return np.asarray(frame_quantity(robot.model, index, order).values(q, v, a)[:, 0])
+    return np.asarray(speed_quantity(robot.model, index, order).values(q, v, a)[:, 0])
 
 
 def singular_values(robot: Robot, q: FloatArray) -> FloatArray:

@@ -18,8 +18,7 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI
 from knotwork.verification import Report, check
-from knotwork.verification.brief import summary
-from knotwork.verification.worst import told_failures
+from knotwork.verification.worst import failure_lines
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
 from knotwork.view.images import image_addresses
@@ -182,9 +181,9 @@ def _verdict(report: Report | None) -> dict[str, Any]:
         return {"ok": None, "summary": "", "failed": 0, "failures": [], "tried": []}
     return {
         "ok": report.ok,
-        "summary": summary(report),
+        "summary": report.summary,
         "failed": len(report.failures),
-        "failures": told_failures(report.failures),
+        "failures": failure_lines(report.failures),
         "tried": [str(item) for item in report.tried],
     }
 

@@ -34,6 +34,12 @@ BUDGET_PER_PIECE = 8
 """Evaluations for each piece, times the number of its coefficients, if these are more: enough
 for everything that a polynomial does."""
 
+PRECISION = 1e-3
+"""How near a bound comes to the largest value found, relative to that or to the limit."""
+
+FLOOR = 1e-6
+"""Resolution of values near zero, as a fraction of the largest that the joints' rates allow."""
+
 TINY = np.finfo(float).tiny
 
 BLOCK = 8192
@@ -93,7 +99,7 @@ def maximum(
     curve: PiecewisePolynomial,
     quantity: Quantity,
     limit: FloatArray,
-    precision: Callable[[FloatArray, FloatArray], FloatArray],
+    precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
     budget: int = BUDGET,
 ) -> Maximum:
     """Bound a quantity over a whole motion from above.
@@ -103,7 +109,8 @@ def maximum(
         quantity: What to bound.
         limit: What it is compared with, shape (c,); infinite for none.
         precision: From the largest samples and the largest bounds of |g|, shape (c,) each, how near
-            the bound has to come to the samples, shape (c,), where no limit decides.
+            the bound has to come to the samples, shape (c,), where no limit decides; by default a
+            part of the limit, or of the samples if they are larger.
         budget: How many evaluations may follow the first division; the usual budget grows with the
             number of pieces. They are spent where the bounds are worst.
     """
@@ -121,14 +128,18 @@ def maximum(
         excess, rounding = search.excess(intervals)
         ends = np.maximum(at_start, at_end)
         upper = ends + (excess + rounding)
-        near = search.value + precision(search.value, search.scale)
+        if precision is None:
+            step = _relative_precision(search.value, search.scale, limit)
+        else:
+            step = precision(search.value, search.scale)
+        near = search.value + step
         target = np.where(search.value <= limit, np.minimum(near, limit), near)
         target[search.value > limit + ABSURD * np.abs(limit)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
         waiting = is_open.any(axis=1)
-        room = allowance - search.evaluations
+        remaining = allowance - search.evaluations
         parts = _parts(excess, np.maximum(target - ends, rounding), is_open)
-        waiting = _worst_first(upper - target, is_open, np.where(waiting, parts, 1), room)
+        waiting = _worst_first(upper - target, is_open, np.where(waiting, parts, 1), remaining)
         if not waiting.any():
             break
         parts = parts[waiting]
@@ -142,6 +153,12 @@ def maximum(
     bound = np.maximum(closed, upper.max(axis=0))
     decided = np.where(np.isfinite(limit), (bound <= limit) | (search.value > limit), bound <= near)
     return Maximum(search.signed, search.time, bound, decided, search.evaluations)
+
+
+def _relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
+    least = np.where(np.isfinite(limit), limit, FLOOR / PRECISION * scale)
+    share = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
+    return np.asarray(PRECISION * share)
 
 
 class _Search:
@@ -238,25 +255,25 @@ def _first_parts(span: FloatArray) -> NDArray[np.intp]:
 
 
 def _worst_first(
-    beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], room: int
+    beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], remaining: int
 ) -> NDArray[np.bool_]:
-    """The open intervals with bounds farthest beyond their targets, as many as there is room for.
+    """The open intervals with bounds farthest beyond their targets, as many as the budget allows.
 
     Args:
         beyond: How far each bound is beyond its target, shape (n, c).
         is_open: Where that leaves a verdict open, shape (n, c).
         parts: Into how many parts each interval is to be divided, shape (n,).
-        room: How many evaluations are left.
+        remaining: How many evaluations are left.
     """
     waiting = is_open.any(axis=1)
-    if int((parts - 1).sum()) <= room:
+    if int((parts - 1).sum()) <= remaining:
         return np.asarray(waiting)
     most = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
         share = np.where(is_open, beyond / np.maximum(most, TINY), -np.inf).max(axis=1)
     order = np.argsort(-share, kind="stable")
     chosen = np.zeros(len(parts), dtype=bool)
-    chosen[order[np.cumsum(parts[order] - 1) <= room]] = True
+    chosen[order[np.cumsum(parts[order] - 1) <= remaining]] = True
     return np.asarray(chosen & waiting)
 
 

@@ -32,10 +32,10 @@ from knotwork.scene.distances import ROUNDING, Nearest, nearest_of_bodies
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
-from knotwork.verification.bounds.division import Known, divided, first_intervals
+from knotwork.verification.bounds.division import Looks, divided, first_intervals
 from knotwork.verification.bounds.polynomials import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import FloatArray
 
 PARTS = 24
 """The motion is first divided into about this many intervals, and at every break."""
@@ -158,24 +158,21 @@ class _Search:
         first = first_intervals(self.curve.x, self.windows, PARTS)
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
-            item, combo = self._there(intervals)
-            known = Known(np.full(len(item), np.nan), np.zeros((len(item), 3)))
-            while len(item):
-                intervals, item, combo, known = self._level(intervals, item, combo, known)
+            looks = self._first_looks(intervals)
+            while len(looks.interval):
+                intervals, looks = self._level(intervals, looks)
         self._look_inside()
         return self._clearances()
 
-    def _there(self, intervals: Intervals) -> tuple[IndexArray, IndexArray]:
-        """Which pairs of solids are there together in which intervals."""
+    def _first_looks(self, intervals: Intervals) -> Looks:
+        """The pairs of solids that are there together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
         windows = self.windows[self.pair]
         there = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
-        item, combo = np.nonzero(there)
-        return item, combo
+        interval, combo = np.nonzero(there)
+        return Looks(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
 
-    def _level(
-        self, intervals: Intervals, item: IndexArray, combo: IndexArray, known: Known
-    ) -> tuple[Intervals, IndexArray, IndexArray, Known]:
+    def _level(self, intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
         """Measure where it is needed, close what is decided, divide the rest in three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
@@ -184,30 +181,26 @@ class _Search:
         motions = RelativeMotion(
             self.model.joints, self.table, self.curve, intervals, rotation, origin
         )
-        motion = motions.largest(item, combo)
-        least = self.table.least(rotation, origin)[item, combo]
+        interval, combo, distance, normal = looks
+        motion = motions.largest(interval, combo)
+        least = self.table.least(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
-        self._measure(time[item], *placed, item, combo, known, least, motion)
-        distance = known.distance
+        self._measure(looks, time, placed, least - motion, motion)
         lower = np.where(np.isnan(distance), least, distance - ROUNDING) - motion
         goal = self._goal()[combo]
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
-        where = item[apart], combo[apart], known.normal[apart]
+        where = interval[apart], combo[apart], normal[apart]
         gap = self.table.gaps(*where, *placed) - ROUNDING
         lower[apart] = np.maximum(lower[apart], gap - motions.along(*where))
-        decided = lower >= goal
-        small = motion <= self.resolution
-        is_open = (
-            ~(decided | small) if self.measurements.sum() < BUDGET else np.zeros(len(item), bool)
-        )
-        closed = ~is_open
+        closed = (lower >= goal) | (motion <= self.resolution)
+        if self.measurements.sum() >= BUDGET:
+            closed[:] = True
         np.minimum.at(self.bound, combo[closed], lower[closed])
         left = closed & (lower < self.margin[combo]) & (self.distance[combo] > self.margin[combo])
-        half, at = intervals.length[item[left]] / 2, time[item[left]]
+        half, at = intervals.length[interval[left]] / 2, time[interval[left]]
         np.minimum.at(self.undecided_from, combo[left], at - half)
         np.maximum.at(self.undecided_until, combo[left], at + half)
-        known = Known(distance[is_open], known.normal[is_open])
-        return divided(intervals, item[is_open], combo[is_open], known)
+        return divided(intervals, looks.where(~closed))
 
     def _goal(self) -> FloatArray:
         """An interval is closed where its bound comes up to this [m], for each pair of solids."""
@@ -218,13 +211,10 @@ class _Search:
 
     def _measure(
         self,
+        looks: Looks,
         time: FloatArray,
-        turn: FloatArray,
-        shift: FloatArray,
-        item: IndexArray,
-        combo: IndexArray,
-        known: Known,
-        least: FloatArray,
+        placed: tuple[FloatArray, FloatArray],
+        lower: FloatArray,
         motion: FloatArray,
     ) -> None:
         """Measure distances, the least ones first, as far as that may change the smallest one.
@@ -233,30 +223,27 @@ class _Search:
         smaller than the smallest found.
 
         Args:
-            time: Of each item [s].
-            turn: Rotations of the solids' own axes at each of the k times, shape (k, s, 3, 3).
-            shift: Their origins then [m], shape (k, s, 3).
-            item: Which of the k times each item is at.
-            combo: Pair of solids of each item.
-            known: What has been measured of each item; what is measured now is filled in.
-            least: Distance that spheres prove of each item [m].
-            motion: How far the solids of each item move against one another at most [m].
+            looks: What is measured is filled in.
+            time: Of the middle of each interval [s].
+            placed: Rotations and origins of the solids' own axes then, as `SolidPairs.axes`.
+            lower: What spheres prove over its interval of each look [m].
+            motion: How far the two solids move against one another at most [m].
         """
-        lower, first_goal = least - motion, self._goal()
-        waiting = np.flatnonzero(np.isnan(known.distance) & (lower < first_goal[combo]))
+        first_goal = self._goal()
+        waiting = np.flatnonzero(np.isnan(looks.distance) & (lower < first_goal[looks.combo]))
         waiting = waiting[np.argsort(np.round(lower[waiting], DIGITS), kind="stable")]
-        goal, smallest = first_goal.tolist(), self.distance.tolist()
-        columns = (waiting, combo[waiting], item[waiting], lower[waiting], motion[waiting])
+        goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
+        columns = (waiting, *(x[waiting] for x in (looks.combo, looks.interval, lower, motion)))
         for i, c, k, nearest, moved in zip(*(one.tolist() for one in columns), strict=True):
             if nearest >= goal[c]:
                 continue
             enough = max(goal[c] + moved + 2 * ROUNDING, smallest[c])
-            d = self.table.measured(c, turn[k], shift[k], enough)
-            known.distance[i], known.normal[i] = d, self.table.normal
+            d = self.table.measured(c, placed[0][k], placed[1][k], enough)
+            looks.distance[i], looks.normal[i] = d, self.table.normal
             self.measurements[c] += 1
             if d < smallest[c] - 10.0**-DIGITS:
                 smallest[c] = self.distance[c] = d
-                self.time[c] = time[i]
+                self.time[c] = time[k]
                 part = max(self.least_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 

@@ -5,22 +5,32 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.distinct import distinct
 from knotwork.verification.bounds.polynomials import Intervals
 from knotwork.waypoints import FloatArray, IndexArray
 
 
-class Known(NamedTuple):
-    """What has been measured of m items, each a pair of solids at the middle of an interval.
+class Looks(NamedTuple):
+    """Pairs of solids to be looked at, each over an interval; m of them.
 
     Attributes:
-        distance: Between the solids [m], `nan` where it has not been measured; shape (m,).
-        normal: Unit vectors from the second to the first, shape (m, 3).
+        interval: Which interval, shape (m,).
+        combo: Which pair of solids, shape (m,).
+        distance: Between the solids at its middle [m], `nan` where it has not been measured.
+        normal: Unit vectors from the second to the first then, shape (m, 3).
     """
 
+    interval: IndexArray
+    combo: IndexArray
     distance: FloatArray
     normal: FloatArray
+
+    def where(self, chosen: NDArray[np.bool_]) -> Looks:
+        """Some of them."""
+        item = self.interval[chosen], self.combo[chosen]
+        return Looks(*item, self.distance[chosen], self.normal[chosen])
 
 
 def first_intervals(x: FloatArray, windows: FloatArray, count: int) -> Intervals:
@@ -42,11 +52,9 @@ def first_intervals(x: FloatArray, windows: FloatArray, count: int) -> Intervals
     return Intervals(piece, start - x[piece], length)
 
 
-def divided(
-    intervals: Intervals, item: IndexArray, combo: IndexArray, known: Known
-) -> tuple[Intervals, IndexArray, IndexArray, Known]:
-    """Intervals of items that are still open, each in three parts; the middle ones are measured."""
-    used, place = np.unique(item, return_inverse=True)
+def divided(intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
+    """Intervals that are still open, each in three parts; the middle ones are measured."""
+    used, place = np.unique(looks.interval, return_inverse=True)
     third = intervals.length[used] / 3
     start = intervals.start[used]
     parts = Intervals(
@@ -54,8 +62,8 @@ def divided(
         (start[:, None] + third[:, None] * np.arange(3)).ravel(),
         np.repeat(third, 3),
     )
-    items = (3 * place[:, None] + np.arange(3)).ravel()
+    interval = (3 * place[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
-    distance[:, 1], normal[:, 1] = known
-    parts_known = Known(distance.ravel(), normal.reshape(-1, 3))
-    return parts, items, np.repeat(combo, 3), parts_known
+    distance[:, 1], normal[:, 1] = looks.distance, looks.normal
+    combo = np.repeat(looks.combo, 3)
+    return parts, Looks(interval, combo, distance.ravel(), normal.reshape(-1, 3))

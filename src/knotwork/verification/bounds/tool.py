@@ -1,26 +1,24 @@
-"""Proved bounds on the speed and the acceleration of the tool or of any other frame."""
+"""Proved bounds on the motion of the tool or another frame: speed, acceleration, place, angle."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
+from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
+from knotwork.tool_paths.rotations import WIDEST, angle_of, gap_of
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import carried, tree_motion
+from knotwork.verification.bounds.chain import TreeMotion, carried, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds
-from knotwork.waypoints import FloatArray
-
-PRECISION = 1e-3
-"""How near a bound comes to the largest value found, relative to that or to the limit."""
-
-FLOOR = 1e-6
-"""Resolution of values near zero, as a fraction of the largest that the joints' rates allow."""
+from knotwork.waypoints import FloatArray, read_only, rotation_fault
 
 
 def tool_speed_bound(
@@ -53,7 +51,9 @@ def tool_speed_bound(
     >>> speed.ok, speed.proved
     (True, True)
     """
-    return _bound(robot, trajectory, frame, limit, budget, 1, "tool speed")
+    most = checked_limit(limit, "tool speed")
+    quantity = speed_quantity(robot.model, _index(robot, frame), 1)
+    return _bound(robot, trajectory, quantity, most, budget)
 
 
 def tool_acceleration_bound(
@@ -75,61 +75,183 @@ def tool_acceleration_bound(
     >>> found.ok, found.proved, found.value < found.bound < 1.0
     (True, True, True)
     """
-    return _bound(robot, trajectory, frame, limit, budget, 2, "tool acceleration")
+    most = checked_limit(limit, "tool acceleration")
+    quantity = speed_quantity(robot.model, _index(robot, frame), 2)
+    return _bound(robot, trajectory, quantity, most, budget)
 
 
-def _bound(
+def tool_distance_bound(
     robot: Robot,
     trajectory: JointTrajectory,
-    frame: str | None,
-    limit: float | None,
-    budget: int,
-    order: int,
-    what: str,
+    point: ArrayLike,
+    *,
+    limit: float | None = None,
+    budget: int = BUDGET,
 ) -> Bound:
-    allowed = checked_limit(limit, what)
-    index = robot.require_tool() if frame is None else robot.frame_index(frame)
-    quantity = frame_quantity(robot.model, index, order)
+    """Bound the distance of the tool centre point from a point, over all time [m].
 
-    return single_bound(robot, trajectory, quantity, allowed, budget)
+    Args:
+        robot: The arm.
+        trajectory: The motion of its joints.
+        point: In base axes [m], shape (3,).
+        limit: Largest distance allowed [m]; without one the bound is made tight to 0.1 %.
+        budget: How many evaluations may follow the first 500.
+
+    Raises:
+        RobotError: No tool frame has been chosen.
+        InputError: The trajectory is not of the robot's joints, or a value is not as it must be.
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> robot = plan.space.robot
+    >>> found = kw.verification.tool_distance_bound(robot, plan.trajectory, [0, 0, 0], limit=1.5)
+    >>> found.ok, found.proved
+    (True, True)
+    """
+    place = read_only(point, (3,), "point")
+    most, base = checked_limit(limit, "distance"), robot.base_placement
+
+    def value(model: Any, data: Any, frame: int) -> float:
+        pose = base.actInv(pin.updateFramePlacement(model, data, frame))
+        return float(np.linalg.norm(pose.translation - place))
+
+    def sizes(moved: TreeMotion, joint: int, lever: float) -> FloatArray:
+        found = moved.point(joint, lever)[:3].copy()
+        found[0] += np.linalg.norm(place)
+        return found
+
+    quantity = _of_frame(robot.model, robot.require_tool(), value, sizes)
+    return _bound(robot, trajectory, quantity, most, budget)
 
 
-def single_bound(
-    robot: Robot, trajectory: JointTrajectory, quantity: Quantity, limit: float, budget: int
+def tool_angle_bound(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    rotation: ArrayLike,
+    *,
+    limit: float | None = None,
+    budget: int = BUDGET,
 ) -> Bound:
-    """Bound a quantity of one component against a limit, infinite for none."""
-    most = np.array([limit])
+    """Bound the angle of the tool from a rotation, over all time [rad].
 
-    def precision(value: FloatArray, scale: FloatArray) -> FloatArray:
-        return relative_precision(value, scale, most)
+    Two rotations an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm, which is bounded.
 
-    found = maximum(curve_of(robot, trajectory), quantity, most, precision, budget)
-    return upper_bounds(found, most)[0]
+    Args:
+        robot: The arm.
+        trajectory: The motion of its joints.
+        rotation: Rotation matrix in base axes, shape (3, 3).
+        limit: Largest angle allowed [rad]; without one the bound is made tight to 0.1 %.
+        budget: How many evaluations may follow the first 500.
+
+    Raises:
+        RobotError: No tool frame has been chosen.
+        InputError: The trajectory is not of the robot's joints, or a value is not as it must be.
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> start = plan.space.robot.forward(plan.trajectory.position(0)).rotation
+    >>> found = kw.verification.tool_angle_bound(plan.space.robot, plan.trajectory, start)
+    >>> found.value <= found.bound < 3.2
+    True
+    """
+    matrix = read_only(rotation, (3, 3), "rotation")
+    if fault := rotation_fault(matrix, 1e-9):
+        raise InputError(f"rotation is no rotation matrix: {fault}")
+    most, base = checked_limit(limit, "angle"), robot.base_placement
+
+    def value(model: Any, data: Any, frame: int) -> float:
+        pose = base.actInv(pin.updateFramePlacement(model, data, frame))
+        return float(np.linalg.norm(pose.rotation - matrix))
+
+    def sizes(moved: TreeMotion, joint: int, _lever: float) -> FloatArray:
+        turning = moved.rotation(joint)
+        return np.concatenate((np.full_like(turning[:1], WIDEST), turning))
+
+    gap = math.inf if most >= math.pi else gap_of(most)
+    quantity = _of_frame(robot.model, robot.require_tool(), value, sizes)
+    found = _bound(robot, trajectory, quantity, gap, budget)
+    angle, bound = (float(angle_of(one)) for one in (found.value, found.bound))
+    return found._replace(value=angle, bound=bound, limit=limit)
 
 
-def relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
-    """How near a bound has to come to the samples: a share of the limit or the value, if larger."""
-    least = np.where(np.isfinite(limit), limit, FLOOR / PRECISION * scale)
-    share = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
-    return np.asarray(PRECISION * share)
+def tool_turning_bound(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    *,
+    limit: float | None = None,
+    budget: int = BUDGET,
+) -> Bound:
+    """Bound the angular speed of the tool, over all time [rad/s].
+
+    Arguments and errors are those of `tool_distance_bound` without its point, the limit in rad/s.
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> found = kw.verification.tool_turning_bound(plan.space.robot, plan.trajectory, limit=2)
+    >>> found.ok, found.proved
+    (True, True)
+    """
+    most = checked_limit(limit, "angular speed")
+
+    def value(model: Any, data: Any, frame: int) -> float:
+        return float(np.linalg.norm(pin.getFrameVelocity(model, data, frame, pin.LOCAL).angular))
+
+    def sizes(moved: TreeMotion, joint: int, _lever: float) -> FloatArray:
+        return np.asarray(moved.angular[joint][:3])
+
+    quantity = _of_frame(robot.model, robot.require_tool(), value, sizes)
+    return _bound(robot, trajectory, quantity, most, budget)
 
 
-def frame_quantity(model: Any, frame: int, order: int) -> Quantity:
-    """Speed (order 1) or acceleration (order 2) of a frame's origin, as a `Quantity`."""
-    joints, data = joint_tree(model), model.createData()
-    joint, distance = carried(model, frame)
+def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
+    """Speed (order 1) or acceleration (order 2) of a frame's origin."""
     moved: Callable[..., Any] = (
         pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
     )
 
+    def value(model: Any, data: Any, frame: int) -> float:
+        return float(np.linalg.norm(moved(model, data, frame).linear))
+
+    def sizes(motion: TreeMotion, joint: int, lever: float) -> FloatArray:
+        return motion.point(joint, lever)[order : order + 3]
+
+    return _of_frame(model, frame, value, sizes)
+
+
+def _of_frame(
+    model: Any,
+    frame: int,
+    value: Callable[[Any, Any, int], float],
+    sizes: Callable[[TreeMotion, int, float], FloatArray],
+) -> Quantity:
+    """A quantity of a frame.
+
+    Args:
+        model: Pinocchio's.
+        frame: Index of the frame.
+        value: From model, data after forward kinematics, and the frame.
+        sizes: Bounds of the quantity and its first two derivatives, shape (3, n), from how links
+            move, the joint that carries the frame and the frame's distance from it [m].
+    """
+    joints, data, carrier = joint_tree(model), model.createData(), carried(model, frame)
+
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        vectors = np.empty((len(q), 3))
-        for row, state in zip(vectors, zip(q, v, a, strict=True), strict=True):
+        found = np.empty((len(q), 1))
+        for row, state in zip(found, zip(q, v, a, strict=True), strict=True):
             pin.forwardKinematics(model, data, *state)
-            row[:] = moved(model, data, frame).linear
-        return np.asarray(np.linalg.norm(vectors, axis=1, keepdims=True))
+            row[0] = value(model, data, frame)
+        return found
 
-    def sizes(rates: FloatArray) -> FloatArray:
-        return tree_motion(joints, rates).point(joint, distance)[order : order + 3, None]
+    def bounds(rates: FloatArray) -> FloatArray:
+        return sizes(tree_motion(joints, rates), *carrier)[:, None]
 
-    return Quantity(values, sizes, joints.angles)
+    return Quantity(values, bounds, joints.angles)
+
+
+def _index(robot: Robot, frame: str | None) -> int:
+    return robot.require_tool() if frame is None else robot.frame_index(frame)
+
+
+def _bound(
+    robot: Robot, trajectory: JointTrajectory, quantity: Quantity, limit: float, budget: int
+) -> Bound:
+    most = np.array([limit])
+    found = maximum(curve_of(robot, trajectory), quantity, most, budget=budget)
+    return upper_bounds(found, most)[0]

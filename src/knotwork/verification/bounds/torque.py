@@ -16,7 +16,6 @@ from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
 from knotwork.verification.bounds.chain import TreeMotion, tree_motion
 from knotwork.verification.bounds.derivatives import product, turning
 from knotwork.verification.bounds.result import Bound, curve_of, upper_bounds
-from knotwork.verification.bounds.tool import relative_precision
 from knotwork.waypoints import FloatArray
 
 
@@ -52,24 +51,16 @@ def torque_bound(
     >>> all(joint.proved and joint.bound < joint.limit for joint in torque)
     True
     """
+    fault = f"torque limits are {limit!r}; give {robot.dof} positive numbers, one a joint"
     try:
         limits = np.asarray(robot.effort_limit if limit is None else limit, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(
-            f"torque limits are {limit!r}; give {robot.dof} positive numbers, one a joint"
-        ) from error
+        raise InputError(fault) from error
     if limits.shape != (robot.dof,) or not (limits > 0.0).all():
-        raise InputError(
-            f"torque limits are {limits.tolist()}; give {robot.dof} positive numbers, one a joint"
-        )
+        raise InputError(fault)
 
-    def precision(value: FloatArray, scale: FloatArray) -> FloatArray:
-        return relative_precision(value, scale, limits)
-
-    found = maximum(
-        curve_of(robot, trajectory), torque_quantity(robot.model), limits, precision, budget
-    )
-    return upper_bounds(found, limits)
+    curve = curve_of(robot, trajectory)
+    return upper_bounds(maximum(curve, torque_quantity(robot.model), limits, budget=budget), limits)
 
 
 class Masses(NamedTuple):
