@@ -50,11 +50,8 @@ class Noise:
 
     def of_samples(self, slopes: FloatArray) -> FloatArray:
         """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
-        fast = np.abs(slopes)
         # where it starts and stops, a slope between samples is known from its neighbours only
-        for k in (1, 2):
-            fast[k:] = np.maximum(fast[k:], np.abs(slopes[:-k]))
-            fast[:-k] = np.maximum(fast[:-k], np.abs(slopes[k:]))
+        fast = largest_near(np.abs(slopes), 2)
         return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
 
 
@@ -82,6 +79,13 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
         least = np.maximum(log.velocity_resolution * ROUNDING, SMALLEST)
         velocity = np.maximum(_by_speed(left, slopes, least)[0], least)
     return Noise(position, velocity, jitter, stated is not None)
+
+
+def largest_near(values: FloatArray, steps: int, axis: int = 0) -> FloatArray:
+    """The largest of each value and its neighbours up to so many steps away along an axis."""
+    from scipy.ndimage import maximum_filter1d
+
+    return np.asarray(maximum_filter1d(values, 2 * steps + 1, axis=axis, mode="nearest"))
 
 
 def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
