@@ -81,17 +81,15 @@ def _refuse_not_finite(table: PointTable) -> None:
     bad = np.flatnonzero(~np.isfinite(table.time))
     if bad.size:
         row = int(bad[0])
-        raise table.place(row, "time", None)(
-            f"the time is {table.time[row]}", "a finite number of seconds"
-        )
+        message = f"the time is {table.time[row]}"
+        raise table.place(row, "time", None)(message, "a finite number of seconds")
     for quantity, values in table.values.items():
         wrong = np.argwhere(~np.isfinite(values) & table.has[quantity][:, None])
         if wrong.size:
             row, joint = (int(i) for i in wrong[0])
-            raise table.place(row, quantity, joint)(
-                f"the {quantity} of joint {table.joint_names[joint]!r} is {values[row, joint]}",
-                "a finite number",
-            )
+            name = table.joint_names[joint]
+            message = f"the {quantity} of joint {name!r} is {values[row, joint]}"
+            raise table.place(row, quantity, joint)(message, "a finite number")
 
 
 def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
