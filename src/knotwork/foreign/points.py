@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, did_you_mean
 from knotwork.foreign.point_units import KEYS, UNUSED_IN_POINT, check_units
-from knotwork.foreign.table import QUANTITIES, PointTable, joint_order
+from knotwork.foreign.table import QUANTITIES, PointTable
 
 NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
@@ -71,13 +71,8 @@ def read_points(
             missing or given twice.
     """
     outer, (data, at) = _inside(document)
-    given, names_at = _names(document, data, at)
-
-    def name_error(index: int | None, message: str, accepted: str) -> DocumentError:
-        where = names_at if index is None else (*names_at, index)
-        return document.error(where, message, accepted)
-
-    order = joint_order(given, joint_names, name_error, owner)
+    given = _names(document, data, at, joint_names, owner)
+    order = [given.index(name) for name in joint_names]
     units = [(name, joint_units[joint_names.index(name)]) for name in given]
     rows, rows_at = _rows(document, data, at)
     for part, where in (*outer, (data, at)):
@@ -150,14 +145,30 @@ def _refuse_unknown(
             raise document.error((*at, key), fault, "a file without it, or with an empty one")
 
 
-def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[str], Location]:
+def _names(
+    document: Document,
+    data: Mapping[str, Any],
+    at: Location,
+    joint_names: Sequence[str],
+    owner: str,
+) -> list[str]:
+    """Joints in the order of the file: those that there are, each once."""
     key = next((key for key in _NAMES if isinstance(data.get(key), list)), None)
     if key is None:
         raise document.error((*at, "joint_names"), "is missing and must be a list of joint names")
-    for i, name in enumerate(data[key]):
+    given, where = data[key], (*at, key)
+    accepted = f"each of {', '.join(joint_names)} once, in any order"
+    for i, name in enumerate(given):
         if not isinstance(name, str):
-            raise document.error((*at, key, i), f"{name!r} is no joint name", "text")
-    return data[key], (*at, key)
+            raise document.error((*where, i), f"{name!r} is no joint name", "text")
+        if name in given[:i]:
+            raise document.error((*where, i), f"joint {name!r} is given twice", accepted)
+        if name not in joint_names:
+            raise document.error((*where, i), f"{owner} has no joint {name!r}", accepted)
+    for name in joint_names:
+        if name not in given:
+            raise document.error(where, f"joint {name!r} is missing", accepted)
+    return list(given)
 
 
 def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[_Row], Location]:
