@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.recording import Smoothed, read_log, smoothed
 from knotwork.trajectory import JointTrajectory
 
 START = 1_700_000_000.0
@@ -83,3 +84,8 @@ def write_rows(
 ) -> Path:
     path.write_text("".join(delimiter.join(row) + "\n" for row in [headings, *rows]))
     return path
+
+
+def smooth(file: Path, motion: JointTrajectory, noise: float | None = None) -> Smoothed:
+    """The curve behind a log of a motion's joints."""
+    return smoothed(read_log(file, motion.joint_names, motion.joint_units), noise)

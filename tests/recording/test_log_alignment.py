@@ -7,18 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import START, Samples, record, write
+from robot_logs import START, Samples, record, smooth, write
 
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.recording import Alignment, aligned, deviation_findings, read_log, smoothed
+from knotwork.recording import Alignment, aligned, deviation_findings
 
 
 def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
-    motion = plan.trajectory
-    log = read_log(write(path / "log.csv", samples), motion.joint_names, motion.joint_units)
-    return aligned(smoothed(log), motion)
+    return aligned(smooth(write(path / "log.csv", samples), plan.trajectory), plan.trajectory)
 
 
 @pytest.mark.parametrize("before", [0.0, 0.123456, 2.0041])
@@ -86,11 +84,9 @@ def test_a_plan_that_stands_has_no_shift(tmp_path: Path, deburring: Plan) -> Non
     motion = deburring.trajectory
     q = motion.position(np.zeros(2))
     still = kw.JointTrajectory.from_knots(motion.joint_names, [0.0, 1.0], q, 0.0 * q)
-    log = read_log(
-        write(tmp_path / "log.csv", record(motion)), motion.joint_names, motion.joint_units
-    )
+    curve = smooth(write(tmp_path / "log.csv", record(motion)), motion)
     with pytest.raises(InputError, match="stands still"):
-        aligned(smoothed(log), still)
+        aligned(curve, still)
     other = dataclasses.replace(motion, joint_names=("a", "b", "c", "d", "e", "f"))
     with pytest.raises(InputError, match="joint"):
-        aligned(smoothed(log), other)
+        aligned(curve, other)

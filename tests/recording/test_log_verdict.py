@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robot_logs import Samples, record, write, write_exactly
+from robot_logs import Samples, record, smooth, write, write_exactly
 
 from knotwork import Plan, plan
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.recording import aligned, check_log, compare_log, read_log, smoothed
+from knotwork.recording import aligned, check_log, compare_log
 from knotwork.scenario import Scenario
 from knotwork.verification import Report
 
@@ -29,7 +29,7 @@ def judge(
 ) -> Report:
     motion = made.trajectory
     file = write(path / "log.csv", samples, digits, velocity=velocity)
-    curve = smoothed(read_log(file, motion.joint_names, motion.joint_units), noise)
+    curve = smooth(file, motion, noise)
     return check_log(aligned(curve, motion), scenario or made.scenario, made.space)
 
 
@@ -238,8 +238,9 @@ def test_a_log_that_begins_late_or_ends_early_fails(
     report = judge(tmp_path, deburring, cut)
     assert "time_span" in {one.quantity for one in report.failures}
     motion = deburring.trajectory
-    curve = smoothed(read_log(tmp_path / "log.csv", motion.joint_names, motion.joint_units))
-    compared = compare_log(aligned(curve, motion))  # no scenario says how long it has to be
+    compared = compare_log(
+        aligned(smooth(tmp_path / "log.csv", motion), motion)
+    )  # no scenario says how long it has to be
     ((verdict, said),) = holes(compared)
     assert verdict == "failed"
     assert "has no sample from" in said
@@ -259,10 +260,8 @@ def test_a_channel_that_is_stuck_fails(
 
 def judge_exact(path: Path, made: Plan, samples: Samples) -> Report:
     """The verdict on a log with all digits."""
-    motion = made.trajectory
-    file = write_exactly(path / "log.csv", samples, "[rad]")
-    curve = smoothed(read_log(file, motion.joint_names, motion.joint_units))
-    return check_log(aligned(curve, motion), made.scenario, made.space)
+    curve = smooth(write_exactly(path / "log.csv", samples, "[rad]"), made.trajectory)
+    return check_log(aligned(curve, made.trajectory), made.scenario, made.space)
 
 
 EXACT = [
@@ -415,9 +414,7 @@ def test_what_the_plan_does_at_a_jump_of_its_own_is_no_excuse(
     c, x = motion.polynomial.c.copy(), motion.polynomial.x
     c[-1, 9:, 2] += 1e-3
     jumping = dataclasses.replace(motion, polynomial=PiecewisePolynomial(c, x))
-    samples = record(jumping)
-    file = write_exactly(tmp_path / "log.csv", samples)
-    curve = smoothed(read_log(file, motion.joint_names, motion.joint_units))
+    curve = smooth(write_exactly(tmp_path / "log.csv", record(jumping)), motion)
     report = check_log(aligned(curve, jumping), deburring.scenario, deburring.space)
     found = [one.name for one in report.failures if one.quantity == "sample_off_the_curve"]
     assert motion.joint_names[2] in found

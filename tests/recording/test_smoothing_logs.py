@@ -6,17 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import Samples, record, write, write_rows
+from robot_logs import Samples, record, smooth, write, write_rows
 from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.recording import Smoothed, read_log, smoothed
+from knotwork.recording import Smoothed
 
 BEFORE = 0.5
 
 
-def smooth(
+def curve_of(
     path: Path,
     plan: Plan,
     samples: Samples,
@@ -25,9 +25,8 @@ def smooth(
     velocity: bool = False,
     noise: float | None = None,
 ) -> Smoothed:
-    motion = plan.trajectory
     file = write(path / "log.csv", samples, digits, velocity=velocity)
-    return smoothed(read_log(file, motion.joint_names, motion.joint_units), noise)
+    return smooth(file, plan.trajectory, noise)
 
 
 def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
@@ -40,14 +39,14 @@ def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-5])
 def test_the_noise_is_found(tmp_path: Path, deburring: Plan, noise: float) -> None:
-    curve = smooth(tmp_path, deburring, record(deburring.trajectory, noise=noise))
+    curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=noise))
     assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
     assert not curve.noise.stated
 
 
 @pytest.mark.parametrize("digits", [4, 5, 6])
 def test_rounding_is_noise(tmp_path: Path, deburring: Plan, digits: int) -> None:
-    curve = smooth(tmp_path, deburring, record(deburring.trajectory), digits)
+    curve = curve_of(tmp_path, deburring, record(deburring.trajectory), digits)
     rounding = 10.0**-digits / np.sqrt(12.0)
     assert (curve.noise.position >= 0.999 * rounding).all()
     assert (curve.noise.position <= 1.6 * rounding).all()
@@ -56,20 +55,20 @@ def test_rounding_is_noise(tmp_path: Path, deburring: Plan, digits: int) -> None
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
 def test_the_jitter_of_time_stamps_is_found(tmp_path: Path, deburring: Plan, jitter: float) -> None:
     samples = record(deburring.trajectory, noise=1e-5, jitter=jitter, rate=100.0)
-    curve = smooth(tmp_path, deburring, samples)
+    curve = curve_of(tmp_path, deburring, samples)
     assert curve.noise.jitter == pytest.approx(jitter, rel=0.25)
 
 
 def test_the_noise_may_be_stated(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, noise=1e-4)
-    curve = smooth(tmp_path, deburring, samples, noise=5e-4)
+    curve = curve_of(tmp_path, deburring, samples, noise=5e-4)
     assert (curve.noise.position == 5e-4).all()
     assert curve.noise.stated
-    finer = smooth(tmp_path, deburring, samples)
+    finer = curve_of(tmp_path, deburring, samples)
     assert curve.trajectory.breaks.size < finer.trajectory.breaks.size
     for bad in (0.0, -1.0, np.nan):
         with pytest.raises(InputError, match="noise"):
-            smooth(tmp_path, deburring, samples, noise=bad)
+            curve_of(tmp_path, deburring, samples, noise=bad)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +79,7 @@ def test_the_curve_is_the_motion_as_far_as_it_is_known(
     tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float, velocity: bool
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
-    curve = smooth(tmp_path, deburring, samples, velocity=velocity)
+    curve = curve_of(tmp_path, deburring, samples, velocity=velocity)
     for order, most in ((0, 4.0), (1, 4.0), (2, 5.0)):
         off = gaps(curve, deburring, order)
         assert np.sqrt((off**2).mean()) < 1.2
@@ -91,8 +90,8 @@ def test_the_curve_is_the_motion_as_far_as_it_is_known(
 
 def test_recorded_velocities_make_the_curves_better(tmp_path: Path, deburring: Plan) -> None:
     samples = record(deburring.trajectory, rate=125.0, noise=1e-4)
-    without = smooth(tmp_path, deburring, samples)
-    beside = smooth(tmp_path, deburring, samples, velocity=True)
+    without = curve_of(tmp_path, deburring, samples)
+    beside = curve_of(tmp_path, deburring, samples, velocity=True)
     assert "used" in beside.velocities
     assert np.median(beside.errors[1]) < 0.95 * np.median(without.errors[1])
 
@@ -104,9 +103,9 @@ def test_velocities_that_contradict_the_positions_are_left_out(
     late = Samples(
         samples.names, samples.time, samples.position, np.roll(samples.velocity, 20, axis=0)
     )
-    curve = smooth(tmp_path, deburring, late, velocity=True)
+    curve = curve_of(tmp_path, deburring, late, velocity=True)
     assert "left out" in curve.velocities
-    without = smooth(tmp_path, deburring, late)
+    without = curve_of(tmp_path, deburring, late)
     assert (curve.trajectory.polynomial.c == without.trajectory.polynomial.c).all()
 
 
@@ -124,14 +123,14 @@ def test_velocities_that_are_more_exact_than_the_curve_contradict_nothing(
     file = write_rows(
         tmp_path / "log.csv", ["time", *names], [[repr(x) for x in row] for row in rows.tolist()]
     )
-    said = smoothed(read_log(file, motion.joint_names, motion.joint_units)).velocities
+    said = smooth(file, motion).velocities
     assert said.startswith("left out")
     assert ("though they agree" in said) == agree
     assert ("times their noise" in said) == (not agree)
 
 
 def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Plan) -> None:
-    curve = smooth(tmp_path, deburring, record(deburring.trajectory, noise=1e-4), noise=1e-4)
+    curve = curve_of(tmp_path, deburring, record(deburring.trajectory, noise=1e-4), noise=1e-4)
     breaks = curve.trajectory.breaks
     knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
     spline = make_lsq_spline(curve.log.time, curve.log.position, knots, k=3)
@@ -146,7 +145,7 @@ def test_its_standard_errors_are_those_of_dense_least_squares(
 ) -> None:
     """The change by the last halving comes on top."""
     samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
-    curve = smooth(tmp_path, deburring, samples, noise=1e-4)
+    curve = curve_of(tmp_path, deburring, samples, noise=1e-4)
     breaks = curve.trajectory.breaks
     knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
     unit = np.eye(len(knots) - 4)

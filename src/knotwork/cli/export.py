@@ -10,7 +10,7 @@ from knotwork.cli.export_source import passes, points_pass, read_motion
 from knotwork.cli.parameters import FAILED, PASSED, package_path_option, scenario_option
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
-from knotwork.export.registry import (
+from knotwork.export.formats import (
     FORMATS,
     Format,
     checked_options,
@@ -66,7 +66,7 @@ class _JointNumbers(click.ParamType[Any]):
     "name",
     required=True,
     metavar="FORMAT",
-    help=f"{', '.join(name for name, form in FORMATS.items() if form.file_function)}.",
+    help=f"{', '.join(name for name, form in FORMATS.items() if form.suffix)}.",
 )
 @click.option(
     "--out",

@@ -1,6 +1,11 @@
+from .formats import FORMATS as FORMATS
+from .formats import Format as Format
+from .formats import checked_options as checked_options
 from .formats import checked_target as checked_target
 from .formats import content as content
 from .formats import export as export
+from .formats import file_format as file_format
+from .formats import get_format as get_format
 from .formats import save as save
 from .formats import write as write
 from .lossless import Points as Points
@@ -10,11 +15,6 @@ from .polynomials import to_mat as to_mat
 from .polynomials import to_scipy as to_scipy
 from .polynomials import to_scipy_npz as to_scipy_npz
 from .pvt import to_pvt as to_pvt
-from .registry import FORMATS as FORMATS
-from .registry import Format as Format
-from .registry import checked_options as checked_options
-from .registry import file_format as file_format
-from .registry import get_format as get_format
 from .ros2 import ros2_dict as ros2_dict
 from .ros2 import to_ros2 as to_ros2
 from .ros2 import to_ros2_message as to_ros2_message

@@ -1,18 +1,142 @@
-"""Writing motions in the formats of the registry; each module is loaded when it is needed."""
+"""The table of export formats, and motions written in them.
+
+What writes a format is loaded when it is needed.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
-from knotwork.errors import InputError
-from knotwork.export.lossless import Points
-from knotwork.export.registry import Format, checked_options, file_format, get_format
-from knotwork.export.table import MotionTable
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
 from knotwork.storage import write_file
-from knotwork.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from knotwork.export.lossless import Points
+    from knotwork.export.table import MotionTable
+    from knotwork.trajectory import JointTrajectory
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format.
+
+    Attributes:
+        name: Its name; `to_` and the name is the function that returns the text, bytes or object.
+        summary: What it is.
+        suffix: What its files end in; empty if it has no file.
+        module: Module of `knotwork.export` that writes it.
+        takes: The keyword arguments that its function takes, as a `TypedDict`.
+        binary: Its files are no text.
+    """
+
+    name: str
+    summary: str
+    suffix: str
+    module: str
+    takes: type | None = None
+    binary: bool = False
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of the keyword arguments that its function takes."""
+        return tuple(self.takes.__annotations__) if self.takes is not None else ()
+
+    @property
+    def tabular(self) -> bool:
+        """Whether the format is a table of samples or points."""
+        return self.takes is TableOptions
+
+    def takes_points(self, options: Mapping[str, Any]) -> bool:
+        """Whether the format, with these options, holds points of the motion."""
+        return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
+
+    def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
+        """Give a motion in this format, or the content of a file of it; see `export`."""
+        function = "to_scipy_npz" if file and self.name == "scipy" else f"to_{self.name}"
+        make = resolve_name(f"{__package__}.{self.module}:{function}")
+        return make(motion, **checked_options(self, options))
+
+
+_ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
+_PVT = "position-velocity-time table for motion drives, as CSV"
+_URSCRIPT = "program for a controller of Universal Robots"
+_PARQUET = "samples or knots as Parquet (needs pyarrow)"
+_SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
+_DRAKE = "for Drake there is trajectory.to_drake() in Python"
+
+_ALL = (
+    Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
+    Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
+    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions),
+    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, binary=True),
+    Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, binary=True),
+    Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
+    Format("scipy", _SCIPY, ".npz", "polynomials", binary=True),
+    Format("drake", _DRAKE, "", "polynomials", binary=True),
+)
+
+FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})
+"""All formats by name."""
+
+
+def get_format(name: str) -> Format:
+    """Return the format of a name.
+
+    >>> form = get_format("pvt")
+    >>> form.suffix, form.options
+    ('.csv', ('degrees', 'scale', 'offset', 'incremental', 'fit'))
+
+    Raises:
+        UnknownNameError: There is none.
+    """
+    if not isinstance(name, str) or name not in FORMATS:
+        raise UnknownNameError("format", name, FORMATS)
+    return FORMATS[name]
+
+
+def file_format(name: str) -> Format:
+    """Return the format of a name if it has a file.
+
+    >>> file_format("scipy").suffix
+    '.npz'
+
+    Raises:
+        UnknownNameError: There is none of this name.
+        InputError: It is an object in memory.
+    """
+    form = get_format(name)
+    if not form.suffix:
+        raise InputError(
+            f"format {name!r} is an object in memory and has no file of its own; make it in "
+            f"Python with trajectory.to_{name}()"
+        )
+    return form
+
+
+def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options if the format takes all of them.
+
+    >>> checked_options(get_format("csv"), {"rate": 50})
+    {'rate': 50}
+
+    Raises:
+        InputError: One would be ignored.
+    """
+    for name in options:
+        if name not in form.options:
+            takers = ", ".join(other.name for other in _ALL if name in other.options)
+            others = f"; formats that do: {takers}" if takers else ""
+            raise InputError(f"format {form.name!r} takes no option {name!r}{others}")
+    return dict(options)
 
 
 def export(motion: JointTrajectory | Points | MotionTable, name: str, **options: Any) -> Any:
@@ -33,8 +157,7 @@ def export(motion: JointTrajectory | Points | MotionTable, name: str, **options:
         UnknownNameError: There is no such format.
         InputError: The format takes no such option, or can't hold the motion.
     """
-    form = get_format(name)
-    return _made(form, form.function, motion, options)
+    return get_format(name).make(motion, **options)
 
 
 def content(
@@ -49,14 +172,8 @@ def content(
     Raises:
         InputError: The format has no file, or as for `export`.
     """
-    form = file_format(name)
-    made: str | bytes = _made(form, form.file_function, motion, options)
+    made: str | bytes = file_format(name).make(motion, file=True, **options)
     return made
-
-
-def _made(form: Format, function: str, motion: Any, options: dict[str, Any]) -> Any:
-    make = resolve_name(f"knotwork.export.{form.module}:{function}")
-    return make(motion, **checked_options(form, options))
 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:
@@ -94,12 +211,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
 
 
 def save(
-    trajectory: JointTrajectory,
-    name: str,
-    path: Path | str,
-    *,
-    force: bool = False,
-    **options: Any,
+    trajectory: JointTrajectory, name: str, path: Path | str, *, force: bool = False, **options: Any
 ) -> Path:
     """Write a motion to a file in a format, whole or not at all.
 

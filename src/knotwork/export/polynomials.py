@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import ExportError
-from knotwork.export.lossless import motion_points
 from knotwork.export.packages import needed
 from knotwork.export.samples import npz_bytes
 from knotwork.trajectory import JointTrajectory
@@ -107,8 +105,7 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
 def to_drake(trajectory: JointTrajectory) -> Any:
     """Give the motion as Drake's `PiecewisePolynomial`, d rows and one column (needs `pydrake`).
 
-    A curve of cubics is made by `PiecewisePolynomial.CubicHermite` from its knots, any other from
-    its coefficients, exactly.
+    It is made from the coefficients, exactly.
 
     Raises:
         InputError: Drake can't be imported.
@@ -116,16 +113,6 @@ def to_drake(trajectory: JointTrajectory) -> Any:
     how = "install it with pip install drake"
     curves = needed("pydrake.trajectories", "a Drake trajectory", how)
     polynomials = needed("pydrake.polynomial", "a Drake trajectory", how)
-    try:
-        knots = motion_points(trajectory).trajectory.knots
-    except ExportError:
-        return _from_coefficients(trajectory, curves, polynomials)
-    return curves.PiecewisePolynomial.CubicHermite(
-        knots.time.tolist(), knots.position.T, knots.velocity.T
-    )
-
-
-def _from_coefficients(trajectory: JointTrajectory, curves: Any, polynomials: Any) -> Any:
     c = trajectory.polynomial.c[::-1]  # Drake has the lowest power first
     pieces = []
     for piece in range(c.shape[1]):

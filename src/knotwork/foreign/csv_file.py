@@ -6,7 +6,8 @@ import csv
 import io
 import itertools
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +22,9 @@ from knotwork.foreign.header import (
     own_column,
     own_joint,
 )
-from knotwork.foreign.table import QUANTITIES, Place, PointTable
+from knotwork.foreign.table import QUANTITIES, PointTable
 from knotwork.waypoints import FloatArray
 
-DELIMITERS = (",", ";", "\t")
 MOST_BYTES = 500_000_000
 MOST_CELLS = 21_000_000
 """More than any table that is exported has."""
@@ -32,6 +32,56 @@ MOST_COLUMNS = 10_000
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
+_FIRST_ROW = re.compile(r"^(?![^\S\n]*(?:#|$))", re.MULTILINE)
+"""The start of the first line that is no comment and not empty."""
+LONGEST_HEAD = 1_000_000
+"""Characters of the headings that are looked at for what divides them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Cells of a CSV file, and where they stand.
+
+    Attributes:
+        path: The file.
+        head: Line of the headings.
+        headings: The headings.
+        lines: Line of each row below them.
+        cells: Rows of as many cells as there are headings.
+    """
+
+    path: Path
+    head: int
+    headings: list[str]
+    lines: list[int]
+    cells: list[list[str]]
+
+    def error(
+        self, line: int | None, index: int | None, message: str, accepted: str = ""
+    ) -> DocumentError:
+        """The error for a line, and a column of it by its index."""
+        field = "" if index is None else f"column {index + 1} ({self.headings[index].strip()})"
+        return DocumentError(self.path, [Problem(line, field, message, accepted)])
+
+    def numbers(self, index: int, *, gaps: bool = False) -> FloatArray:
+        """Numbers of a column, shape (n,).
+
+        Args:
+            index: Which one.
+            gaps: Empty cells are NaN.
+
+        Raises:
+            DocumentError: A cell is no number.
+        """
+        values = np.full(len(self.cells), np.nan)
+        for i, cells in enumerate(self.cells):
+            try:
+                if not gaps or cells[index].strip():
+                    values[i] = number(cells[index])
+            except ValueError:
+                message = f"{cells[index]!r} is no number"
+                raise self.error(self.lines[i], index, message) from None
+        return values
 
 
 def read_csv(
@@ -61,45 +111,29 @@ def read_csv(
             joint missing or twice, a row of another length, or what is no number.
     """
     rows = read_rows(path)
-    if not rows:
-        raise DocumentError(path, [Problem(None, "", "holds no rows")])
-    head, cells = rows[0]
-    if all(_is_number(cell) for cell in cells):
+    if all(map(_is_number, rows.headings)):
         accepted = f"a line above the numbers, with time and {', '.join(joint_names)}"
-        raise DocumentError(path, [Problem(head, "", "has no headings", accepted)])
-    columns = _columns(path, head, cells, joint_names, joint_units, owner)
-    lines, numbers = _numbers(path, rows[1:], cells)
-    time = np.empty(len(lines))
-    values = {quantity: np.full((len(lines), len(joint_names)), np.nan) for quantity in QUANTITIES}
+        raise rows.error(rows.head, None, "has no headings", accepted)
+    columns = _columns(rows, joint_names, joint_units, owner)
+    count = len(rows.lines)
+    time = np.empty(count)
+    values = {quantity: np.full((count, len(joint_names)), np.nan) for quantity in QUANTITIES}
     where: dict[tuple[str, int | None], int] = {}
     for i, content in enumerate(columns):
-        if content.quantity == "time":
-            time = _absolute(numbers[:, i] * content.factor, content.clock, start_time)
-        elif content.quantity:
-            values[content.quantity][:, content.joint] = numbers[:, i] * content.factor
-        else:
-            continue
+        numbers = rows.numbers(i) * content.factor
         where[content.quantity, content.joint] = i
-    has = {quantity: np.full(len(lines), (quantity, 0) in where) for quantity in QUANTITIES}
-    place = _places(path, lines, cells, where)
-    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
+        if content.quantity == "time":
+            time = _absolute(numbers, content.clock, start_time)
+        elif content.quantity:
+            values[content.quantity][:, content.joint] = numbers
+    has = {quantity: np.full(count, (quantity, 0) in where) for quantity in QUANTITIES}
 
-
-def _places(
-    path: Path,
-    lines: Sequence[int],
-    cells: Sequence[str],
-    where: Mapping[tuple[str, int | None], int],
-) -> Place:
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        line = lines[row] if row < len(lines) else None
-        index = where.get((quantity, joint))
-        field = "" if index is None else f"column {index + 1} ({cells[index].strip()})"
-        return lambda message, accepted: DocumentError(
-            path, [Problem(line, field, message, accepted)]
-        )
+        line = rows.lines[row] if row < count else None
+        index = where.get((quantity, joint)) if quantity else None
+        return lambda message, accepted: rows.error(line, index, message, accepted)
 
-    return place
+    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
 
 
 def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
@@ -110,63 +144,60 @@ def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
         return start_time + (np.cumsum(time) if clock == "step" else time)
 
 
-def read_rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows of cells with the lines they begin in, the headings first.
+def read_rows(path: Path) -> Rows:
+    """Read the cells of a file.
 
     Where commas do not divide the cells, a number may have a decimal comma.
 
     Raises:
-        DocumentError: The file can't be read or is not valid CSV.
+        DocumentError: The file can't be read, is not valid CSV, holds no rows, or one of another
+            length than the headings.
     """
     text = read_text(path, most=MOST_BYTES)
     delimiter = _delimiter(text)
     lines = io.StringIO(text)
     above: tuple[int, str] | None = None
-    rows: list[tuple[int, list[str]]] = []
+    found: list[tuple[int, list[str]]] = []
     at, room = 1, MOST_CELLS
     for line in lines:
         size = 1
         if line.lstrip().startswith("#"):
-            above = above if rows else (at, line)
+            above = above if found else (at, line)
         elif line.strip():
             cells, size = _cells(path, at, itertools.chain([line], lines), delimiter)
             if delimiter != ",":
                 cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
-            rows.append((at, cells))
+            found.append((at, cells))
             room -= len(cells)
             if len(cells) > MOST_COLUMNS or room < 0:
                 most = f"at most {MOST_COLUMNS} columns and {MOST_CELLS} numbers are read"
                 raise DocumentError(path, [Problem(at, "", "is too much", most)])
         at += size
-    if rows and above and all(_is_number(cell) for cell in rows[0][1]):
+    if not found:
+        raise DocumentError(path, [Problem(None, "", "holds no rows")])
+    if above and all(map(_is_number, found[0][1])):
         # headings in a comment, as NumPy's savetxt writes them
-        i, line = above
-        cells, _ = _cells(path, i, iter([line.lstrip().lstrip("#")]), delimiter)
-        if len(cells) == len(rows[0][1]):
-            return [(i, cells), *rows]
-    return rows
+        cells, _ = _cells(path, above[0], iter([above[1].lstrip().lstrip("#")]), delimiter)
+        if len(cells) == len(found[0][1]):
+            found.insert(0, (above[0], cells))
+    (head, headings), *body = found
+    for line_number, cells in body:
+        if len(cells) != len(headings):
+            problem = Problem(
+                line_number, "", f"has {len(cells)} values", f"{len(headings)}, as headings"
+            )
+            raise DocumentError(path, [problem])
+    return Rows(path, head, headings, [line for line, _ in body], [cells for _, cells in body])
 
 
 def _delimiter(text: str) -> str:
     """The character between the cells of the first row; those in quotes do not count."""
-    head = _QUOTED.sub("", _first_row(text))
+    first = _FIRST_ROW.search(text)
+    start = first.start() if first else 0
+    head = _QUOTED.sub("", text[start : start + LONGEST_HEAD]).partition("\n")[0]
     # spaces are between the words of a heading, too: they count where there is nothing else
-    return max(
-        (*DELIMITERS, " "), key=lambda one: (head.count(one) > 0, one != " ", head.count(one))
-    )
-
-
-def _first_row(text: str) -> str:
-    """The row below comments and empty lines; line breaks in quotes are part of it."""
-    row: list[str] = []
-    quotes = 0
-    for line in io.StringIO(text):
-        if row or (line.strip() and not line.lstrip().startswith("#")):
-            row.append(line)
-            quotes += line.count('"')
-            if quotes % 2 == 0:
-                break
-    return "".join(row)
+    best = max((",", ";", "\t"), key=head.count)
+    return " " if best not in head and " " in head else best
 
 
 def _cells(path: Path, at: int, lines: Iterator[str], delimiter: str) -> tuple[list[str], int]:
@@ -194,46 +225,37 @@ def _is_number(cell: str) -> bool:
 
 
 def _columns(
-    path: Path,
-    line: int,
-    cells: list[str],
-    joint_names: Sequence[str],
-    joint_units: Sequence[str],
-    owner: str,
+    rows: Rows, joint_names: Sequence[str], joint_units: Sequence[str], owner: str
 ) -> list[Column]:
-    unknown = 0
-    problems: list[Problem] = []
-    columns: list[Column] = []
-    taken: set[tuple[str, int | None]] = set()
     # line breaks of every kind are read as \n
     names = [re.sub("\r\n?", "\n", name) for name in joint_names]
-    ours = any(own_joint(cell) in names for cell in cells)
-    read = own_column if ours else column
-    for i, cell in enumerate(cells):
+    read = own_column if any(own_joint(cell) in names for cell in rows.headings) else column
+    unknown, problems, columns = 0, list[Problem](), list[Column]()
+    taken: set[tuple[str, int | None]] = set()
+    for i, cell in enumerate(rows.headings):
         try:
             content = read(cell, names, joint_units)
         except HeadingError as error:
-            message = str(error)
+            of = ""
             if isinstance(error, UnknownHeadingError):
-                unknown += 1
-                message += f" of {owner}"
-            problems.append(Problem(line, f"column {i + 1}", message, error.accepted))
+                unknown, of = unknown + 1, f" of {owner}"
+            message = f"{error}{of}"
+            problems.append(Problem(rows.head, f"column {i + 1}", message, error.accepted))
             continue
         if content.quantity and (content.quantity, content.joint) in taken:
             what = content.quantity
             if content.joint is not None:
                 what = f"the {what} of joint {joint_names[content.joint]!r}"
-            problems.append(Problem(line, f"column {i + 1}", f"{what} is given twice"))
+            message = f"{what} is given twice"
+            problems.append(Problem(rows.head, f"column {i + 1}", message))
         columns.append(content)
         taken.add((content.quantity, content.joint))
     if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
         accepted = f"its joints are {', '.join(names)}"
-        raise DocumentError(path, [Problem(line, "", f"no column is a joint of {owner}", accepted)])
-    if problems:
-        raise DocumentError(path, problems)
-    missing = _missing(columns, joint_names)
-    if missing:
-        raise DocumentError(path, [Problem(line, "", message) for message in missing])
+        raise rows.error(rows.head, None, f"no column is a joint of {owner}", accepted)
+    lacks = [Problem(rows.head, "", message) for message in _missing(columns, joint_names)]
+    if problems or lacks:
+        raise DocumentError(rows.path, problems or lacks)
     return columns
 
 
@@ -248,22 +270,3 @@ def _missing(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
         if absent and (quantity == "position" or having):
             lacks.append(f"the {quantity} of joint {', '.join(map(repr, absent))} is missing")
     return lacks
-
-
-def _numbers(
-    path: Path, rows: list[tuple[int, list[str]]], head: list[str]
-) -> tuple[list[int], FloatArray]:
-    """Lines of the rows, and their numbers of shape (n, number of columns)."""
-    values = np.empty((len(rows), len(head)))
-    for row, (line, cells) in enumerate(rows):
-        if len(cells) != len(head):
-            message = f"has {len(cells)} values"
-            raise DocumentError(path, [Problem(line, "", message, f"{len(head)}, as headings")])
-        try:
-            values[row] = [number(cell) for cell in cells]
-        except ValueError:
-            at = next(i for i, cell in enumerate(cells) if not _is_number(cell))
-            field = f"column {at + 1} ({head[at].strip()})"
-            problem = Problem(line, field, f"{cells[at]!r} is no number")
-            raise DocumentError(path, [problem]) from None
-    return [line for line, _ in rows], values

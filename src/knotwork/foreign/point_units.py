@@ -43,37 +43,23 @@ def check_units(
     units = data.get("units")
     if units is None or units in ({}, []):
         return
-    where = (*at, "units")
-    if not isinstance(units, dict):
-        _check_joints(document, units, where, joints, 0)
-        return
-    for key, stated in units.items():
+    for key, stated in units.items() if isinstance(units, dict) else [(None, units)]:
+        where = (*at, "units") if key is None else (*at, "units", key)
         if stated is None or key in UNUSED_IN_POINT:
             continue
         if key in KEYS["time"]:
             if not isinstance(stated, str) or stated.strip().lower() not in SECONDS:
-                raise document.error((*where, key), f"times are in {stated!r}", "'s'")
-        elif key in dict(joints):
-            own = [(name, unit) for name, unit in joints if name == key]
-            _check_joints(document, stated, (*where, key), own, 0)
-        elif key in _ORDERS:
-            _check_joints(document, stated, (*where, key), joints, _ORDERS[key])
-        else:
+                raise document.error(where, f"times are in {stated!r}", "'s'")
+            continue
+        own = [(name, unit) for name, unit in joints if name == key]
+        of, order = own or joints, 0 if own or key is None else _ORDERS.get(key)
+        if order is None:
             known = ("time", "joints", "positions", "velocities", "accelerations")
-            raise document.error((*where, key), "unknown key", did_you_mean(key, known))
-
-
-def _check_joints(
-    document: Document,
-    stated: Any,
-    where: Location,
-    joints: Sequence[tuple[str, str]],
-    order: int,
-) -> None:
-    listed = stated if isinstance(stated, list) else [stated] * len(joints)
-    if len(listed) != len(joints):
-        raise document.error(where, f"has {len(listed)} entries", f"{len(joints)}, as joint names")
-    for (name, unit), stated in zip(joints, listed, strict=True):
-        if not isinstance(stated, str) or not is_rate(stated, unit, order):
-            wanted = rate_unit(unit, order)
-            raise document.error(where, f"joint {name!r} is in {stated!r}", f"{wanted!r}")
+            raise document.error(where, "unknown key", did_you_mean(key, known))
+        listed = stated if isinstance(stated, list) else [stated] * len(of)
+        if len(listed) != len(of):
+            raise document.error(where, f"has {len(listed)} entries", f"{len(of)}, as joint names")
+        for (name, unit), one in zip(of, listed, strict=True):
+            if not isinstance(one, str) or not is_rate(one, unit, order):
+                wanted = rate_unit(unit, order)
+                raise document.error(where, f"joint {name!r} is in {one!r}", f"{wanted!r}")

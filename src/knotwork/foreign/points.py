@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, did_you_mean
 from knotwork.foreign.point_units import KEYS, UNUSED_IN_POINT, check_units
-from knotwork.foreign.table import QUANTITIES, PointTable, joint_order
-from knotwork.waypoints import FloatArray
+from knotwork.foreign.table import QUANTITIES, PointTable
 
 NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
@@ -72,34 +71,37 @@ def read_points(
             missing or given twice.
     """
     outer, (data, at) = _inside(document)
-    given, names_at = _names(document, data, at)
-
-    def name_error(index: int | None, message: str, accepted: str) -> DocumentError:
-        where = names_at if index is None else (*names_at, index)
-        return document.error(where, message, accepted)
-
-    order = joint_order(given, joint_names, name_error, owner)
-    units = [(given[i], joint_units[order.index(i)]) for i in range(len(given))]
-    rows, rows_at, stands = _rows(document, data, at)
+    given = _names(document, data, at, joint_names, owner)
+    order = [given.index(name) for name in joint_names]
+    units = [(name, joint_units[joint_names.index(name)]) for name in given]
+    rows, rows_at = _rows(document, data, at)
     for part, where in (*outer, (data, at)):
         check_units(document, part, where, units)
-    keys = [
-        {name: _key(document, row, name, stands(i, "")[:-1]) for name in KEYS}
-        for i, row in enumerate(rows)
-    ]
 
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        key = keys[row][quantity] if quantity else None
-        where = rows_at if key is None else stands(row, key)
-        where = (*where, *([] if joint is None else [order[joint]]))
+        where = rows[row][quantity].where if quantity else rows_at
+        where = where if joint is None else (*where, order[joint])
         return lambda message, accepted: document.error(where, message, accepted)
 
-    time, values = _Reader(document, len(given), start_time).values(rows, keys, stands)
-    has = {name: np.array([one[name] is not None for one in keys], bool) for name in values}
-    ordered = {name: table[:, order] for name, table in values.items()}
-    return PointTable(tuple(joint_names), tuple(joint_units), time, ordered, has, place)
+    time = np.array([_seconds(document, row["time"], start_time) for row in rows], float)
+    has = {name: np.array([name in row for row in rows], bool) for name in QUANTITIES}
+    values = {name: np.full((len(rows), len(given)), np.nan) for name in QUANTITIES}
+    for name, table in values.items():
+        for i in np.flatnonzero(has[name]):
+            table[i] = _numbers(document, rows[i][name], len(given))
+        values[name] = table[:, order]
+    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
 
 
+class _Entry(NamedTuple):
+    """What a file gives for a quantity: the key, the value, and where it stands."""
+
+    key: str
+    value: Any
+    where: Location
+
+
+_Row = dict[str, _Entry]
 Part = tuple[Mapping[str, Any], Location]
 
 
@@ -143,117 +145,122 @@ def _refuse_unknown(
             raise document.error((*at, key), fault, "a file without it, or with an empty one")
 
 
-def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[str], Location]:
+def _names(
+    document: Document,
+    data: Mapping[str, Any],
+    at: Location,
+    joint_names: Sequence[str],
+    owner: str,
+) -> list[str]:
+    """Joints in the order of the file: those that there are, each once."""
     key = next((key for key in _NAMES if isinstance(data.get(key), list)), None)
     if key is None:
         raise document.error((*at, "joint_names"), "is missing and must be a list of joint names")
-    for i, name in enumerate(data[key]):
+    given, where = data[key], (*at, key)
+    accepted = f"each of {', '.join(joint_names)} once, in any order"
+    for i, name in enumerate(given):
         if not isinstance(name, str):
-            raise document.error((*at, key, i), f"{name!r} is no joint name", "text")
-    return data[key], (*at, key)
+            raise document.error((*where, i), f"{name!r} is no joint name", "text")
+        if name in given[:i]:
+            raise document.error((*where, i), f"joint {name!r} is given twice", accepted)
+        if name not in joint_names:
+            raise document.error((*where, i), f"{owner} has no joint {name!r}", accepted)
+    for name in joint_names:
+        if name not in given:
+            raise document.error(where, f"joint {name!r} is missing", accepted)
+    return list(given)
 
 
-def _rows(
-    document: Document, data: Mapping[str, Any], at: Location
-) -> tuple[list[dict[str, Any]], Location, Callable[[int, str], Location]]:
-    """A mapping for each time, where they all stand, and where a key of one stands."""
+def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[_Row], Location]:
+    """What is given for each time, by quantity, and where it all stands."""
     if "points" in data:
         points, where = data["points"], (*at, "points")
         if not isinstance(points, list):
             raise document.error(where, f"is {points!r}", "a list of points")
+        rows = []
         for i, point in enumerate(points):
             if not isinstance(point, dict):
                 raise document.error((*where, i), f"is {point!r}", "a mapping")
             _refuse_unknown(document, point, (*where, i), _ROWS + UNUSED_IN_POINT)
-        given = [{key: value for key, value in one.items() if value != []} for one in points]
-        return given, where, lambda i, key: (*where, i, key)
-    keys = {quantity: _key(document, data, quantity, at) for quantity in KEYS}
-    for quantity, name in (("time", "time"), ("position", "positions")):
-        if keys[quantity] is None:
-            raise document.error((*at, name), "is missing", "time and positions, or points")
-    columns = {key: data[key] for key in keys.values() if key is not None}
-    time = keys["time"] or ""
-    if not isinstance(columns[time], list):
-        raise document.error((*at, time), f"is {columns[time]!r}", "a list of times in s")
-    size = len(columns[time])
-    for key, column in columns.items():
+            rows.append(_given(document, point, (*where, i), "must be given", 0))
+        return rows, where
+    columns = _given(document, data, at, "time and positions, or points", 1)
+    time = columns["time"]
+    if not isinstance(time.value, list):
+        raise document.error(time.where, f"is {time.value!r}", "a list of times in s")
+    size = len(time.value)
+    for _, column, where in columns.values():
         if not isinstance(column, list) or len(column) != size:
             found = len(column) if isinstance(column, list) else "no"
-            raise document.error((*at, key), f"has {found} rows", f"{size}, as times")
-    rows = [{key: column[i] for key, column in columns.items()} for i in range(size)]
-    return rows, (*at, time), lambda i, key: (*at, key, i)
+            raise document.error(where, f"has {found} rows", f"{size}, as times")
+    rows = [
+        {name: _Entry(of.key, of.value[i], (*of.where, i)) for name, of in columns.items()}
+        for i in range(size)
+    ]
+    return rows, time.where
 
 
-def _key(document: Document, data: Mapping[str, Any], quantity: str, at: Location) -> str | None:
-    """Name under which a mapping gives a quantity, if it does."""
-    found = [key for key in KEYS[quantity] if data.get(key) is not None]
-    if len(found) > 1:
-        message = f"is given together with {found[0]!r}, which means the same"
-        raise document.error((*at, found[1]), message, "one")
-    return found[0] if found else None
+def _given(
+    document: Document, data: Mapping[str, Any], at: Location, accepted: str, usual: int
+) -> _Row:
+    """What a mapping gives, by quantity; time and positions must be there.
+
+    Args:
+        document: The document.
+        data: The mapping.
+        at: Where it is.
+        accepted: What is accepted, for the error.
+        usual: Index among `KEYS["time"]` of the key that is usual there.
+    """
+    row: _Row = {}
+    for name, keys in KEYS.items():
+        found = [key for key in keys if data.get(key) not in (None, [])]
+        if len(found) > 1:
+            message = f"is given together with {found[0]!r}, which means the same"
+            raise document.error((*at, found[1]), message, "one")
+        if found:
+            row[name] = _Entry(found[0], data[found[0]], (*at, found[0]))
+        elif name in ("time", "position"):
+            key = keys[usual if name == "time" else 0]
+            raise document.error((*at, key), "is missing", accepted)
+    return row
 
 
-class _Reader:
-    """Reads numbers, and says where those are that are none."""
+def _numbers(document: Document, entry: _Entry, size: int) -> list[float]:
+    """A row of numbers, one a joint."""
+    values, where = entry.value, entry.where
+    if not isinstance(values, list):
+        raise document.error(where, f"is {values!r}", f"a list of {size} numbers")
+    if len(values) != size:
+        raise document.error(where, f"has {len(values)} values", f"{size}, as joint names")
+    return [_number(document, value, (*where, i)) for i, value in enumerate(values)]
 
-    def __init__(self, document: Document, joints: int, start_time: float) -> None:
-        self.document, self.joints, self.start_time = document, joints, start_time
 
-    def numbers(self, values: Any, where: Location) -> list[float]:
-        """A row of numbers, one a joint."""
-        if not isinstance(values, list):
-            raise self.document.error(where, f"is {values!r}", f"a list of {self.joints} numbers")
-        if len(values) != self.joints:
-            raise self.document.error(
-                where, f"has {len(values)} values", f"{self.joints}, as joint names"
-            )
-        return [self.number(value, (*where, i)) for i, value in enumerate(values)]
+def _number(document: Document, value: Any, where: Location) -> float:
+    """One number, which may still be infinite or NaN."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise document.error(where, f"{value!r} is no number", "a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise document.error(where, "is beyond the range of numbers") from None
 
-    def number(self, value: Any, where: Location) -> float:
-        """One number, which may still be infinite or NaN."""
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.document.error(where, f"{value!r} is no number", "a number")
-        try:
-            return float(value)
-        except OverflowError:
-            raise self.document.error(where, "is beyond the range of numbers") from None
 
-    def values(
-        self,
-        rows: Sequence[Mapping[str, Any]],
-        keys: Sequence[Mapping[str, str | None]],
-        stands: Callable[[int, str], Location],
-    ) -> tuple[FloatArray, dict[str, FloatArray]]:
-        """Times [s], shape (n,), and quantities, each (n, d), NaN where a row has none."""
-        time = np.empty(len(rows))
-        values = {name: np.full((len(rows), self.joints), np.nan) for name in QUANTITIES}
-        for i, (row, names) in enumerate(zip(rows, keys, strict=True)):
-            for name in ("time", "position"):
-                if names[name] is None:
-                    where = stands(i, KEYS[name][0])
-                    raise self.document.error(where, "is missing and must be given")
-            for name, key in names.items():
-                if name == "time" and key is not None:
-                    time[i] = self.seconds(row[key], key, stands(i, key))
-                elif key is not None:
-                    values[name][i] = self.numbers(row[key], stands(i, key))
-        return time, values
-
-    def seconds(self, value: Any, key: str, at: Location) -> float:
-        """A time [s] from a number or from whole seconds and nanoseconds."""
-        start = self.start_time if key == "time_from_start" else 0.0
-        if not isinstance(value, dict):
-            return start + self.number(value, at)
-        parts = {"sec": 0, "nanosec": 0}
-        for field, part in value.items():
-            where = (*at, field)
-            name = {"secs": "sec", "nsecs": "nanosec", "nsec": "nanosec"}.get(field, field)
-            if name not in parts:
-                raise self.document.error(where, "unknown key", "sec and nanosec")
-            if isinstance(part, bool) or not isinstance(part, int) or abs(part) > MOST_SECONDS:
-                raise self.document.error(where, f"{part!r} is no number of {name}")
-            if name == "nanosec" and not 0 <= part < NANOSECONDS:
-                accepted = f"0 to {NANOSECONDS - 1}; whole seconds are in sec"
-                raise self.document.error(where, f"{part} is out of range", accepted)
-            parts[name] = part
-        return start + (parts["sec"] * NANOSECONDS + parts["nanosec"]) / NANOSECONDS
+def _seconds(document: Document, entry: _Entry, start_time: float) -> float:
+    """A time [s] from a number or from whole seconds and nanoseconds."""
+    start = start_time if entry.key == "time_from_start" else 0.0
+    if not isinstance(entry.value, dict):
+        return start + _number(document, entry.value, entry.where)
+    parts = {"sec": 0, "nanosec": 0}
+    for field, part in entry.value.items():
+        where = (*entry.where, field)
+        name = {"secs": "sec", "nsecs": "nanosec", "nsec": "nanosec"}.get(field, field)
+        if name not in parts:
+            raise document.error(where, "unknown key", "sec and nanosec")
+        if isinstance(part, bool) or not isinstance(part, int) or abs(part) > MOST_SECONDS:
+            raise document.error(where, f"{part!r} is no number of {name}")
+        if name == "nanosec" and not 0 <= part < NANOSECONDS:
+            accepted = f"0 to {NANOSECONDS - 1}; whole seconds are in sec"
+            raise document.error(where, f"{part} is out of range", accepted)
+        parts[name] = part
+    return start + (parts["sec"] * NANOSECONDS + parts["nanosec"]) / NANOSECONDS

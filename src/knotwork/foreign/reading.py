@@ -82,20 +82,10 @@ def is_trajectory(path: Path | str) -> bool:
     >>> is_trajectory("motion.csv"), is_trajectory("motion.yaml")
     (True, False)
     """
-    suffix = _suffix(Path(path))
-    if suffix == ".json" and _is_scenario(Path(path)):
-        return False
-    kind = "points" if suffix in (".json", "folder") else _kind(Path(path))
+    suffix, kind = _suffix(Path(path)), _kind(Path(path))
+    if suffix in (".json", "folder"):
+        return kind != "scenario"
     return kind in ("csv", "points") or (kind == "stored" and suffix not in YAML)
-
-
-def _is_scenario(path: Path) -> bool:
-    """Whether a file is a scenario written as JSON, which `plan` reads as YAML."""
-    try:
-        data = storage.read_trajectory_document(path).data
-    except DocumentError:
-        return False
-    return isinstance(data, dict) and "waypoints" in data and "format" not in data
 
 
 def is_foreign(path: Path | str) -> bool:
@@ -109,7 +99,7 @@ def is_foreign(path: Path | str) -> bool:
 
 
 def _kind(path: Path) -> str:
-    """What a file holds: `"csv"`, `"points"`, `"stored"`, or nothing if it can't be read."""
+    """What a file holds: `"csv"`, or as `_content`; nothing if it can't be read."""
     try:
         return "csv" if _suffix(path) in CSV else _content(_document(path))
     except DocumentError:
@@ -117,10 +107,12 @@ def _kind(path: Path) -> str:
 
 
 def _content(document: Document) -> str:
-    """What plain data are: `"points"` of another tool or samples, a `"stored"` trajectory."""
+    """Whether plain data are a `"stored"` trajectory, a `"scenario"`, or `"points"` or samples."""
     data = document.data if isinstance(document.data, dict) else {}
     if data.get("format") == FORMAT:
         return "stored"
+    if "waypoints" in data and "format" not in data:
+        return "scenario"
     points = any(key in data for key in POINTS) and not any(key in data for key in STORED)
     return "points" if points else ""
 

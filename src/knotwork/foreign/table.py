@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,17 +81,15 @@ def _refuse_not_finite(table: PointTable) -> None:
     bad = np.flatnonzero(~np.isfinite(table.time))
     if bad.size:
         row = int(bad[0])
-        raise table.place(row, "time", None)(
-            f"the time is {table.time[row]}", "a finite number of seconds"
-        )
+        message = f"the time is {table.time[row]}"
+        raise table.place(row, "time", None)(message, "a finite number of seconds")
     for quantity, values in table.values.items():
         wrong = np.argwhere(~np.isfinite(values) & table.has[quantity][:, None])
         if wrong.size:
             row, joint = (int(i) for i in wrong[0])
-            raise table.place(row, quantity, joint)(
-                f"the {quantity} of joint {table.joint_names[joint]!r} is {values[row, joint]}",
-                "a finite number",
-            )
+            name = table.joint_names[joint]
+            message = f"the {quantity} of joint {name!r} is {values[row, joint]}"
+            raise table.place(row, quantity, joint)(message, "a finite number")
 
 
 def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
@@ -133,33 +131,3 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
         joint_units=table.joint_units,
         planner=f"{source}, {table.time.size} points joined by {joined}",
     )
-
-
-def joint_order(
-    given: Sequence[str],
-    joint_names: Sequence[str],
-    error: Callable[[int | None, str, str], DocumentError],
-    owner: str,
-) -> list[int]:
-    """Find each joint in a list of names.
-
-    Args:
-        given: Names as the file lists them.
-        joint_names: The joints there are, in the order wanted.
-        error: Makes the error for a position in `given` (or for the list), a message and what is
-            accepted.
-        owner: What the joints are of, for errors.
-
-    Raises:
-        DocumentError: A joint is missing, given twice, or unknown.
-    """
-    accepted = f"each of {', '.join(joint_names)} once, in any order"
-    for i, name in enumerate(given):
-        if name in given[:i]:
-            raise error(i, f"joint {name!r} is given twice", accepted)
-        if name not in joint_names:
-            raise error(i, f"{owner} has no joint {name!r}", accepted)
-    for name in joint_names:
-        if name not in given:
-            raise error(None, f"joint {name!r} is missing", accepted)
-    return [list(given).index(name) for name in joint_names]

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import factorial
 
 import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.recording.likeness import CONTINUED, LeftOfPlan, continued, left_of_plan
+from knotwork.polynomial.refined import part
+from knotwork.recording.likeness import LeftOfPlan, left_of_plan
 from knotwork.recording.smoothing import Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 COARSE = 2000
 """Steps a plan is divided into where the shift is looked for."""
-NEAR = 1e-4
-"""Breaks within this of an end of the plan [s] are left out."""
 ROUNDS = 50
 
 
@@ -60,14 +57,7 @@ class Alignment:
             order: 0 for the position to 3 for the jerk.
             time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        left = self._at(self.left.errors, order, time)
-        start, end = self.reference.start_time, self.reference.end_time
-        ends = [
-            self.left.ends[i, order]
-            for i, at in enumerate((start, end))
-            if time is None or abs(time - at) < NEAR
-        ]
-        return np.asarray(np.max([left, *ends], axis=0))
+        return self._at(self.left.errors, order, time)
 
     @cached_property
     def left(self) -> LeftOfPlan:
@@ -75,23 +65,11 @@ class Alignment:
         return left_of_plan(self.curve, self.reference, self.start)
 
     def _at(self, values: FloatArray, order: int, time: float | None) -> FloatArray:
-        """What is unknown of a derivative; where the curve is continued, what adds up until there.
-
-        Args:
-            values: Of position to jerk at the times of the grid, shape (4, g, d).
-            order: 0 for the position to 3 for the jerk.
-            time: By the plan's clock [s]; `None` for the largest over the plan's time.
-        """
-        grid = self.curve.grid - self.start
-        if time is None:
-            start, end = self.trajectory.start_time, self.trajectory.end_time
-            inside = values[order, (grid >= start - NEAR) & (grid <= end + NEAR)]
-            ends = (self._at(values, order, at) for at in (start, end))
-            return np.asarray(np.max([*inside, *ends], axis=0))
-        nearest = values[order:, int(np.abs(grid - time).argmin())]
-        beyond = max(0.0, grid[0] - time, time - grid[-1])
-        powers = np.array([beyond**k / factorial(k) for k in range(len(nearest))])
-        return np.asarray(powers @ nearest)
+        """The value of a derivative at the nearest time of the grid, or the largest of all."""
+        grid, motion = self.curve.grid - self.start, self.trajectory
+        ends = (motion.start_time, motion.end_time) if time is None else (time, time)
+        first, last = (int(np.abs(grid - end).argmin()) for end in ends)
+        return np.asarray(values[order, first : last + 1].max(axis=0))
 
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
@@ -124,20 +102,17 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     if not np.abs(reference.extrema(1).peak).max() > 0.0:
         raise InputError("the plan stands still, so the time shift of the log can't be found")
     shift, error = _refined(curve, reference, _coarse(curve, reference))
-    polynomial = _within(
-        curve.trajectory.polynomial, start + shift, end + shift, CONTINUED * log.period
-    )
-    if polynomial is None:
+    # a log that lacks more of the plan than its curve goes on has what it has of it
+    first = start if start + shift >= curve.trajectory.start_time else log.time[0] - shift
+    last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
+    if not last > first:
         raise InputError(
             f"{log.source} lasts {log.time[-1]:.6g} s and has no time in common with the plan"
         )
-    moved = np.array(polynomial.x) - shift
-    # exact where both ends are the plan's
-    moved[0] = start if abs(moved[0] - start) < NEAR else moved[0]
-    moved[-1] = end if abs(moved[-1] - end) < NEAR else moved[-1]
-    trajectory = replace(
-        curve.trajectory, polynomial=PiecewisePolynomial(polynomial.c, moved), waypoint_times=None
-    )
+    polynomial = part(curve.trajectory.polynomial, first + shift, last + shift)
+    breaks = np.concatenate(([first], polynomial.x[1:-1] - shift, [last]))
+    polynomial = PiecewisePolynomial(polynomial.c, breaks)
+    trajectory = replace(curve.trajectory, polynomial=polynomial, waypoint_times=None)
     return Alignment(trajectory, shift + log.origin, error, reference, curve, shift)
 
 
@@ -184,27 +159,3 @@ def _refined(curve: Smoothed, reference: JointTrajectory, shift: float) -> tuple
             break
     moving = slopes.any(axis=1)
     return shift, float(np.sqrt((left[moving] ** 2).mean() / weight))
-
-
-def _within(
-    curve: PiecewisePolynomial, start: float, end: float, slack: float
-) -> PiecewisePolynomial | None:
-    """A C1 curve of cubics from one time to another, or as much of that as there is.
-
-    Where as little as `slack` [s] lacks, the first or last piece is continued.
-    """
-    low = start if curve.x[0] - start <= slack else float(curve.x[0])
-    high = end if end - curve.x[-1] <= slack else float(curve.x[-1])
-    if not high > low:
-        return None
-    inner = curve.x[(curve.x > low + NEAR) & (curve.x < high - NEAR)]
-    breaks = np.concatenate(([low], inner, [high]))
-    ends = []
-    for order in range(2):
-        values = curve(np.clip(breaks, curve.x[0], curve.x[-1]), order)
-        for place, border in ((0, curve.x[0]), (-1, curve.x[-1])):
-            beyond = breaks[place] - border
-            if (beyond < 0.0) == (place == 0) and beyond:
-                values[place] = continued(curve, float(breaks[place]), order)
-        ends.append(values)
-    return PiecewisePolynomial(two_point_coefficients(breaks, tuple(ends)), breaks)

@@ -82,16 +82,13 @@ def log_columns(
         if len(of) < len(joint_names):
             continue
         joints[quantity] = tuple(
-            (of[i].index, _factor(of[i], joint_units[i], degrees=degrees))
-            for i in range(len(joint_names))
+            (of[i].index, math.radians(1.0))
+            if degrees and unit == "rad" and not of[i].unit_given
+            else (of[i].index, of[i].factor)
+            for i, unit in enumerate(joint_units)
         )
     stated = (one.joint for one in positions if one.topic == chosen and one.unit_given)
     return LogColumns(_clock(headings, chosen), joints, frozenset(stated))
-
-
-def _factor(one: _Found, unit: str, *, degrees: bool) -> float:
-    plain = degrees and unit == "rad" and not one.unit_given
-    return math.radians(1.0) if plain else one.factor
 
 
 def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) -> Iterable[_Found]:
@@ -127,31 +124,28 @@ def _numbered(
 
     Columns of names, if there are any, say in which order; otherwise it is that of the robot.
     """
-    named: dict[tuple[str, int], str] = {}
-    counted: list[tuple[str, str, int, int]] = []
+    named: dict[str, dict[int, str]] = {}
+    counted: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
     for index, heading in enumerate(headings):
         topic, _, last = re.sub(r"[./:]", "/", heading.strip()).rpartition("/")
         match = _INDEXED.fullmatch(last)
         if match is None:
             continue
-        word, number = match["word"], int(match["index"])
-        if word in ("name", "joint_names"):
-            named[topic, number] = first[index].strip()
+        *kind, word = words(match["word"])
+        number, quantity = int(match["index"]), quantity_named(word)
+        if match["word"] in ("name", "joint_names"):
+            named.setdefault(topic, {})[number] = first[index].strip()
+        elif quantity in USED and not set(kind) & set(_ASKED):
+            group = (topic, "/".join([topic, *kind]), str(quantity))
+            counted.setdefault(group, []).append((number, index))
+    for (topic, group_name, quantity), columns in counted.items():
+        if topic not in named and len(columns) != len(names):
             continue
-        *kind, word = words(word)
-        quantity = quantity_named(word)
-        if quantity in USED and not set(kind) & set(_ASKED):
-            counted.append(("/".join([topic, *kind]), str(quantity), number, index))
-            named.update({("/".join([topic, *kind]), n): name for (t, n), name in named.items()
-                         if t == topic})  # fmt: skip
-    for group, quantity, number, index in counted:
-        ours = [n for g, q, n, _ in counted if (g, q) == (group, quantity)]
-        if any(g == group for g, _ in named):
-            name = named.get((group, number), "")
-            if name in names:
-                yield _Found(group, quantity, list(names).index(name), index, 1.0, False)
-        elif len(ours) == len(names):
-            yield _Found(group, quantity, number - min(ours), index, 1.0, False)
+        order = named.get(topic, dict(enumerate(names, min(columns)[0])))
+        for number, index in columns:
+            if order.get(number) in names:
+                joint = list(names).index(order[number])
+                yield _Found(group_name, quantity, joint, index, 1.0, False)
 
 
 def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None) -> str:
@@ -160,7 +154,8 @@ def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None
     for one in positions:
         topics.setdefault(one.topic, []).append(one.joint)
     if wanted is not None:
-        topics = {name: joints for name, joints in topics.items() if _same(name, wanted)}
+        own = wanted.strip("/")
+        topics = {name: joints for name, joints in topics.items() if name.strip("/") == own}
     whole = [name for name, joints in topics.items() if sorted(set(joints)) == [*range(len(names))]]
     if not whole:
         best = max(topics.values(), key=lambda joints: len(set(joints)), default=[])
@@ -186,10 +181,6 @@ def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None
                 f"{topics[chosen].count(joint)} columns are the position of joint {name!r}", "one"
             )
     return chosen
-
-
-def _same(topic: str, wanted: str) -> bool:
-    return topic.strip("/") == wanted.strip("/")
 
 
 def _path(heading: str) -> str:

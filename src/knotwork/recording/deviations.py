@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.joint_quantities import rate_unit
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import refined
+from knotwork.polynomial.hermite import raised
+from knotwork.polynomial.refined import part, refined
 from knotwork.recording.alignment import Alignment
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
@@ -46,18 +48,20 @@ def deviation_findings(
         f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    shift = _finding("motion", "", "time_shift", alignment.start, "s", None, sentence)
     joints = list(_joints(alignment, units))
     tool = list(_tool(alignment, robot, units)) if robot is not None else []
     off = [found for found in joints if found.quantity == "joint_deviation"]
-    turning = {
-        found.unit: max((one for one in off if one.unit == found.unit), key=_size) for found in off
-    }
-    worst = [*turning.values(), *tool[:1]]
-    brief = "; ".join(
-        [f"time shift {alignment.start:.4g} s", *(_short(one, units) for one in worst)]
+    of_units = ([one for one in off if one.unit == unit] for unit in {one.unit: 1 for one in off})
+    worst = [*(max(group, key=_size) for group in of_units), *tool[:1]]
+    short = (
+        f"{one.name or 'tool'} up to {units.text(_size(one), one.unit, '.3g')} off at {one.when} s"
+        for one in worst
     )
-    yield replace(shift, brief=brief)
+    yield Finding(
+        GROUP, "motion", "", "time_shift", "information", sentence,
+        value=alignment.start, unit="s",
+        brief="; ".join([f"time shift {alignment.start:.4g} s", *short]),
+    )  # fmt: skip
     yield Finding(GROUP, "motion", "", "clock", "information", sentence)
     yield from joints
     yield from tool
@@ -67,40 +71,24 @@ def _size(found: Finding) -> float:
     return abs(found.value or 0.0)
 
 
-def _short(found: Finding, units: Units) -> str:
-    number = units.text(_size(found), found.unit, ".3g")
-    return f"{found.name or 'tool'} up to {number} off at {found.when} s"
-
-
 def _joints(alignment: Alignment, units: Units) -> Iterator[Finding]:
-    own, plan = alignment.trajectory.polynomial, alignment.reference.polynomial
+    own = alignment.trajectory
+    gap = _difference(own.polynomial, alignment.reference.polynomial)
     for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
-        gap = _difference(own, plan).extrema(order)
-        for j, name in enumerate(alignment.trajectory.joint_names):
-            unit = alignment.trajectory.joint_units[j] + ("/s" if order else "")
-            value, time = float(gap.peak[j]), float(gap.peak_time[j])
-            word = "velocity " if order else ""
-            yield _finding(
-                "joint", name, quantity, value, unit, time,
-                f"joint {name!r}: {word}off the plan by up to {units.text(value, unit, '.3g')}, at "
-                f"{time:.4f} s",
-            )  # fmt: skip
+        extrema = gap.extrema(order)
+        for j, (name, unit) in enumerate(zip(own.joint_names, own.joint_units, strict=True)):
+            value, time = float(extrema.peak[j]), float(extrema.peak_time[j])
+            what = f"joint {name!r}:{' velocity' if order else ''}"
+            yield _off(what, ("joint", name, quantity), value, rate_unit(unit, order), time, units)
 
 
 def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
     """One curve minus another, in the time that they have in common."""
     low, high = max(own.x[0], plan.x[0]), min(own.x[-1], plan.x[-1])
-    breaks = np.union1d(own.x, plan.x)
-    breaks = np.union1d(breaks[(breaks > low) & (breaks < high)], [low, high])
-    parts = []
-    for curve in (own, plan):
-        fine = refined(curve, breaks)
-        first = int(np.searchsorted(fine.x, low))
-        parts.append(fine.c[:, first : first + len(breaks) - 1])
-    c = np.zeros((max(len(part) for part in parts), *parts[0].shape[1:]))
-    for part, sign in zip(parts, (1.0, -1.0), strict=True):
-        c[len(c) - len(part) :] += sign * part
-    return PiecewisePolynomial(c, breaks)
+    own, plan = part(own, low, high), part(plan, low, high)
+    own, plan = refined(own, plan.x), refined(plan, own.x)
+    degree = max(own.degree, plan.degree)
+    return PiecewisePolynomial(raised(own.c, degree) - raised(plan.c, degree), own.x)
 
 
 def _tool(alignment: Alignment, robot: Robot, units: Units) -> Iterator[Finding]:
@@ -108,47 +96,27 @@ def _tool(alignment: Alignment, robot: Robot, units: Units) -> Iterator[Finding]
 
     own = alignment.trajectory.reordered(robot.joint_names, robot.joint_units)
     plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
-    time = alignment.curve.log.time - alignment.start
-    time = time[(time >= own.start_time) & (time <= own.end_time)]
-    off, turned = np.zeros(time.size), np.zeros(time.size)
-    for i, (q, asked) in enumerate(zip(own.position(time), plan.position(time), strict=True)):
+    times = alignment.curve.log.time - alignment.start
+    times = times[(times >= own.start_time) & (times <= own.end_time)]
+    off = np.empty((times.size, 2))
+    for i, (q, asked) in enumerate(zip(own.position(times), plan.position(times), strict=True)):
         pose, wanted = robot.forward(q), robot.forward(asked)
-        off[i] = np.linalg.norm(pose.translation - wanted.translation)
-        turned[i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
-    for quantity, values, unit in (
-        ("tool_deviation", off, "m"),
-        ("tool_orientation_deviation", turned, "rad"),
+        off[i, 0] = np.linalg.norm(pose.translation - wanted.translation)
+        off[i, 1] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
+    for k, (word, named, unit) in enumerate(
+        (("position", "", "m"), ("orientation", "orientation_", "rad"))
     ):
-        worst = int(values.argmax())
-        value, at = float(values[worst]), float(time[worst])
-        word = "orientation " if unit == "rad" else ""
-        yield replace(
-            _finding(
-                "tool", "", quantity, value, unit, at,
-                f"the tool's {word or 'position '}is off the plan by up to "
-                f"{units.text(value, unit, '.3g')}, at {at:.4f} s",
-            ),
-            proof="sampled",
-        )  # fmt: skip
+        worst = int(off[:, k].argmax())
+        subject = ("tool", "", f"tool_{named}deviation")
+        value, time = float(off[worst, k]), float(times[worst])
+        found = _off(f"the tool's {word} is", subject, value, unit, time, units)
+        yield replace(found, proof="sampled")
 
 
-def _finding(
-    subject: str,
-    name: str,
-    quantity: str,
-    value: float,
-    unit: str,
-    time: float | None,
-    message: str,
+def _off(
+    what: str, subject: tuple[str, str, str], value: float, unit: str, time: float, units: Units
 ) -> Finding:
-    return Finding(
-        group=GROUP,
-        subject=subject,
-        name=name,
-        quantity=quantity,
-        verdict="information",
-        message=message,
-        value=value,
-        unit=unit,
-        time=time,
-    )
+    """How far something is off the plan; the subject is its kind, its name and the quantity."""
+    size = units.text(value, unit, ".3g")
+    message = f"{what} off the plan by up to {size}, at {time:.4f} s"
+    return Finding(GROUP, *subject, "information", message, value=value, unit=unit, time=time)

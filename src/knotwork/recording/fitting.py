@@ -98,7 +98,5 @@ class Fit:
 
     def polynomial(self) -> PiecewisePolynomial:
         """The curve as polynomials between its breaks."""
-        ends = tuple(
-            np.asarray(self._basis(self.breaks, order) @ self._coefficients) for order in range(2)
-        )
+        ends = (self.values(0, self.breaks), self.values(1, self.breaks))
         return PiecewisePolynomial(two_point_coefficients(self.breaks, ends), self.breaks)

@@ -48,27 +48,18 @@ def _range(curve: PiecewisePolynomial) -> FloatArray:
 
 
 def _finding(start: float, end: float, period: float, allowed: float, *, moves: bool) -> Finding:
-    lasts = end - start
-    text = (
-        f"the log has no sample from {start:.3f} s to {end:.3f} s: {lasts:.4g} s, "
-        f"{lasts / period:.3g} times its interval of {1e3 * period:.4g} ms; the plan "
-    )
-    text += (
+    lasts, limit = end - start, allowed * period
+    then = (
         "moves there, so it is not decided what the robot did"
         if moves
         else "stands there, and nothing shows that the robot did, too"
     )
-    return Finding(
-        group="Log",
-        subject="motion",
-        name="",
-        quantity="hole",
-        verdict="failed" if moves else "warning",
-        message=text,
-        value=lasts,
-        limit=allowed * period,
-        margin=allowed * period - lasts,
-        unit="s",
-        time=start,
-        interval=(start, end),
+    message = (
+        f"the log has no sample from {start:.3f} s to {end:.3f} s: {lasts:.4g} s, "
+        f"{lasts / period:.3g} times its interval of {1e3 * period:.4g} ms; the plan {then}"
     )
+    return Finding(
+        "Log", "motion", "", "hole", "failed" if moves else "warning", message,
+        value=lasts, limit=limit, margin=limit - lasts, unit="s",
+        time=start, interval=(start, end),
+    )  # fmt: skip

@@ -28,22 +28,13 @@ def of_rounding(log: Recording, grid: FloatArray) -> FloatArray:
     The largest error counts as two standard errors.
     """
     errors = np.zeros((len(SHAPES), grid.size, log.position.shape[1]))
-    for j in range(log.position.shape[1]):
-        changes = log.time[1:][np.diff(log.position[:, j]) != 0.0]
-        if not changes.size:
-            continue
-        after = np.clip(np.searchsorted(changes, grid), 0, changes.size - 1)
-        before = np.maximum(after - 1, 0)
-        near = np.minimum(np.abs(changes[after] - grid), np.abs(changes[before] - grid))
-        held = near > CONSTANT * log.period
-        # where values begin to change, it is the first of them that holds longest
-        steps = np.diff(changes, prepend=changes[0], append=changes[-1])
-        longest = np.maximum(steps[after], steps[after + 1])
-        slow = ~held & (longest > CONSTANT * log.period)
-        tau = np.where(held, near, longest)
+    for j, q in enumerate(log.position.T):
+        changes = np.concatenate((log.time[:1], log.time[1:][np.diff(q) != 0.0], log.time[-1:]))
+        stays = np.diff(changes)[np.clip(np.searchsorted(changes, grid) - 1, 0, changes.size - 2)]
+        held = stays > CONSTANT * log.period
         for order, shape in enumerate(SHAPES):
-            size = 0.25 * log.resolution[j] * shape / np.maximum(tau, log.period) ** order
-            errors[order, :, j] = np.where(held | slow, size, 0.0)
+            size = 0.25 * log.resolution[j] * shape / (0.5 * stays[held]) ** order
+            errors[order, held, j] = size
     return errors
 
 

@@ -50,11 +50,8 @@ class Noise:
 
     def of_samples(self, slopes: FloatArray) -> FloatArray:
         """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
-        fast = np.abs(slopes)
         # where it starts and stops, a slope between samples is known from its neighbours only
-        for k in (1, 2):
-            fast[k:] = np.maximum(fast[k:], np.abs(slopes[:-k]))
-            fast[:-k] = np.maximum(fast[:-k], np.abs(slopes[k:]))
+        fast = largest_near(np.abs(slopes), 2)
         return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
 
 
@@ -68,20 +65,30 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
     Raises:
         InputError: The stated noise is no positive number.
     """
-    floor = np.maximum(log.resolution * ROUNDING, SMALLEST)
-    left, slopes = _left_over(log.time, log.position)
+    position, jitter = _estimated(log.time, log.position, log.resolution)
     if stated is not None:
         given = finite_number(stated, "noise", "rad or m", positive=True)
-        position, jitter = np.full(floor.size, given), 0.0
-    else:
-        sigma, jitter = _by_speed(left, slopes, floor)
-        position = np.maximum(sigma, floor)
+        position, jitter = np.full_like(position, given), 0.0
     velocity = None
     if log.velocity is not None and log.velocity_resolution is not None:
-        left, slopes = _left_over(log.time, log.velocity)
-        least = np.maximum(log.velocity_resolution * ROUNDING, SMALLEST)
-        velocity = np.maximum(_by_speed(left, slopes, least)[0], least)
+        velocity, _ = _estimated(log.time, log.velocity, log.velocity_resolution)
     return Noise(position, velocity, jitter, stated is not None)
+
+
+def _estimated(
+    time: FloatArray, values: FloatArray, resolution: FloatArray
+) -> tuple[FloatArray, float]:
+    """Noise of each joint, at least that of rounding, and the jitter."""
+    floor = np.maximum(resolution * ROUNDING, SMALLEST)
+    sigma, jitter = _by_speed(*_left_over(time, values), floor)
+    return np.maximum(sigma, floor), jitter
+
+
+def largest_near(values: FloatArray, steps: int, axis: int = 0) -> FloatArray:
+    """The largest of each value and its neighbours up to so many steps away along an axis."""
+    from scipy.ndimage import maximum_filter1d
+
+    return np.asarray(maximum_filter1d(values, 2 * steps + 1, axis=axis, mode="nearest"))
 
 
 def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:

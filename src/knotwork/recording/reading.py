@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.errors import DocumentError, Problem
-from knotwork.foreign.csv_file import number, read_rows
+from knotwork.foreign.csv_file import Rows, read_rows
 from knotwork.foreign.header import HeadingError
 from knotwork.recording.columns import LogColumns, log_columns
 from knotwork.waypoints import FloatArray
@@ -97,97 +96,71 @@ def read_log(
         DocumentError: The file can't be read, lacks the time or a joint, has fewer than 16 samples
             or what is no number; says which line or column.
     """
-    path = Path(path)
-    rows = read_rows(path)
-    if len(rows) < 2:
-        raise DocumentError(path, [Problem(None, "", "holds no rows of samples")])
-    line, headings = rows[0]
-    for at, cells in rows[1:]:
-        if len(cells) != len(headings):
-            problem = Problem(at, "", f"has {len(cells)} values", f"{len(headings)}, as headings")
-            raise DocumentError(path, [problem])
+    rows = read_rows(Path(path))
+    if not rows.lines:
+        raise rows.error(None, None, "holds no rows of samples")
     try:
         columns = log_columns(
-            headings, rows[1][1], joint_names, joint_units, topic=topic, degrees=degrees
+            rows.headings, rows.cells[0], joint_names, joint_units, topic=topic, degrees=degrees
         )
     except HeadingError as error:
-        raise DocumentError(path, [Problem(line, "", str(error), error.accepted)]) from error
-    return _recording(path, rows, columns, joint_names, joint_units)
+        raise rows.error(rows.head, None, str(error), error.accepted) from error
+    return _recording(rows, columns, joint_names, joint_units)
 
 
 def _recording(
-    path: Path,
-    rows: list[tuple[int, list[str]]],
-    columns: LogColumns,
-    names: Sequence[str],
-    units: Sequence[str],
+    rows: Rows, columns: LogColumns, names: Sequence[str], units: Sequence[str]
 ) -> Recording:
-    position, resolution = _values(path, rows, columns.joints["position"])
-    clock = np.column_stack([_values(path, rows, ((index, 1.0),))[0] for index, _ in columns.clock])
+    position, resolution = _values(rows, columns.joints["position"])
+    clock = np.column_stack([_numbers(rows, index) for index, _ in columns.clock])
     notes: list[str] = []
     whole = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
     if not whole.all():
         notes.append(f"{int((~whole).sum())} rows without time and position of every joint")
     if whole.sum() < FEWEST:
-        raise DocumentError(
-            path,
-            [
-                Problem(
-                    None,
-                    "",
-                    f"has {int(whole.sum())} rows with the time and a position of every joint",
-                    f"at least {FEWEST}",
-                )
-            ],
-        )
-    clock, position = clock[whole], position[whole]
+        message = f"has {int(whole.sum())} rows with the time and a position of every joint"
+        raise rows.error(None, None, message, f"at least {FEWEST}")
+    position = position[whole]
     velocity = velocity_resolution = None
     if "velocity" in columns.joints:
-        velocity, velocity_resolution = _values(path, rows, columns.joints["velocity"])
+        velocity, velocity_resolution = _values(rows, columns.joints["velocity"])
         velocity = velocity[whole]
         if not np.isfinite(velocity).all():
             velocity = velocity_resolution = None
             notes.append("velocities, which some rows lack")
-    time, origin = _seconds(clock, [factor for _, factor in columns.clock])
-    _refuse_degrees(path, rows[0], columns, position, names, units)
+    time, origin = _seconds(clock[whole], [factor for _, factor in columns.clock])
+    _refuse_degrees(rows, columns, position, names, units)
     time, order, merged = _in_order(time)
     if merged:
         notes.append(merged)
+    if time.size < FEWEST:
+        message = f"has samples at {time.size} times"
+        raise rows.error(None, None, message, f"at least {FEWEST}")
     position = _mean(position, order, time.size)
     velocity = None if velocity is None else _mean(velocity, order, time.size)
-    if time.size < FEWEST:
-        problem = Problem(None, "", f"has samples at {time.size} times", f"at least {FEWEST}")
-        raise DocumentError(path, [problem])
     return Recording(
         tuple(names), tuple(units), time, position, velocity, resolution, velocity_resolution,
-        origin, path.name, tuple(notes),
+        origin, rows.path.name, tuple(notes),
     )  # fmt: skip
 
 
-def _values(
-    path: Path, rows: list[tuple[int, list[str]]], columns: Sequence[tuple[int, float]]
-) -> tuple[FloatArray, FloatArray]:
-    """Numbers of columns in SI, NaN where there are none, and what their last digits count."""
-    values = np.full((len(rows) - 1, len(columns)), np.nan)
-    last = np.full(len(columns), 17)
-    for j, (index, factor) in enumerate(columns):
-        decimals = -17
-        for i, (line, cells) in enumerate(rows[1:]):
-            cell = cells[index].strip()
-            if not cell or cell.lower() == "nan":
-                continue
-            try:
-                values[i, j] = number(cell) * factor
-            except ValueError:
-                field = f"column {index + 1} ({rows[0][1][index].strip()})"
-                problem = Problem(line, field, f"{cells[index]!r} is no number")
-                raise DocumentError(path, [problem]) from None
-            match = _DIGITS.fullmatch(cell)
-            if match is not None:
-                decimals = max(decimals, len(match["decimals"]) - int(match["power"] or 0))
-        last[j] = decimals
+def _numbers(rows: Rows, index: int) -> FloatArray:
+    """Numbers of a column, NaN where there are none."""
+    values = rows.numbers(index, gaps=True)
     values[~np.isfinite(values)] = np.nan
-    return values, 10.0 ** -last.astype(float) * np.array([factor for _, factor in columns])
+    return values
+
+
+def _values(rows: Rows, columns: Sequence[tuple[int, float]]) -> tuple[FloatArray, FloatArray]:
+    """Numbers of columns in SI, NaN where there are none, and what their last digits count."""
+    factors = np.array([factor for _, factor in columns])
+    values = np.column_stack([_numbers(rows, index) for index, _ in columns])
+    last = []
+    for index, _ in columns:
+        found = (_DIGITS.fullmatch(cells[index].strip()) for cells in rows.cells)
+        written = [len(one["decimals"]) - int(one["power"] or 0) for one in found if one and one[0]]
+        last.append(max(written, default=-17))
+    return values * factors, 10.0 ** -np.array(last, dtype=float) * factors
 
 
 def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, float]:
@@ -218,8 +191,7 @@ def _mean(values: FloatArray, order: NDArray[np.intp], count: int) -> FloatArray
 
 
 def _refuse_degrees(
-    path: Path,
-    head: tuple[int, list[str]],
+    rows: Rows,
     columns: LogColumns,
     position: FloatArray,
     names: Sequence[str],
@@ -227,19 +199,12 @@ def _refuse_degrees(
 ) -> None:
     for j, (index, factor) in enumerate(columns.joints["position"]):
         largest = float(np.abs(position[:, j]).max())
-        if j in columns.units_given:
-            continue
-        if units[j] == "rad" and factor == 1.0 and largest > WHOLE_TURNS:
-            field = f"column {index + 1} ({head[1][index].strip()})"
-            raise DocumentError(
-                path,
-                [
-                    Problem(
-                        head[0],
-                        field,
-                        f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
-                        "rad; if these are degrees, say so with --log-unit deg or with [deg] in "
-                        "the headings, and with [rad] there if they are not",
-                    )
-                ],
+        plain = units[j] == "rad" and factor == 1.0 and j not in columns.units_given
+        if plain and largest > WHOLE_TURNS:
+            raise rows.error(
+                rows.head,
+                index,
+                f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
+                "rad; if these are degrees, say so with --log-unit deg or with [deg] in "
+                "the headings, and with [rad] there if they are not",
             )

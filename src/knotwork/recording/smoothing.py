@@ -18,12 +18,14 @@ import numpy as np
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.recording.fitting import Fit
 from knotwork.recording.limits import of_missed, of_pieces, of_rounding
-from knotwork.recording.noise import Noise, noise_of, slopes_of
+from knotwork.recording.noise import Noise, largest_near, noise_of, slopes_of
 from knotwork.recording.reading import Recording
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 _ALLOWED = 1.1  # by how much the estimated noise may be too small
+CONTINUED = 3.0
+"""The curve goes on for this many sample periods before the first sample and after the last."""
 FEWEST = 4
 """Smallest number of samples in an interval."""
 SURE = 5.0
@@ -40,7 +42,8 @@ class Smoothed:
     """A smooth motion (C2) behind a log.
 
     Attributes:
-        trajectory: The motion; its times are those of the log, since its first sample [s].
+        trajectory: The motion; its times are those of the log, since its first sample [s], and
+            three periods more at each end.
         log: The samples.
         noise: What they may be off by.
         grid: Times at which the standard errors are given [s], shape (g,).
@@ -108,7 +111,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     if velocity_sigma is not None:
         fit = Fit(log.time, ends, log.position, sigma, log.velocity, velocity_sigma)
         unfollowed = _unfollowed(log, coarse, fit, spans)
-    grid = _grid(fit.breaks)
+    grid = _grid(log, fit.breaks)
     trajectory = JointTrajectory(
         log.joint_names,
         fit.polynomial(),
@@ -129,7 +132,7 @@ def _use_of_velocities(
     """Say how recorded velocities are used, with their standard deviations if they are."""
     if log.velocity is None or known.velocity is None:
         return "none are recorded", None
-    at = _grid(fit.breaks)
+    at = _grid(log, fit.breaks)
     place = np.searchsorted(0.5 * (at[1:] + at[:-1]), log.time)
     difference, sigma = log.velocity - fit.values(1), known.velocity
 
@@ -157,25 +160,19 @@ def _unfollowed(
     log: Recording, coarse: Fit, fit: Fit, missed: Sequence[tuple[float, float]]
 ) -> FloatArray:
     """What such a curve leaves of the motion, however exact the samples are, shape (4, g, d)."""
-    grid = _grid(fit.breaks)
-    changes = np.stack([_changes(coarse, fit, grid, order) for order in range(ORDERS)])
-    left = np.hypot(changes, of_pieces(fit.polynomial(), grid))
+    grid = _grid(log, fit.breaks)
+    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in range(ORDERS)]
+    near = largest_near(np.abs(changes), 2, axis=1)
+    left = np.hypot(near, of_pieces(fit.polynomial(), grid))
     return np.maximum(left, of_missed(log, log.position - fit.values(0), missed, grid))
 
 
-def _changes(coarse: Fit, fit: Fit, grid: FloatArray, order: int) -> FloatArray:
-    """Change of the curve by the last halving, at each time and next to it, shape (g, d)."""
-    change = np.abs(fit.values(order, grid) - coarse.values(order, grid))
-    most = change.copy()
-    for k in (1, 2):
-        most[k:] = np.maximum(most[k:], change[:-k])
-        most[:-k] = np.maximum(most[:-k], change[k:])
-    return np.asarray(most)
-
-
-def _grid(breaks: FloatArray) -> FloatArray:
-    """Breaks and middles between them."""
-    return np.sort(np.concatenate((breaks, 0.5 * (breaks[1:] + breaks[:-1]))))
+def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
+    """Breaks, middles between them, and every half of a period where the curve goes on."""
+    middles = 0.5 * (breaks[1:] + breaks[:-1])
+    beyond = np.arange(0.0, CONTINUED, 0.5) * log.period
+    ends = (log.time[0] - beyond, log.time[-1] + beyond)
+    return np.unique(np.concatenate((breaks, middles, *ends)))
 
 
 def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, list[int]]:
@@ -186,13 +183,13 @@ def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, l
     n = log.time.size
     cuts = np.unique(np.linspace(0, n, max(1, min(8, n // (2 * FEWEST))) + 1).astype(int))
     while True:
-        fit = Fit(log.time, _times(log.time, cuts), log.position, sigma)
+        fit = Fit(log.time, _times(log, cuts), log.position, sigma)
         shares = (log.position - fit.values(0)) / sigma
         halved = _halved(cuts, _misses(shares, cuts))
         if halved.size == cuts.size:
             finer = _halved(cuts, np.ones(cuts.size - 1, dtype=bool))
             missed = np.flatnonzero(_misses(shares, cuts, SURE)).tolist()
-            return _times(log.time, cuts), _times(log.time, finer), missed
+            return _times(log, cuts), _times(log, finer), missed
         cuts = halved
 
 
@@ -218,6 +215,8 @@ def _halved(cuts: Any, which: Any) -> Any:
     return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[which])))
 
 
-def _times(time: FloatArray, cuts: Any) -> FloatArray:
-    inner = cuts[1:-1]
-    return np.concatenate((time[:1], 0.5 * (time[inner - 1] + time[inner]), time[-1:]))
+def _times(log: Recording, cuts: Any) -> FloatArray:
+    """Breaks between the samples that cuts divide, and the ends of the curve."""
+    time, inner, more = log.time, cuts[1:-1], CONTINUED * log.period
+    middles = 0.5 * (time[inner - 1] + time[inner])
+    return np.concatenate((time[:1] - more, middles, time[-1:] + more))

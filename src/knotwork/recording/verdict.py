@@ -23,6 +23,7 @@ from knotwork.recording.deviations import deviation_findings
 from knotwork.recording.holes import hole_findings
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
+from knotwork.verification.finding import judged
 
 if TYPE_CHECKING:
     from knotwork.joint_space import JointSpace
@@ -61,10 +62,9 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
         scenario: The task.
         space: The scenario's joints and robot.
     """
-    report = check(alignment.trajectory, scenario, space=space)
-    units = scenario.units
+    report, units = check(alignment.trajectory, scenario, space=space), scenario.units
     compared = compare_log(alignment, space.robot, units, required=scenario.continuity >= 0)
-    judged: list[Finding] = []
+    findings: list[Finding] = []
     undecided = 0
     for found in report.findings:
         if found.group == "Continuity" or found.quantity.endswith("_rounding"):
@@ -76,10 +76,10 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
             to = units.text(known, found.unit, ".2g")
             sentence = f"{found.message}; undecided, for the log tells it to {to}"
             found = replace(found, verdict="undecided", message=sentence)
-        judged.append(found)
-    judged += compared.findings
+        findings.append(found)
+    findings += compared.findings
     if undecided:
-        judged.append(
+        findings.append(
             _information(
                 "undecided",
                 f"{undecided} requirements are undecided: they are met or failed by less than "
@@ -87,7 +87,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
                 f"undecided: within {CERTAIN:g} standard errors of the limit",
             )
         )
-    return replace(report, findings=tuple(judged))
+    return replace(report, findings=tuple(findings))
 
 
 def compare_log(
@@ -131,50 +131,42 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
     """What the log's noise may make of a value, or `None` where that is not known."""
     if found.value is None or not np.isfinite(found.value) or found.margin is None:
         return None
-    own = list(alignment.trajectory.joint_names)
-    order = [own.index(name) for name in space.joint_names]
+    own, names, robot = alignment.trajectory.joint_names, space.joint_names, space.robot
 
-    def errors(nu: int) -> FloatArray:
-        return _unknown(alignment, nu, found.at)[order]
+    def errors(nu: int, time: float | None = found.at) -> FloatArray:
+        return _unknown(alignment, nu, time)[[own.index(name) for name in names]]
 
-    of_joint = found.name in space.joint_names
-    if of_joint and found.subject == "joint" and found.quantity in DERIVATIVES:
-        return float(errors(DERIVATIVES.index(found.quantity))[space.joint_names.index(found.name)])
+    quantity = found.quantity.removeprefix("joint_")
     if found.subject == "wait" and found.interval is not None:  # between two of its times
-        begin = _unknown(alignment, 0, found.interval[0])[order]
-        return float((errors(0) + begin).max())
-    named = found.quantity.removeprefix("joint_")
-    if found.group == "Joints at the waypoints" and named in DERIVATIVES:
-        return float(errors(DERIVATIVES.index(named)).max())
-    if space.robot is None:
+        return float((errors(0) + errors(0, found.interval[0])).max())
+    if quantity in DERIVATIVES and found.name in names and found.subject == "joint":
+        return float(errors(DERIVATIVES.index(quantity))[names.index(found.name)])
+    if quantity in DERIVATIVES and found.group == "Joints at the waypoints":
+        return float(errors(DERIVATIVES.index(quantity)).max())
+    if robot is None:
         return None
-    time = alignment.trajectory.start_time if found.at is None else found.at
-    q = _at(alignment, space, time)
-    if of_joint and found.quantity == "effort":
-        errors_of = _inertia(space.robot, q) * errors(2)
-        return float(np.linalg.norm(errors_of[space.joint_names.index(found.name)]))
-    if found.unit in _ORDERS:
-        jacobian = space.robot.jacobian(q)
-        half = slice(3, 6) if found.unit in _TURNING else slice(0, 3)
-        known = float(np.linalg.norm(jacobian[half] * errors(_ORDERS[found.unit])))
-        if found.unit == "rad" and found.subject != "waypoint":
-            # on a path the tool turns: where it is along it is known to its position only
-            v, w = np.split(jacobian @ _at(alignment, space, time, 1), 2)
-            turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
-            known += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
-        return known
-    return None
+    motion = alignment.trajectory.reordered(names, space.joint_units)
+    time = motion.start_time if found.at is None else found.at
+    time = min(max(time, motion.start_time), motion.end_time)
+    q = motion.position(time)
+    if found.quantity == "effort" and found.name in names:
+        return float(np.linalg.norm((_inertia(robot, q) * errors(2))[names.index(found.name)]))
+    if found.unit not in _ORDERS:
+        return None
+    jacobian, turning = robot.jacobian(q), found.unit in _TURNING
+    known = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_ORDERS[found.unit])))
+    if found.unit == "rad" and found.subject != "waypoint":
+        # on a path the tool turns: where it is along it is known to its position only
+        v, w = np.split(jacobian @ motion.velocity(time), 2)
+        turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
+        known += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
+    return known
 
 
 def _unknown(alignment: Alignment, order: int, time: float | None) -> FloatArray:
     """What the log does not tell of each joint: by its noise, and where no such curve follows."""
     noise = CERTAIN * alignment.errors(order, time)
     return noise + LIKE_THE_PLAN * alignment.left_of_plan(order, time)
-
-
-def _at(alignment: Alignment, space: JointSpace, time: float, order: int = 0) -> FloatArray:
-    motion = alignment.trajectory.reordered(space.joint_names, space.joint_units)
-    return motion(min(max(time, motion.start_time), motion.end_time), order)
 
 
 def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
@@ -197,11 +189,12 @@ def _smooth(
     """
     curve = alignment.curve
     off, limits = np.abs(curve.residuals), JUMP * curve.sigma + allowed
-    for j, name in enumerate(curve.log.joint_names):
+    for j, (name, unit) in enumerate(
+        zip(curve.log.joint_names, curve.log.joint_units, strict=True)
+    ):
         worst = int((off[:, j] / limits[:, j]).argmax())
         value, limit = float(off[worst, j]), float(limits[worst, j])
         time = float(curve.log.time[worst] - alignment.start)
-        unit = curve.log.joint_units[j]
         shown = units.text(value, unit, ".3g")
         sentence = f"a sample is off the smooth curve by {shown} at {time:.4f} s"
         if value > limit:
@@ -210,73 +203,51 @@ def _smooth(
             if not curve.noise.stated:
                 largest = float(off.max())
                 sentence += f"; if samples may be off by as much, --noise {largest:.0e} says so"
-        ok = value <= limit
         yield Finding(
-            group="Continuity",
-            subject="joint",
-            name=name,
-            quantity="sample_off_the_curve",
-            verdict=("met" if ok else "failed") if required else "information",
-            message=f"joint {name!r}: {sentence}",
-            value=value,
-            limit=limit,
-            margin=limit - value,
-            unit=unit,
-            time=time,
-        )
+            "Continuity", "joint", name, "sample_off_the_curve",
+            judged(value <= limit, required=required), f"joint {name!r}: {sentence}",
+            value=value, limit=limit, margin=limit - value, unit=unit, time=time,
+        )  # fmt: skip
 
 
 def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
     """The assumptions about the log, and its resolution."""
     curve, log = alignment.curve, alignment.curve.log
-    beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
-    missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
-    origin = "as given" if curve.noise.stated else "estimated from the samples and their digits"
-    for j, name in enumerate(log.joint_names):
-        value, unit = float(curve.noise.position[j]), log.joint_units[j]
-        yield _number(
-            name, "noise", value, unit,
-            f"joint {name!r}: samples are off by {units.text(value, unit, '.2g')} (standard "
-            f"deviation), {origin}",
-        )  # fmt: skip
+    noise, joints = curve.noise, list(zip(log.joint_names, log.joint_units, strict=True))
+    origin = "as given" if noise.stated else "estimated from the samples and their digits"
+    for (name, unit), value in zip(joints, noise.position.tolist(), strict=True):
+        size = units.text(value, unit, ".2g")
+        message = f"joint {name!r}: samples are off by {size} (standard deviation), {origin}"
+        yield _number(name, "noise", value, unit, message)
     for order, quantity in enumerate(DERIVATIVES[:3]):
-        errors = _unknown(alignment, order, None)
-        for j, name in enumerate(log.joint_names):
-            unit = rate_unit(log.joint_units[j], order)
-            yield _number(
-                name, f"{quantity}_known_to", float(errors[j]), unit,
-                f"joint {name!r}: the log tells {quantity} to "
-                f"{units.text(float(errors[j]), unit, '.2g')} at worst",
-            )  # fmt: skip
-    noise = ", ".join(units.text(s, u, ".2g") for s, u in _ranges(alignment))
+        errors = _unknown(alignment, order, None).tolist()
+        for (name, unit), value in zip(joints, errors, strict=True):
+            size = units.text(value, rate_unit(unit, order), ".2g")
+            message = f"joint {name!r}: the log tells {quantity} to {size} at worst"
+            yield _number(name, f"{quantity}_known_to", value, rate_unit(unit, order), message)
+    largest: dict[str, float] = {}
+    for (_, unit), value in zip(joints, noise.position.tolist(), strict=True):
+        largest[unit] = max(value, largest.get(unit, 0.0))
+    sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
     yield _information(
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
-        f"{curve.trajectory.breaks.size - 1} cubics; noise {noise} and jitter "
-        f"of time stamps {1e3 * curve.noise.jitter:.2g} ms, {origin}; recorded velocities: "
+        f"{curve.trajectory.breaks.size - 1} cubics; noise {sizes} and jitter "
+        f"of time stamps {1e3 * noise.jitter:.2g} ms, {origin}; recorded velocities: "
         f"{curve.velocities}",
     )
     if log.notes:
         yield _information("left_out", f"left out or mended: {'; '.join(log.notes)}")
+    beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
+    missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
     if missed:
         start, end = (time - alignment.start for time in missed[0])
         times = f", {len(missed)} times, first" if len(missed) > 1 else ""
-        yield Finding(
-            "Warnings", "motion", "", "too_coarse", "warning",
+        message = (
             f"the motion changes faster than the log shows{times} from {start:.4f} s to "
-            f"{end:.4f} s: there it is known badly",
-            time=float(start),
-        )  # fmt: skip
-
-
-def _ranges(alignment: Alignment) -> Iterator[tuple[float, str]]:
-    """The largest noise of the joints of each unit."""
-    log, noise = alignment.curve.log, alignment.curve.noise.position
-    for unit in dict.fromkeys(log.joint_units):
-        yield (
-            float(max(s for s, own in zip(noise, log.joint_units, strict=True) if own == unit)),
-            unit,
+            f"{end:.4f} s: there it is known badly"
         )
+        yield Finding("Warnings", "motion", "", "too_coarse", "warning", message, time=float(start))
 
 
 def _information(quantity: str, message: str, brief: str = "") -> Finding:

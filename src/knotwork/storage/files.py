@@ -46,14 +46,8 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
     Raises:
         InputError: The folder can't be made or written to.
     """
-    folder = Path(folder)
-    try:
-        return _write(folder, contents)
-    except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
-        raise InputError(
-            f"can't write to {folder}: {_reason(error)}; give a folder that can be made and "
-            "written to"
-        ) from error
+    with _refusing(f"can't write to {folder}", "give a folder that can be made and written to"):
+        return _write(Path(folder), contents)
 
 
 def write_file(
@@ -74,17 +68,24 @@ def write_file(
         InputError: It can't be written.
     """
     path = Path(path)
-    try:
+    accepted = "give a file in a folder that can be made and written to"
+    with _refusing(f"can't write {what + ' ' if what else ''}to {path}", accepted):
         return _write(path.parent, {path.name: content}, replace)[0]
+
+
+@contextlib.contextmanager
+def _refusing(failure: str, accepted: str) -> Iterator[None]:
+    """Say what could not be done, why, and what can.
+
+    Raises:
+        InputError: In place of an `OSError`, or of a `ValueError`, for a name or text that no file
+            can have.
+    """
+    try:
+        yield
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"can't write {what + ' ' if what else ''}to {path}: {_reason(error)}; give a file in "
-            "a folder that can be made and written to"
-        ) from error
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return getattr(error, "strerror", None) or str(error)
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{failure}: {reason}; {accepted}") from error
 
 
 def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = True) -> list[Path]:
@@ -166,16 +167,11 @@ def finish_interrupted(folder: Path) -> None:
     Raises:
         InputError: There is something to finish, and it can't be.
     """
-    try:
-        if not any(name.endswith(DECIDED) for name in _left_in(folder)):
-            return
-        with _alone_in(folder):
-            pass
-    except OSError as error:
-        raise InputError(
-            f"writing to {folder} was interrupted, and can't be finished: {_reason(error)}; plan "
-            "again into another folder"
-        ) from error
+    failure = f"writing to {folder} was interrupted, and can't be finished"
+    with _refusing(failure, "plan again into another folder"):
+        if any(name.endswith(DECIDED) for name in _left_in(folder)):
+            with _alone_in(folder):
+                pass
 
 
 def _left_in(folder: Path) -> list[str]:
@@ -208,16 +204,12 @@ def _alone_in(folder: Path) -> Iterator[None]:
         if _locked(number, folder):
             for name in _left_in(folder):
                 if name.endswith(DECIDED):
-                    _finish(folder / name, folder)
+                    for file in sorted(os.listdir(folder / name)):
+                        os.replace(folder / name / file, folder / file)
                 shutil.rmtree(folder / name, ignore_errors=True)
         yield
     finally:
         os.close(number)
-
-
-def _finish(whole: Path, folder: Path) -> None:
-    for name in sorted(os.listdir(whole)):
-        os.replace(whole / name, folder / name)
 
 
 def _locked(number: int, folder: Path) -> bool:

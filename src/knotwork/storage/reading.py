@@ -18,6 +18,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.files import finish_interrupted
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
 
 # Knots and coefficients of a stored trajectory say the same within this, relative to the scale
 # of the values: both are written with all their digits.
@@ -80,42 +81,37 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
     joints, pieces = len(content.joint_names), len(content.breaks) - 1
     coefficients = _array(document, ("coefficients",), content.coefficients, 3)
     if coefficients.shape[1:] != (pieces, joints):
-        raise document.error(
-            ("coefficients",),
-            f"has shape {coefficients.shape}",
-            f"(degree + 1, {pieces} pieces, {joints} joints)",
-        )
+        accepted = f"(degree + 1, {pieces} pieces, {joints} joints)"
+        raise document.error(("coefficients",), f"has shape {coefficients.shape}", accepted)
     for i, (before, after) in enumerate(pairwise(content.breaks), 1):
         if after <= before:
-            raise document.error(
-                ("breaks", i), f"{after!r} is not greater than {before!r}, the one before it"
-            )
-    units = content.units.joints
+            message = f"{after!r} is not greater than {before!r}, the one before it"
+            raise document.error(("breaks", i), message)
+    units, names = content.units.joints, content.joint_names
     if len(units) != joints:
         raise document.error(("units", "joints"), f"has {len(units)} entries", f"{joints}")
-    for i, name in enumerate(content.joint_names):
-        if name in content.joint_names[:i]:
+    for i, name in enumerate(names):
+        if name in names[:i]:
             raise document.error(("joint_names", i), f"{name!r} is given twice", "each joint once")
+    field = "coefficients"
     try:
         polynomial = PiecewisePolynomial(coefficients, content.breaks)
-    except InputError as error:
-        raise document.error(("coefficients",), str(error)) from error
-    times = content.waypoint_times
-    try:
+        field = "waypoint_times"
+        times = None if content.waypoint_times is None else np.array(content.waypoint_times)
         return JointTrajectory(
-            tuple(content.joint_names),
+            tuple(names),
             polynomial,
             joint_units=tuple(units),
             planner=content.planner,
-            waypoint_times=None if times is None else np.array(times),
+            waypoint_times=times,
         )
     except InputError as error:
-        raise document.error(("waypoint_times",), str(error)) from error
+        raise document.error((field,), str(error)) from error
 
 
 def _array(
     document: Document, location: documents.Location, values: Any, dimensions: int
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+) -> FloatArray:
     try:
         array = np.array(values, dtype=float)
     except ValueError as error:
@@ -184,21 +180,23 @@ def read_trajectory_document(path: Path | str) -> Document:
             raise DocumentError(path, [Problem(None, twice, "is given twice")])
         return data
 
+    def refused(message: str, line: int | None = None) -> DocumentError:
+        return DocumentError(path, [Problem(line, "", message)])
+
     text = documents.read_text(path, most=MOST_BYTES)
     if text.count(",") + text.count("[") > MOST_VALUES:
-        raise DocumentError(path, [Problem(None, "", f"holds more than {MOST_VALUES} values")])
+        raise refused(f"holds more than {MOST_VALUES} values")
     try:
         data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused where it stands
     except json.JSONDecodeError as error:
         message = f"is not valid JSON: {error.msg} (column {error.colno})"
-        raise DocumentError(path, [Problem(error.lineno, "", message)]) from error
+        raise refused(message, error.lineno) from error
     except RecursionError:
-        raise DocumentError(path, [Problem(None, "", "is nested too deep")]) from None
+        raise refused("is nested too deep") from None
     except DocumentError:
         raise
     except ValueError as error:  # Python reads no integer of more than some thousands of digits
-        message = "holds an integer of too many digits"
-        raise DocumentError(path, [Problem(None, "", message)]) from error
+        raise refused("holds an integer of too many digits") from error
     return Document(data, path)
 
 
