@@ -157,6 +157,7 @@ def _finding(
         points=tuple(tuple(float(x) for x in point) for point in points),
         label=("undecided: " if found.verdict == "undecided" else "") + _pair_text(found, scenario),
         detail=detail and clear,
+        around=found.around,
     )
     collides = found.verdict not in ("clear", "undecided")
     return found_so.with_remedy(ways.text(found)) if collides else found_so
