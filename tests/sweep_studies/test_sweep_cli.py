@@ -136,7 +136,7 @@ def test_progress_has_rate_time_left_and_how_many_pass(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "200")
     ran = knotwork("sweep", task, "--vary", "rate=100")
-    assert "2500 of 10000 rows, 20 a second, 6 min 15 s left, 500 pass (20 %)" in ran.err
+    assert "2500 of 10000 rows, 20 a second, 0:06:15 left, 500 pass (20 %)" in ran.err
     assert "━" in ran.err
 
 

@@ -59,10 +59,25 @@ def chunk_of(spec: StudySpec, index: int, size: int) -> Chunk:
     return Chunk(index, spec.document, {row: spec.edits(row) for row in rows}, spec.time_limit)
 
 
-def here(chunks: Iterator[Chunk]) -> Iterator[Planned]:
-    """Plan chunks in this process, one after the other; a crash ends it."""
-    for chunk in chunks:
-        yield chunk.index, {row: outcome_of(chunk.document, e) for row, e in chunk.rows.items()}
+def planned(chunks: Iterator[Chunk], workers: int, scheduler: str | None) -> Iterator[Planned]:
+    """Plan chunks of rows, in the order in which they are ready.
+
+    Args:
+        chunks: What to plan.
+        workers: Number of child processes; 0 to plan in this one, which a crash of a row ends.
+        scheduler: Address of a Dask scheduler whose workers plan in place of these.
+
+    Raises:
+        InputError: There is no scheduler at the address, its workers can't plan for it, the
+            scheduler or all workers are lost, or a chunk ended the workers it was given to.
+    """
+    if scheduler is not None:
+        yield from _on_scheduler(chunks, scheduler)
+    elif workers:
+        yield from by_children(_in_child, chunks, workers)
+    else:
+        for chunk in chunks:
+            yield chunk.index, {row: outcome_of(chunk.document, e) for row, e in chunk.rows.items()}
 
 
 def _in_child(child: Child, chunk: Chunk) -> Planned:
@@ -80,11 +95,6 @@ def _in_child(child: Child, chunk: Chunk) -> Planned:
     return chunk.index, {row: outcome(edits) for row, edits in chunk.rows.items()}
 
 
-def in_children(chunks: Iterator[Chunk], workers: int) -> Iterator[Planned]:
-    """Plan chunks in child processes, in the order in which they are ready."""
-    return by_children(_in_child, chunks, workers)
-
-
 def distributed() -> Any:
     """The package `distributed`, Dask's scheduler.
 
@@ -94,13 +104,7 @@ def distributed() -> Any:
     return needed("distributed", "a sweep with a scheduler", HOW)
 
 
-def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Planned]:
-    """Plan chunks by the workers of a scheduler, in the order in which they are ready.
-
-    Raises:
-        InputError: There is no scheduler at the address, its workers can't plan for it, the
-            scheduler or all workers are lost, or a chunk ended the workers it was given to.
-    """
+def _on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Planned]:
     with _client(address) as client:
         _check_workers(client, address)
         pool = client.get_executor(pure=False)

@@ -153,11 +153,10 @@ def reopen(path: Path, spec: StudySpec, size: int | None) -> StudyFolder:
             f"{own_version()}, whose rows may differ; give another folder"
         )
     there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
-    if data.get("digest") != spec.digest or there != here:
-        difference = first_difference(there, here) or "study.json was changed by hand"
+    if there != here:
         raise InputError(
-            f"{path} holds another study: {difference}; give the same scenario and values, or "
-            "another folder"
+            f"{path} holds another study: {first_difference(there, here)}; give the same scenario "
+            "and values, or another folder"
         )
     folder = StudyFolder(path, spec, open_study(path).size)
     if size not in (None, folder.size):

@@ -127,7 +127,8 @@ def sweep(
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
     made = _folder(spec, out, resume, chunk)
-    _plan_rest(made, _planner(workers, scheduler), progress, stop_after or math.inf)
+    run = partial(executors.planned, workers=workers, scheduler=scheduler)
+    _plan_rest(made, run, progress, stop_after or math.inf)
     return study_of(made)
 
 
@@ -159,13 +160,6 @@ def _folder(
     if resume and is_study(out):
         return reopen(Path(out), spec, chunk)
     return create(Path(out), spec, size)
-
-
-def _planner(workers: int, scheduler: str | None) -> Callable[[Iterator[Chunk]], Iterator[Planned]]:
-    """What plans chunks of rows."""
-    if scheduler is not None:
-        return partial(executors.on_scheduler, address=scheduler)
-    return partial(executors.in_children, workers=workers) if workers else executors.here
 
 
 def _plan_rest(
