@@ -301,30 +301,22 @@ def standing(start: str | dict[str, float], back: bool, robot: str = "ur5") -> d
     }
 
 
-@pytest.mark.parametrize("back", [False, True])
-def test_every_figure_leaves_out_a_named_configuration(back: bool, tmp_path: Path) -> None:
-    """There a joint is near its limit, and the arm is nearly stretched."""
+@pytest.mark.parametrize("place", ["start", "start and end", "values at the start", "between"])
+def test_every_figure_leaves_out_joint_values_that_are_not_varied(
+    place: str, tmp_path: Path
+) -> None:
+    """With a name or without, and in the middle of the task as before it.
+
+    There a joint is near its limit, and the arm is nearly stretched.
+    """
     names = kw.load_robot("ur5").joint_names
-    file = yaml.safe_load((ROBOT_FILES / "ur5.yaml").read_text(encoding="utf-8"))
     values = dict(zip(names, [0.0, -1.6, 0.05, -1.5, -1.57, 6.2], strict=True))
+    file = yaml.safe_load((ROBOT_FILES / "ur5.yaml").read_text(encoding="utf-8"))
     file["configurations"]["stretched"] = values
     robot = tmp_path / "own.yaml"
     robot.write_text(yaml.safe_dump(file), encoding="utf-8")
-    task = standing("stretched", back, str(robot))
-    (row,) = kw.sweep(task, {"waypoints[0].after": [4]}, workers=0).rows()
-    plan = kw.plan(task)
-    (whole,) = plan.report.select(quantity="smallest_singular_value")
-    assert whole.value < 0.5 * row["smallest_singular_value"]
-    used = max(one.use for one in plan.report.select(quantity="position"))
-    assert row["position_use"] < 0.9 * used
-
-
-@pytest.mark.parametrize("place", ["start", "between"])
-def test_every_figure_leaves_out_joint_values_that_are_not_varied(place: str) -> None:
-    """Whether or not they have a name, and in the middle of the task as before it."""
-    names = kw.load_robot("ur5").joint_names
-    values = dict(zip(names, [0.0, -1.6, 0.05, -1.5, -1.57, 6.2], strict=True))
-    task = standing(values if place == "start" else "home", back=False)
+    start = {"between": "home", "values at the start": values}.get(place, "stretched")
+    task = standing(start, place == "start and end", str(robot))
     if place == "between":
         task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
     (row,) = kw.sweep(task, {"waypoints[0].after": [4]}, workers=0).rows()
@@ -347,23 +339,16 @@ def test_torques_leave_out_where_all_rows_stand() -> None:
     assert 1.05 * near < far < 0.9 * at_start.use
 
 
-def test_joint_values_that_are_varied_count() -> None:
-    """Next to a singularity, in the middle of the task."""
+@pytest.mark.parametrize("place", ["waypoints[1].joints", "start"])
+def test_joint_values_that_are_varied_count(place: str) -> None:
+    """Next to a singularity, in the middle of the task or at its start."""
     names = kw.load_robot("ur5").joint_names
-    values = dict(zip(names, [0.0, -1.6, 1.0, -1.5, -1.57, 0.0], strict=True))
-    task = standing("home", back=False)
-    task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
-    study = kw.sweep(task, {"waypoints[1].joints.wrist_2_joint": [-0.05, -1.0]}, workers=0)
-    near, far = (row["smallest_singular_value"] for row in study.rows())
-    assert near < 0.02 < 0.1 < far
-
-
-def test_a_start_that_is_varied_counts() -> None:
-    """Next to a singularity it is the worst of the motion, and not the same in all rows."""
-    start = dict(kw.load_robot("ur5").configurations)["home"].tolist()
-    names = kw.load_robot("ur5").joint_names
-    task = standing(dict(zip(names, start, strict=True)), back=False)
-    study = kw.sweep(task, {"start.wrist_2_joint": [-0.05, -1.0]}, workers=0)
+    home = kw.load_robot("ur5").configurations["home"].tolist()
+    task = standing(dict(zip(names, home, strict=True)) if place == "start" else "home", back=False)
+    if place != "start":
+        values = dict(zip(names, [0.0, -1.6, 1.0, -1.5, -1.57, 0.0], strict=True))
+        task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
+    study = kw.sweep(task, {f"{place}.wrist_2_joint": [-0.05, -1.0]}, workers=0)
     near, far = (row["smallest_singular_value"] for row in study.rows())
     assert near < 0.02 < 0.1 < far
 
