@@ -87,8 +87,7 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with other values, a row for each combination of them.
 
-    A row whose poses are certainly out of reach is not planned; one that hangs or crashes says so.
-    But for the time to plan, the finished rows are the same with any number of workers.
+    A row that hangs or crashes says so. But for the time to plan, the rows do not depend on workers.
 
     Args:
         scenario: As for `knotwork.plan`.
@@ -105,8 +104,7 @@ def sweep(
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop once this many rows pass.
         time_limit: Of one row [s].
-        chunk: Rows that are planned in one go and written to one file; by default up to 8, and in
-            studies of more than 16,000 rows more. Resumed studies keep theirs.
+        chunk: Rows that are planned in one go; by default up to 8, more in large studies.
         progress: Called as rows are finished.
 
     Raises:
@@ -126,8 +124,8 @@ def sweep(
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
-    made = _folder(spec, out, resume, chunk)
     run = partial(executors.planned, workers=workers, scheduler=scheduler)
+    made = _folder(spec, out, resume, chunk)
     _plan_rest(made, run, progress, stop_after or math.inf)
     return study_of(made)
 
