@@ -87,7 +87,7 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with other values, a row for each combination of them.
 
-    A row that hangs or crashes says so. But for the time to plan, the rows do not depend on workers.
+    A row that hangs or crashes says so. But for the time to plan, rows do not depend on workers.
 
     Args:
         scenario: As for `knotwork.plan`.
