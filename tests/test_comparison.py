@@ -39,7 +39,7 @@ def printed(knotwork: Command, monkeypatch: pytest.MonkeyPatch) -> Callable[...,
     """What the command prints of a comparison that was made before."""
 
     def shown(comparison: Comparison, *options: str) -> str:
-        monkeypatch.setattr("knotwork.comparison.compare", lambda *_, **__: comparison)
+        monkeypatch.setattr("knotwork.cli.compare.compare_planners", lambda *_, **__: comparison)
         return knotwork("compare", comparison.scenario, *options).out
 
     return shown
@@ -407,7 +407,7 @@ class TestCommand:
         [
             (("compare", "paper_case", "--planners", "cubic,nope"), "unknown planner 'nope'"),
             (("compare", "nope"), "unknown scenario"),
-            (("compare", "paper_case", "--planners", ""), "unknown planner ''"),
+            (("compare", "paper_case", "--planners", ""), "give names separated by commas"),
         ],
     )
     def test_bad_input(self, knotwork: Command, arguments: tuple[str, ...], said: str) -> None:

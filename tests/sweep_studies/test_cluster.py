@@ -205,13 +205,7 @@ def check_nothing_is_lost(
     assert without_time(study).equals(serial)
 
 
-@pytest.mark.parametrize("recount", [3600.0, 0.0])
-def test_a_scheduler_that_is_lost_costs_no_finished_chunk(
-    recount: float, serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It may be missed first where a result is waited for, or where its workers are counted."""
-    monkeypatch.setattr("knotwork.sweeps.executors.RECOUNT", recount)
-
+def test_a_scheduler_that_is_lost_costs_no_finished_chunk(serial: Any, tmp_path: Path) -> None:
     def end(cluster: Any) -> None:
         cluster.close()
 
@@ -221,7 +215,6 @@ def test_a_scheduler_that_is_lost_costs_no_finished_chunk(
 def test_a_scheduler_that_loses_all_workers_costs_no_finished_chunk(
     serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.sweeps.executors.RECOUNT", 0.1)
     monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_ABSENCE", 0.5)
 
     def dismiss(cluster: Any) -> None:

@@ -7,15 +7,7 @@ from pathlib import Path
 
 import click
 
-from knotwork.cli.logs import (
-    RECORDING,
-    LogOptions,
-    compared_log,
-    log_options,
-    looks_recorded,
-    planned_scenario,
-    recording_hint,
-)
+from knotwork.cli.logs import LogOptions, log_beside_plan, log_options, planned_scenario
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -33,7 +25,13 @@ from knotwork.cli.parameters import (
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
-from knotwork.errors import InputError
+from knotwork.errors import DocumentError, InputError
+from knotwork.recording import compare_log
+from knotwork.trajectory import JointTrajectory
+
+RECORDING = "if this is the recording of a robot, with noise, check it with --log"
+# Plans have fewer points, recordings at 100 Hz and more have more.
+MANY_POINTS = 200
 
 
 @click.command(epilog=EXIT_CODES)
@@ -63,16 +61,19 @@ def check(
     The plan given with --against sets its clock, else the scenario is planned. With --against the
     scenario may be left out if the report in the plan's folder names it.
     """
-    scenario = None
     reference = reference if reference is not None else planned_scenario(log)
-    pieces = 0
+    is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
     if reference is not None:
-        with recording_hint(trajectory, log):
+        try:
             checked = read_checked(trajectory, reference, log)
+        except DocumentError as error:
+            if log is None and is_csv and str(error.file).lower().endswith(".csv"):
+                raise InputError(f"{error}\n{RECORDING}") from error
+            raise
         report, scenario = checked.report, checked.scenario
         pieces = len(checked.trajectory.polynomial.x) - 1
     elif log is not None:
-        report = compared_log(trajectory, log)
+        report = compare_log(log_beside_plan(trajectory, log)[0])
     else:
         raise click.MissingParameter(param_hint="'--scenario' / '-s'", param_type="option")
     if as_json:
@@ -86,7 +87,7 @@ def check(
             print_short(report)
             echo(f"the motion: {report.planner}")
             print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
-    if log is None and not report.ok and looks_recorded(trajectory, pieces):
+    if log is None and not report.ok and is_csv and pieces >= MANY_POINTS:
         echo(f"hint: {RECORDING}", err=True)
     return PASSED if report.ok else FAILED
 
@@ -114,7 +115,6 @@ def report(
     TRAJECTORY is what `knotwork check` reads, and needs --scenario. The page is one file that needs
     no network.
     """
-    from knotwork.trajectory import JointTrajectory
     from knotwork.view.html_report import report_page
     from knotwork.view.picture_files import checked_page_path
 

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
+from rich.table import Table
 
-from knotwork.cli.parameters import FAILED, PASSED, NewPath, json_option, package_path_option
+from knotwork.cli import tables
+from knotwork.cli.parameters import (
+    FAILED,
+    PASSED,
+    Listed,
+    NewPath,
+    json_option,
+    package_path_option,
+)
 from knotwork.cli.terminal import echo
+from knotwork.comparison import Comparison, Refusal, Score, best
+from knotwork.comparison import compare as compare_planners
+from knotwork.interpolation import PLANNER_SPECS, rules
+from knotwork.metrics import Peak
 from knotwork.units import readable
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from knotwork.comparison import Comparison, Score
 
 # Columns by table, the first one always shown: heading and unit. Figures of joints are in that of
 # the joints.
@@ -52,6 +60,7 @@ _STRAIGHT = ("path_deviation", "path_turn")
 @click.argument("scenario")
 @click.option(
     "--planners",
+    type=Listed(),
     metavar="A,B,…",
     help="Planners to compare, separated by commas; all by default. A rule may follow after a "
     "colon: septic:estimated.",
@@ -67,7 +76,7 @@ _STRAIGHT = ("path_deviation", "path_turn")
 @package_path_option
 @json_option
 def compare(
-    scenario: str, planners: str | None, out: Path | None, in_full: bool, as_json: bool
+    scenario: str, planners: list[str] | None, out: Path | None, in_full: bool, as_json: bool
 ) -> int:
     """Plan SCENARIO with several planners and compare the motions.
 
@@ -79,10 +88,7 @@ def compare(
     star marks the best of each column among planners that pass, and those within 1 % of it. Free
     times are chosen once, for all planners.
     """
-    from knotwork.comparison import compare as compare_planners
-
-    names = [name.strip() for name in planners.split(",")] if planners is not None else None
-    comparison = compare_planners(scenario, names)
+    comparison = compare_planners(scenario, planners)
     written = comparison.save(out) if out is not None else []
     if as_json:
         echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
@@ -97,10 +103,6 @@ def compare(
 @json_option
 def planners(as_json: bool) -> int:
     """List the planners: their guarantees, limitations, options and rules."""
-    from dataclasses import asdict
-
-    from knotwork.interpolation import PLANNER_SPECS, rules
-
     rows = [asdict(spec) for spec in PLANNER_SPECS.values()]
     for row in rows:
         del row["makes"]
@@ -108,8 +110,6 @@ def planners(as_json: bool) -> int:
     if as_json:
         echo(json.dumps(rows, indent=1))
         return PASSED
-    from knotwork.cli import tables
-
     for row in rows:
         tables.print_entry(
             row["name"],
@@ -126,9 +126,6 @@ def planners(as_json: bool) -> int:
 
 def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
     """Print the table of a comparison, or several, and below why planners refused."""
-    from knotwork.cli import tables
-    from knotwork.comparison import Refusal
-
     scores = comparison.scores
     duration = f": {scores[0].duration:g} s" if scores else ""
     paths = any(score.tool_path_deviation is not None for score in scores)
@@ -154,9 +151,6 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
 
 
 def _table(comparison: Comparison, shown: dict[str, tuple[str, str]], title: str) -> Table:
-    from knotwork.cli import tables
-    from knotwork.comparison import Refusal, best
-
     table = tables.plain_table(
         title, ["planner", "verdict", *(heading for heading, _ in shown.values())], 2
     )
@@ -203,8 +197,6 @@ def _factor(unit: str, comparison: Comparison) -> float:
 
 
 def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float) -> str:
-    from knotwork.metrics import Peak
-
     value = getattr(score, column)
     star = "*" if score.planner in winners.get(column, ()) else " "
     if value is None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from knotwork import export as exporting
 from knotwork.cli.export_source import passes, points_pass, read_motion
 from knotwork.cli.parameters import FAILED, PASSED, package_path_option, scenario_option
+from knotwork.cli.sources import CheckedFile
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
+from knotwork.export import Points
 from knotwork.export.formats import (
     FORMATS,
     Format,
@@ -17,12 +20,8 @@ from knotwork.export.formats import (
     file_format,
     get_format,
 )
-
-if TYPE_CHECKING:
-    from knotwork.cli.sources import CheckedFile
-    from knotwork.export import Points
-    from knotwork.pipeline import Plan
-    from knotwork.trajectory import JointTrajectory
+from knotwork.pipeline import Plan
+from knotwork.trajectory import JointTrajectory
 
 _EPILOG = f"""
 Formats:
@@ -40,22 +39,21 @@ Exit codes:
 """
 
 
-class _JointNumbers(click.ParamType[Any]):
-    """`JOINT=NUMBER`."""
-
-    name = "joint=number"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        if isinstance(value, tuple):
-            return value
-        joint, _, number = str(value).rpartition("=")
+def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) -> dict[str, float]:
+    """Read `JOINT=NUMBER`, each joint once."""
+    found: dict[str, float] = {}
+    for pair in pairs:
+        joint, _, number = pair.rpartition("=")
         try:
             factor = float(number)
         except ValueError:
-            factor = None
-        if not joint or factor is None:
-            self.fail(f"{value!r} is not accepted; give JOINT=NUMBER", param, ctx)
-        return joint, factor
+            joint, factor = "", 0.0
+        if not joint:
+            raise click.BadParameter(f"{pair!r} is not accepted; give JOINT=NUMBER")
+        if joint in found:
+            raise InputError(f"{parameter.opts[0]} is given twice for joint {joint!r}")
+        found[joint] = factor
+    return found
 
 
 @click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EPILOG.strip().split("\n\n")))
@@ -102,14 +100,14 @@ class _JointNumbers(click.ParamType[Any]):
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
 @click.option(
     "--scale",
-    type=_JointNumbers(),
+    callback=_by_joint,
     metavar="JOINT=NUMBER",
     multiple=True,
     help="pvt: drive units a rad (deg, m) of a joint; may be repeated.",
 )
 @click.option(
     "--offset",
-    type=_JointNumbers(),
+    callback=_by_joint,
     metavar="JOINT=NUMBER",
     multiple=True,
     help="pvt: the drive's position, in its units, where a joint is at 0; may be repeated.",
@@ -127,8 +125,6 @@ def export(
     reference: str | None,
     planner: str | None,
     allow_failed: bool,
-    scale: tuple[tuple[str, float], ...],
-    offset: tuple[tuple[str, float], ...],
     **options: Any,
 ) -> int:
     """Export a motion: a stored TRAJECTORY, or a SCENARIO, planned first.
@@ -140,12 +136,15 @@ def export(
     """
     form = get_format(name)
     given = {
-        key: value for key, value in options.items() if value is not None and value is not False
+        key: value
+        for key, value in options.items()
+        if value is not None and value is not False and value != {}
     }
-    for key, pairs in (("scale", scale), ("offset", offset)):
-        if pairs:
-            given[key] = _by_joint(pairs, key)
-    _check(form, given, out, force)
+    checked_options(file_format(form.name), given)
+    if out is None and form.binary:
+        raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
+    if out is not None:
+        exporting.checked_target(out, force=force)
     trajectory, asked = read_motion(motion, reference, planner)
     if not passes(asked, allow_failed):
         return FAILED
@@ -156,29 +155,12 @@ def export(
     if out is None:
         echo_data(content)
     else:
-        from knotwork.export import write
-
-        write(out, content, force=force)
+        exporting.write(out, content, force=force)
     where = f"wrote {out}" if out is not None else ""
     text = "; ".join(part for part in (where, note) if part)
     if text:
         echo(text, err=out is None)
     return PASSED
-
-
-def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) -> None:
-    """Refuse what can't be, before anything is planned.
-
-    Raises:
-        InputError: The format has no file, or takes no such option; or the file can't be written.
-    """
-    checked_options(file_format(form.name), given)
-    if out is None and form.binary:
-        raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
-    if out is not None:
-        from knotwork.export import checked_target
-
-        checked_target(out, force=force)
 
 
 def _made(
@@ -189,8 +171,6 @@ def _made(
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` where its points fail the check."""
-    from knotwork import export as exporting
-
     made: JointTrajectory | Points = trajectory
     note, given = "", dict(given)
     if form.takes_points(given):
@@ -207,12 +187,3 @@ def _made(
         table = exporting.motion_table(made, robot=robot, **given)
         return exporting.content(table, form.name), table.note
     return exporting.content(made, form.name, **given), note
-
-
-def _by_joint(pairs: tuple[tuple[str, float], ...], what: str) -> dict[str, float]:
-    values = dict(pairs)
-    if len(values) < len(pairs):
-        names = [joint for joint, _ in pairs]
-        twice = next(joint for joint in names if names.count(joint) > 1)
-        raise InputError(f"--{what} is given twice for joint {twice!r}")
-    return values

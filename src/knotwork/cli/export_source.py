@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from knotwork.cli.parameters import PlanOptions
-from knotwork.cli.sources import read_motions
+from knotwork.cli.sources import CheckedFile, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
+from knotwork.export import Format, Points
+from knotwork.foreign import is_foreign
+from knotwork.pipeline import Plan
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Finding, check
+from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
 from knotwork.verification.worst import failure_lines
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from knotwork.cli.sources import CheckedFile
-    from knotwork.export import Format, Points
-    from knotwork.pipeline import Plan
-    from knotwork.trajectory import JointTrajectory
-    from knotwork.verification import Finding
 
 MOST_FAILURES = 10
 
@@ -35,9 +32,6 @@ def read_motion(
         InputError: An option belongs to the other of the two, the motion is another tool's file,
             or it can't be planned or read.
     """
-    from knotwork.foreign import is_foreign
-    from knotwork.trajectory import JointTrajectory
-
     if is_foreign(source):
         raise InputError(
             f"{source!r} holds samples or points, and export does not make others of them: it "
@@ -68,9 +62,6 @@ def points_pass(
     """
     if points.exact or asked is None:
         return True
-    from knotwork.verification import check
-    from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
-
     report = check(points.trajectory, asked.scenario, space=asked.space)
     if report.ok:
         return True

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 import numpy as np
 
+from knotwork import resources
 from knotwork.cli.parameters import PASSED, json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell, echo
+from knotwork.robot import Robot, load_robot, robot_names
+from knotwork.scenario import load_scenario
+from knotwork.scene.building import robot_collision_model
+from knotwork.scene.model import CollisionModel
+from knotwork.task import Task
 from knotwork.units import Units, readable
-
-if TYPE_CHECKING:
-    from knotwork.robot import Robot
-    from knotwork.scene.model import CollisionModel
 
 
 @click.command()
@@ -33,8 +36,6 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
 
     NAME is a shipped robot's name or the path of a robot file or URDF.
     """
-    from knotwork.robot import load_robot, robot_names
-
     if pairs:
         return _collisions(name, as_json)
     shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
@@ -53,17 +54,15 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
 
 def _collisions(name: str | None, as_json: bool) -> int:
     """List the pairs of links checked for collisions."""
-    from knotwork.robot import load_robot
-    from knotwork.scene.building import robot_collision_model
-
     if name is None:
         raise click.UsageError("--collisions needs the name of a robot")
     robot = load_robot(name)
     model = robot_collision_model(robot)
+    data = collisions_to_dict(robot, model)
     if as_json:
-        echo(json.dumps(collisions_to_dict(robot, model), indent=1))
+        echo(json.dumps(data, indent=1))
     else:
-        print_collisions(robot, model)
+        print_collisions(robot, [*model.missing, model.bare_links_note], data)
     return PASSED
 
 
@@ -74,9 +73,6 @@ def scenarios(as_json: bool) -> int:
 
     With --json the duration is null where times are free: planning chooses it.
     """
-    from knotwork import resources
-    from knotwork.scenario import load_scenario
-
     rows = [
         {
             "name": scenario.name,
@@ -103,8 +99,6 @@ def scenarios(as_json: bool) -> int:
 @click.command()
 def schema() -> int:
     """Print the JSON Schema of scenario files."""
-    from knotwork.task import Task
-
     echo(json.dumps(Task.model_json_schema(), indent=2))
     return PASSED
 
@@ -116,7 +110,7 @@ def print_robot(robot: Robot) -> None:
     """Print a robot's joints, limits, frames and configurations."""
     out, wrapping = console(), console(wrap=True)
     wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
-    out.print(f"model {cell(_end_of(robot.urdf, wrapping.width - len('model ')))}")
+    out.print(f"model …/{cell(str(Path(*robot.urdf.parts[-2:])))}")
     out.print(f"base frame {cell(robot.base_frame)}, tool frame {cell(str(robot.tool_frame))}")
     limits = {
         "lower": robot.lower_position_limit,
@@ -150,49 +144,34 @@ def _number(value: float, unit: str) -> str:
     return readable(SHOWN.shown(value, unit)[0] + 0.0)
 
 
-def _end_of(path: Path, width: int) -> str:
-    """A path, or as many of its last parts as fit."""
-    kept = str(path)
-    for part in range(1, len(path.parts)):
-        if len(kept) <= width:
-            break
-        kept = f"…/{Path(*path.parts[part:])}"
-    return kept
-
-
-def print_collisions(robot: Robot, model: CollisionModel) -> None:
+def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> None:
     """Print which pairs of links are checked for collisions, and why others are not."""
     out, wrapping = console(), console(wrap=True)
     wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
-    data = collisions_to_dict(robot, model)
-    shapes = plain_table("Collision shapes", ["link", "shapes"])
-    for link, count in data["links"].items():
-        shapes.add_row(cell(link), str(count))
-    print_table(shapes)
-    for sentence in filter(None, (*model.missing, model.bare_links_note)):
+    _print_rows("Collision shapes", ["link", "shapes"], 1, list(data["links"].items()))
+    for sentence in filter(None, notes):
         print_wrapped(sentence, "warning ", " " * 5, "yellow")
-    ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
-    for pair in data["ignored"]:
-        ignored.add_row(cell(pair["first"]), cell(pair["second"]), cell(pair["reason"]))
-    print_table(ignored)
-    checked = plain_table("Pairs that are checked", ["link", "link"], 2)
-    for first, second in data["checked"]:
-        checked.add_row(cell(first), cell(second))
-    print_table(checked)
+    ignored = [tuple(pair.values()) for pair in data["ignored"]]
+    _print_rows("Pairs that are not checked", ["link", "link", "why"], 3, ignored)
+    _print_rows("Pairs that are checked", ["link", "link"], 2, data["checked"])
     out.print("Links that no joint moves to one another are not listed.")
 
 
+def _print_rows(title: str, columns: list[str], left: int, rows: Sequence[Sequence[Any]]) -> None:
+    table = plain_table(title, columns, left)
+    for row in rows:
+        table.add_row(*(cell(str(one)) for one in row))
+    print_table(table)
+
+
 def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
-    """Give the pairs checked for collisions as plain data."""
+    """Give the pairs of links checked for collisions as plain data."""
     names = [body.name for body in model.bodies]
     return {
         "name": robot.name,
         "links": {body.name: len(body.solids) for body in model.bodies},
         "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
-        "ignored": [
-            {"first": one.first, "second": one.second, "reason": one.reason}
-            for one in model.ignored
-        ],
+        "ignored": [one._asdict() for one in model.ignored],
         "missing": list(model.missing),
         "without_shapes": list(model.bare),
     }

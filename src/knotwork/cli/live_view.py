@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str]]
 
-# How often files are looked at, and how long one must be left alone before it is read [s].
+# How often files are looked at, and how long whoever changes one may take [s].
 PERIOD, REST = 0.02, 0.02
 
 Stamp = tuple[int, int, int] | None
@@ -41,14 +41,11 @@ class Files:
 
     def changed(self) -> bool:
         """Whether one was changed since it was asked last; a file that is gone has not been yet."""
-        now = {path: _stamp(path) for path in self._stamps}
-        if all(now[path] in (None, stamp) for path, stamp in self._stamps.items()):
+        before = self._stamps
+        if all(_stamp(path) in (None, stamp) for path, stamp in before.items()):
             return False
         time.sleep(REST)
-        while (again := {path: _stamp(path) for path in now}) != now:
-            now = again
-            time.sleep(REST)
-        self._stamps = {path: stamp or self._stamps[path] for path, stamp in now.items()}
+        self._stamps = {path: _stamp(path) or stamp for path, stamp in before.items()}
         return True
 
 
@@ -86,21 +83,14 @@ def _renew(server: LiveServer, files: Files, made: Made) -> None:
     server.start()
     try:
         scene, paths, line = made()
-    except KnotworkError as error:
-        _refuse(server, f"error: {error}", str(error))
-        return
     except Exception as error:
-        if os.environ.get("KNOTWORK_TRACEBACK"):
+        known = isinstance(error, KnotworkError)
+        if not known and os.environ.get("KNOTWORK_TRACEBACK"):
             raise
-        text = internal_error(error)
-        _refuse(server, text, text)
+        text = str(error) if known else internal_error(error)
+        server.refuse(text)
+        echo(f"{time.strftime('%H:%M:%S')} {'error: ' if known else ''}{text}", err=True)
         return
     files.follow(paths)
     server.show(scene)
     echo(f"{time.strftime('%H:%M:%S')} {line} ({time.perf_counter() - start:.2f} s)")
-
-
-def _refuse(server: LiveServer, printed: str, shown: str) -> None:
-    """Show an error over the page, and print it."""
-    server.refuse(shown)
-    echo(f"{time.strftime('%H:%M:%S')} {printed}", err=True)

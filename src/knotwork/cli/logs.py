@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import functools
 import os
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+from knotwork import pipeline, resources
 from knotwork.cli.parameters import DecidingOption, GivenPath, bundled
 from knotwork.cli.terminal import echo
-from knotwork.errors import DocumentError, InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from knotwork.joint_space import JointSpace
-    from knotwork.recording import Alignment, Smoothed
-    from knotwork.scenario import Scenario
-    from knotwork.trajectory import JointTrajectory
-    from knotwork.verification import Report
-
-RECORDING = "if this is the recording of a robot, with noise, check it with --log"
-# Plans have fewer points, recordings at 100 Hz and more have more.
-MANY_POINTS = 200
+from knotwork.errors import InputError
+from knotwork.foreign import is_foreign, read_trajectory
+from knotwork.joint_space import JointSpace
+from knotwork.recording import Alignment, Smoothed, aligned, check_log, read_log, smoothed
+from knotwork.scenario import Scenario
+from knotwork.storage import load_trajectory
+from knotwork.storage.sets import stated_scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report
 
 
 @dataclass(frozen=True)
@@ -77,28 +72,6 @@ log_options = bundled("log", _log, (
 """Options for logs; the command gets them as `log`, `None` where there is none."""
 
 
-def looks_recorded(path: Path, pieces: int) -> bool:
-    """Whether a file that was taken for a plan may be a log: CSV with many points."""
-    return path.suffix.lower() == ".csv" and pieces >= MANY_POINTS
-
-
-@contextmanager
-def recording_hint(path: Path, log: LogOptions | None) -> Iterator[None]:
-    """Add to the error of a CSV that it may be a log.
-
-    Raises:
-        InputError: The file can't be read.
-    """
-    try:
-        yield
-    except DocumentError as error:
-        if log is not None or path.suffix.lower() != ".csv" or error.file is None:
-            raise
-        if Path(error.file).suffix.lower() != ".csv":
-            raise  # the scenario is wrong
-        raise InputError(f"{error}\n{RECORDING}") from error
-
-
 def smoothed_log(
     path: str | Path, names: Sequence[str], units: Sequence[str], log: LogOptions
 ) -> Smoothed:
@@ -107,15 +80,13 @@ def smoothed_log(
     Raises:
         InputError: It can't be read, or the noise is no positive number.
     """
-    from knotwork.recording import read_log, smoothed
-
     recorded = read_log(path, names, units, topic=log.topic, degrees=log.unit == "deg")
     return smoothed(recorded, log.noise)
 
 
 def checked_log(
     path: str | Path, reference: str, log: LogOptions, scenario: Scenario, space: JointSpace
-) -> tuple[Alignment, Report]:
+) -> tuple[JointTrajectory, Report]:
     """Read a log, put it into the time of a plan, and check it against its scenario.
 
     Args:
@@ -128,24 +99,24 @@ def checked_log(
     Raises:
         InputError: The log or the plan can't be read, or the scenario can't be planned.
     """
-    from knotwork.foreign import read_trajectory
-    from knotwork.recording import aligned, check_log
-
     curve = smoothed_log(path, space.joint_names, space.joint_units, log)
     if log.against is not None:
         span = (float(scenario.times[0]), float(scenario.times[-1]))
         plan = read_trajectory(log.against, space.joint_names, space.joint_units, span=span)[0]
     else:
-        plan = _planned(reference)
+        try:
+            plan = pipeline.plan(reference).trajectory
+        except InputError as error:
+            raise InputError(
+                f"the clock of a log is set by a plan, and {reference} can't be planned; give a "
+                f"plan with --against: {error}"
+            ) from error
     alignment = aligned(curve, plan)
-    return alignment, check_log(alignment, scenario, space)
+    return alignment.trajectory, check_log(alignment, scenario, space)
 
 
 def planned_scenario(log: LogOptions | None) -> str | None:
     """The scenario of the plan that a log is compared with, if the plan's report names it."""
-    from knotwork import resources
-    from knotwork.storage.sets import stated_scenario
-
     if log is None or log.against is None:
         return None
     plan = Path(log.against)
@@ -159,38 +130,16 @@ def planned_scenario(log: LogOptions | None) -> str | None:
     return os.path.relpath(file)
 
 
-def compared_log(path: str | Path, log: LogOptions) -> Report:
-    """Compare a log with a plan that names its joints, without a scenario.
+def log_beside_plan(path: str | Path, log: LogOptions) -> tuple[Alignment, JointTrajectory]:
+    """A log in the time of the plan that it is compared with, and the plan, which names its joints.
 
     Raises:
         InputError: No plan is given, it is another tool's, or one of the two can't be read.
     """
-    from knotwork.recording import aligned, compare_log
-
-    plan = stored_plan(path, log)
-    return compare_log(aligned(smoothed_log(path, plan.joint_names, plan.joint_units, log), plan))
-
-
-def stored_plan(path: str | Path, log: LogOptions) -> JointTrajectory:
-    """The plan that a log is compared with, which names its joints."""
-    from knotwork.foreign import is_foreign
-    from knotwork.storage import load_trajectory
-
     if log.against is None or is_foreign(log.against):
         raise InputError(
             f"{path} needs the scenario it is for: give it with --scenario, or with --against a "
             "plan as `knotwork plan -o` stores it"
         )
-    return load_trajectory(log.against)
-
-
-def _planned(reference: str) -> JointTrajectory:
-    from knotwork import pipeline
-
-    try:
-        return pipeline.plan(reference).trajectory
-    except InputError as error:
-        raise InputError(
-            f"the clock of a log is set by a plan, and {reference} can't be planned; give a plan "
-            f"with --against: {error}"
-        ) from error
+    plan = load_trajectory(log.against)
+    return aligned(smoothed_log(path, plan.joint_names, plan.joint_units, log), plan), plan

@@ -12,6 +12,8 @@ from typing import Any
 
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
+from knotwork.view.meshcat_player import look_at, play_scene
+from knotwork.view.show import scene_of
 
 OWN = "own"
 """In place of a server's address: one is started, and ends with the command."""
@@ -31,23 +33,18 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
     Raises:
         InputError: No server answers at the address, or the motion can't be shown.
     """
-    from knotwork.view.meshcat_player import look_at, play_scene
-    from knotwork.view.show import scene_of
-
     scene = scene_of(motion)
-    if address == OWN:
-        viewer = _viewer()
-        look_at(scene, viewer)
-        play_scene(scene, viewer)
-    else:
-        with _answering(address):
-            viewer = _viewer(address)
-            play_scene(scene, viewer)
     for warning in scene["warnings"]:
         echo(f"warning: {warning}", err=True)
     if address != OWN:
+        with _answering(address):
+            viewer = _viewer(address)
+            play_scene(scene, viewer)
         echo(f"playing {scene['title']} at {viewer.url()}")
         return
+    viewer = _viewer()
+    look_at(scene, viewer)
+    play_scene(scene, viewer)
     offer(viewer.url(), f"playing {scene['title']} at {viewer.url()}", no_open)
     try:
         while True:
@@ -80,12 +77,10 @@ def _answering(address: str) -> Iterator[None]:
     import zmq
     from meshcat.visualizer import ViewerWindow
 
-    options = {zmq.RCVTIMEO: round(1e3 * PATIENCE), zmq.LINGER: 0}
-    for option, value in options.items():
-        ViewerWindow.context.setsockopt(option, value)
+    ViewerWindow.context.setsockopt(zmq.RCVTIMEO, round(1e3 * PATIENCE))
+    ViewerWindow.context.setsockopt(zmq.LINGER, 0)
     try:
-        with socket.create_connection((found[1].strip("[]"), int(found[2])), PATIENCE):
-            pass
+        socket.create_connection((found[1].strip("[]"), int(found[2])), PATIENCE).close()
         with ViewerWindow.context.socket(zmq.REQ) as asked:
             asked.connect(address)
             asked.send(b"url")

@@ -6,6 +6,7 @@ import functools
 import inspect
 import math
 import os
+import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,27 +33,23 @@ class Knots(click.ParamType[Any]):
         """Read the argument; the planner interprets it."""
         if value in ("paper", "balanced", "optimal"):
             return value
-        text = str(value).removeprefix("balanced:")
-        ruled = text != value
+        rule, _, text = str(value).rpartition(":")
         try:
             numbers = [float(part) for part in text.split(",")]
         except ValueError:
             numbers = []
-        if not numbers or (ruled and len(numbers) > 1):
-            self.fail(
-                f"{value!r} is not accepted; give paper, balanced, optimal, balanced:C with a "
-                "constant C over 0 up to 0.5, or the knot times in s separated by commas",
-                param,
-                ctx,
-            )
-        if len(numbers) == 1 and not ruled:
-            self.fail(
-                f"{value!r} is a single time, and a motion has knots at its start and its end; "
-                f"did you mean balanced:{text}?",
-                param,
-                ctx,
-            )
-        return numbers[0] if ruled else numbers
+        if rule == "balanced" and len(numbers) == 1:
+            return numbers[0]
+        if not rule and len(numbers) > 1:
+            return numbers
+        hint = f"; did you mean balanced:{text}?" if not rule and numbers else ""
+        return self.fail(
+            f"{value!r} is not accepted; give paper, balanced, optimal, balanced:C with a "
+            "constant C over 0 up to 0.5, or two or more knot times in s separated by "
+            f"commas{hint}",
+            param,
+            ctx,
+        )
 
 
 class GivenPath(click.Path):
@@ -76,25 +73,13 @@ class Seconds(click.ParamType[Any]):
     """A time: `10`, `10s`, `500ms`, `5m`, `5min` or `1h`."""
 
     name = "time"
-    UNITS: ClassVar[dict[str, float]] = {
-        "ms": 1e-3,
-        "min": 60.0,
-        "s": 1.0,
-        "m": 60.0,
-        "h": 3600.0,
-    }
+    UNITS: ClassVar = {None: 1.0, "ms": 1e-3, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument, in seconds."""
-        if isinstance(value, float):
-            return value
-        text, scale = str(value).strip(), 1.0
-        for unit, factor in self.UNITS.items():
-            if text.endswith(unit):
-                text, scale = text.removesuffix(unit), factor
-                break
+        found = re.fullmatch(r"\s*(\S*?)\s*(ms|s|min|m|h)?\s*", str(value))
         try:
-            seconds = scale * float(text)
+            seconds = self.UNITS[found[2]] * float(found[1]) if found else 0.0
         except ValueError:
             seconds = 0.0
         if not 0.0 < seconds < math.inf:

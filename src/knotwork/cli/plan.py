@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from knotwork import pipeline
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -24,11 +25,10 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.progress import shown_progress
 from knotwork.cli.short_report import print_next, print_short_plan
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, echo_line
 from knotwork.errors import InputError, KnotworkError
-
-if TYPE_CHECKING:
-    from knotwork.pipeline import Plan
+from knotwork.pipeline import Plan
+from knotwork.storage import trajectory_to_dict
 
 
 @click.command(epilog=EXIT_CODES)
@@ -76,11 +76,10 @@ def plan(
     SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
     YAML file: `knotwork schema` prints its schema, and the shipped ones are examples.
     """
-    from knotwork import pipeline
-
     if freeze is not None and len(scenarios) > 1:
         raise InputError(f"--freeze writes one file, and there are {len(scenarios)} scenarios")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
+    taken: dict[str, str] = {}
     for i, reference in enumerate(scenarios):
         which = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
         try:
@@ -92,7 +91,9 @@ def plan(
             if freeze is not None:
                 written.append(planned.freeze(freeze))
             if out is not None:
-                folder = out / _folder_name(planned, results) if len(scenarios) > 1 else out
+                folder = (
+                    out / _folder_name(planned, taken, reference) if len(scenarios) > 1 else out
+                )
                 written += planned.save(folder, rate=rate)
             results.append((reference, planned, written))
         except KnotworkError as error:
@@ -105,9 +106,10 @@ def plan(
     for _, result, written in results:
         _print(result, written, full, alone=len(results) == 1)
     if len(results) > 1:
-        from knotwork.cli import tables
-
-        tables.print_summary([(name, _word(result)) for name, result, _ in results])
+        echo("\nScenarios")
+        for name, result, _ in results:
+            word = ("passed", "FAILED", "wrong input")[_verdict(result)]
+            echo_line(f"{name}: {word}", word, fg="green" if word == "passed" else "red")
     return code
 
 
@@ -127,7 +129,7 @@ def _print(result: Plan | KnotworkError, written: list[Path], full: bool, *, alo
         print_next(with_robot=result.report.robot is not None)
 
 
-def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> str:
+def _folder_name(result: Plan, taken: dict[str, str], reference: str) -> str:
     """Name of the scenario, which must be one of a kind among several."""
     name = Path(result.scenario.name).name
     if name in ("", ".."):
@@ -135,12 +137,12 @@ def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> st
             f"no folder can be named after scenario {result.scenario.name!r}; plan it alone or "
             "rename it"
         )
-    for reference, other, _ in earlier:
-        if not isinstance(other, KnotworkError) and Path(other.scenario.name).name == name:
-            raise InputError(
-                f"two scenarios are named {name!r}, the other is {reference}; their files would "
-                "overwrite each other: plan them one by one or rename one"
-            )
+    if name in taken:
+        raise InputError(
+            f"two scenarios are named {name!r}, the other is {taken[name]}; their files would "
+            "overwrite each other: plan them one by one or rename one"
+        )
+    taken[name] = reference
     return name
 
 
@@ -148,10 +150,6 @@ def _verdict(result: Plan | KnotworkError) -> int:
     if isinstance(result, KnotworkError):
         return WRONG_INPUT
     return PASSED if result.report.ok else FAILED
-
-
-def _word(result: Plan | KnotworkError) -> str:
-    return ("passed", "FAILED", "wrong input")[_verdict(result)]
 
 
 def _plan_to_dict(
@@ -163,8 +161,6 @@ def _plan_to_dict(
             "ok": False,
             "error": {"type": type(result).__name__, "message": str(result)},
         }
-    from knotwork.storage import trajectory_to_dict
-
     return {
         "scenario": result.scenario.name,
         "ok": result.report.ok,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     PASSED,
@@ -16,12 +17,12 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import print_failures, read_motions
+from knotwork.cli.sources import Motion, print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-
-if TYPE_CHECKING:
-    from knotwork.cli.sources import Motion
+from knotwork.pipeline import Plan
+from knotwork.view.drawn_motions import chosen_quantities
+from knotwork.view.picture_files import checked_picture_path
 
 _EPILOG = """
 The figures of the paper that the method comes from:
@@ -113,12 +114,7 @@ def plot(
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
-    from knotwork import view
-    from knotwork.view.drawn_motions import chosen_quantities
-    from knotwork.view.picture_files import checked_picture_path
-
-    joints_alone = ("joints", "quantities", "split")
-    if tool and any(look.pop(name) for name in joints_alone):
+    if tool and any(look.pop(name) for name in ("joints", "quantities", "split")):
         raise InputError(
             "--tool draws the tool, not joints: leave out --joints, --quantities and --split"
         )
@@ -136,8 +132,6 @@ def plot(
 
 def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
     """A file in the current folder that is named after the motion."""
-    from knotwork.pipeline import Plan
-
     if isinstance(drawn, Plan):
         name = drawn.scenario.name
     else:

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 from knotwork.cli.terminal import echo
@@ -63,7 +64,7 @@ def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]
 
         columns = BarColumn(bar_width=12), TextColumn("{task.description}", markup=False)
         with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("planning some rows, to learn how long they take", total=None)
+            task = bar.add_task("planning", total=None)
             yield lambda at: bar.update(
                 task, total=at.total, completed=at.done, description=progress_line(at)
             )
@@ -85,17 +86,9 @@ def _on_terminal() -> bool:
 
 def progress_line(at: SweepProgress) -> str:
     """Progress of a sweep in a line."""
-    left = "" if at.left is None else f", {_duration(at.left)} left"
+    left = "" if at.left is None else f", {timedelta(seconds=round(at.left))} left"
     share = 100.0 * at.passed / at.done if at.done else 0.0
     return (
         f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
         f"{at.passed} pass ({share:.0f} %)"
     )
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"

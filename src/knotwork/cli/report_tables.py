@@ -6,12 +6,12 @@ import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rich.padding import Padding
 from rich.table import Table
 
 from knotwork.cli.short_report import without
 from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
 from knotwork.cli.terminal import cell
-from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
@@ -25,27 +25,13 @@ INDENT = " " * len("FAIL ")
 
 def print_plan(plan: Plan) -> None:
     """Print a plan in full: tables of waypoints, limits and all other findings."""
-    trajectory = plan.trajectory
-    knots = plan.scenario.knots
-    placed = knots if isinstance(knots, str) else "as given"
-    if isinstance(knots, int | float):
-        placed = f"balanced, c = {knots:g}"
-    made = trajectory.planner
-    if (
-        made in PLANNER_SPECS and "knots" in PLANNER_SPECS[made].supports
-    ):  # a rule is in its name already
-        made += f", knots {placed}"
-    if plan.scenario.task.chosen and plan.trajectory.planner == "modified-hermite":
-        made += ", times as chosen"
-    if plan.left_out:
-        made += f" ({without(plan)})"
-    print_report(
-        plan.report,
-        plan.scenario,
-        f"{made}: {len(plan.scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks, "
-        f"{trajectory.duration:g} s",
-        plan.solution,
-    )
+    trajectory, scenario = plan.trajectory, plan.scenario
+    made = f"{trajectory.planner} ({without(plan)})" if plan.left_out else trajectory.planner
+    if isinstance(scenario.knots, str):
+        made += f", knots {scenario.knots}"
+    counts = f"{len(scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks"
+    made += f": {counts}, {trajectory.duration:g} s"
+    print_report(plan.report, scenario, made, plan.solution)
 
 
 def print_report(
@@ -78,9 +64,8 @@ def print_report(
     if solution is not None and solution.choices:
         print_table(choice_table(solution.choices))
         out.print()
-    silent = [found for found in report.findings if found.value is None]
-    for found in silent:
-        if found.verdict == "information":
+    for found in report.findings:
+        if found.value is None and found.verdict == "information":
             print_wrapped(str(found), "   ", "    ")
     for found in report.warnings:
         print_wrapped(str(found), "warning ", INDENT, "yellow")
@@ -116,8 +101,6 @@ def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
 
 def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
     """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
-    from rich.padding import Padding
-
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
     table.columns[0].no_wrap = False
     for quantity in dict.fromkeys(found.title for found in findings):

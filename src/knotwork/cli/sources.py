@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
+from knotwork import pipeline, resources
 from knotwork.cli.logs import (
     LogOptions,
     checked_log,
+    log_beside_plan,
     planned_scenario,
     smoothed_log,
-    stored_plan,
 )
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
+from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.interpolation import get_planner
+from knotwork.joint_space import JointSpace, joint_space
+from knotwork.pipeline import Plan
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.storage import set_disagreement
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report, check
 from knotwork.verification.worst import failure_lines
-
-if TYPE_CHECKING:
-    from knotwork.joint_space import JointSpace
-    from knotwork.pipeline import Plan
-    from knotwork.robot import Robot
-    from knotwork.scenario import Scenario
-    from knotwork.trajectory import JointTrajectory
-    from knotwork.verification import Report
-
-    Motion: TypeAlias = "Plan | CheckedFile | JointTrajectory"
 
 # Failures that are listed; more are counted.
 MOST_FAILURES = 3
@@ -50,6 +50,9 @@ class CheckedFile:
     space: JointSpace
     report: Report
     joint_waypoints: None = None
+
+
+Motion: TypeAlias = Plan | CheckedFile | JointTrajectory
 
 
 def read_motions(
@@ -83,8 +86,6 @@ def read_motions(
         InputError: An option belongs to the other of the two, or the motion can't be planned or
             read.
     """
-    from knotwork import resources
-
     options = options if options is not None else PlanOptions()
     if not _is_trajectory(source, reference):
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
@@ -99,9 +100,12 @@ def read_motions(
         checked = read_checked(source, reference, log)
         against = log.against if log is not None else None
         return [checked] if against is None else [checked, read_checked(against, reference)]
-    if log is not None:
-        return list(_unchecked_log(source, robot, log))
-    return [_read_unchecked(source, robot, strict, instead)]
+    if log is None:
+        return [_read_unchecked(source, robot, strict, instead)]
+    if robot is not None and log.against is None:
+        return [smoothed_log(source, robot.joint_names, robot.joint_units, log).trajectory]
+    alignment, plan = log_beside_plan(source, log)
+    return [alignment.trajectory, plan]
 
 
 def read_checked(path: str | Path, reference: str, log: LogOptions | None = None) -> CheckedFile:
@@ -110,16 +114,11 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
     Raises:
         InputError: One of them can't be read, or the trajectory is of other joints.
     """
-    from knotwork.foreign import read_trajectory
-    from knotwork.joint_space import joint_space
-    from knotwork.scenario import load_scenario
-    from knotwork.verification import check
-
     scenario = load_scenario(reference)
     space = joint_space(scenario)
     if log is not None:
-        alignment, report = checked_log(path, reference, log, scenario, space)
-        return CheckedFile(alignment.trajectory, scenario, space, report)
+        trajectory, report = checked_log(path, reference, log, scenario, space)
+        return CheckedFile(trajectory, scenario, space, report)
     span = (float(scenario.times[0]), float(scenario.times[-1]))
     trajectory, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
     _note_change(path)
@@ -129,18 +128,14 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
 
 def _is_trajectory(source: str, reference: str | None) -> bool:
     """Whether a source is a trajectory; with a given scenario, any file but YAML is one."""
-    from knotwork import foreign, resources
-
     if source in resources.names("scenarios"):
         return False
     if reference is not None and Path(source).suffix.lower() not in (".yaml", ".yml"):
         return True
-    return foreign.is_trajectory(source)
+    return is_trajectory(source)
 
 
 def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) -> JointTrajectory:
-    from knotwork.foreign import is_foreign, read_trajectory
-
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     if robot is None and is_foreign(path):
         raise InputError(f"{path} needs the scenario it is for: give it with --scenario{instead}")
@@ -156,26 +151,9 @@ def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) 
 
 def _note_change(path: str | Path) -> None:
     """Note on standard error if a file was changed since its report was written."""
-    from knotwork.storage import set_disagreement
-
     fault = set_disagreement(Path(path))
     if fault is not None:
         echo(f"note: {path} {fault}", err=True)
-
-
-def _unchecked_log(path: str, robot: Robot | None, log: LogOptions) -> Iterator[JointTrajectory]:
-    """A log without a scenario: in the time of the plan that it is compared with, if there is one.
-
-    The plan follows it.
-    """
-    from knotwork.recording import aligned
-
-    if robot is not None and log.against is None:
-        yield smoothed_log(path, robot.joint_names, robot.joint_units, log).trajectory
-        return
-    plan = stored_plan(path, log)
-    yield aligned(smoothed_log(path, plan.joint_names, plan.joint_units, log), plan).trajectory
-    yield plan
 
 
 def refuse(options: dict[str, Any], reason: str) -> None:
@@ -193,12 +171,9 @@ def _planned(
     source: str, options: PlanOptions, others: list[str], warm: Motion | None
 ) -> list[Plan]:
     """Plan a scenario with its planner and with others; each planner once."""
-    from knotwork import pipeline
-    from knotwork.interpolation import get_planner
-
     for name in others:
         get_planner(name)
-    before = warm if isinstance(warm, pipeline.Plan) else None
+    before = warm if isinstance(warm, Plan) else None
     plans = [pipeline.plan(source, warm=before, **asdict(options))]
     for name in dict.fromkeys(others):
         if name == plans[0].scenario.planner:
@@ -212,8 +187,6 @@ def _planned(
 
 def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
     """The motions that have been checked against a scenario."""
-    from knotwork.trajectory import JointTrajectory
-
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 
 

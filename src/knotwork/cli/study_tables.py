@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from knotwork.cli import tables
 from knotwork.cli.terminal import cell, echo
+from knotwork.sweeps import Study
+from knotwork.sweeps.outcome import CRASHED, WRONG_INPUT
 from knotwork.units import readable
-
-if TYPE_CHECKING:
-    from knotwork.sweeps import Study
 
 MOST_REASONS = 12
 
@@ -36,25 +35,8 @@ def _plain(row: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _said(value: Any) -> str:
-    return readable(value, ".6g") if isinstance(value, float) else str(value)
-
-
-def _faulty(study: Study) -> Iterator[dict[str, Any]]:
-    """The first row that has each reason which is a fault of the study, or of Knotwork."""
-    from knotwork.sweeps.outcome import CRASHED, WRONG_INPUT
-
-    left = {WRONG_INPUT, CRASHED} & study.reasons.keys()
-    for row in study.rows() if left else ():
-        if row["reason"] in left:
-            left.remove(row["reason"])
-            yield row
-
-
-def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
-    """Print how many rows pass, why the others do not, and the best one."""
-    from knotwork.cli import tables
-
+def print_study(study: Study) -> None:
+    """Print how many rows pass, and why the others do not."""
     count, total = len(study), len(study.spec)
     done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
     table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
@@ -65,15 +47,25 @@ def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
     tables.print_table(table)
     if len(study.reasons) > MOST_REASONS:
         echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
-    for row in _faulty(study):
-        line = f"{row['reason']}, first in row {row['row']}: {row['message']}"
-        tables.print_wrapped(line, "", "  ")
+    for reason in (WRONG_INPUT, CRASHED):  # faults of the study, or of Knotwork
+        if reason in study.reasons:
+            row = study["reason"].index(reason)
+            line = f"{reason}, first in row {study['row'][row]}: {study['message'][row]}"
+            tables.print_wrapped(line, "", "  ")
+    if study.folder is not None:
+        echo(f"{study.folder}: {count} of {total} rows")
+
+
+def print_best(study: Study, figure: str, best: dict[str, Any] | None) -> None:
+    """Print the best row in a figure, if there is one."""
     if best is not None:
-        values = ", ".join(f"{name} = {_said(best[name])}" for name in study.varied)
+        pairs = ((name, best[name]) for name in study.varied)
+        values = ", ".join(
+            f"{name} = {readable(value, '.6g') if isinstance(value, float) else value}"
+            for name, value in pairs
+        )
         known = study.figures[figure]
         shown = study.units.text(best[figure], known.unit)
         tables.print_wrapped(
             f"best {known.title}: {shown} in row {best['row']}, {values}", "", "  "
         )
-    if study.folder is not None:
-        echo(f"{study.folder}: {count} of {total} rows")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
+from knotwork import sweeps
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
@@ -20,9 +19,12 @@ from knotwork.cli.parameters import (
     package_path_option,
 )
 from knotwork.cli.progress import shown_sweep
-from knotwork.cli.study_tables import print_study, study_to_dict
+from knotwork.cli.study_tables import print_best, print_study, study_to_dict
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
+from knotwork.sweeps.figures import figure_named
+from knotwork.sweeps.folder import is_study
+from knotwork.view.picture_files import checked_picture_path, save_figure
 
 PICTURE = "study.png"
 """In the folder of a study, where `--plot` names no file."""
@@ -127,10 +129,6 @@ def sweep(
     such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen (--best,
     --freeze).
     """
-    from knotwork import sweeps
-    from knotwork.sweeps.figures import figure_named
-    from knotwork.sweeps.folder import is_study
-
     target = _picture_path(picture, Path(source) if is_study(source) else out)
     for name in [*(figures or []), *filter(None, [best])]:
         figure_named(name)
@@ -142,27 +140,27 @@ def sweep(
         if "stop_after" in given:
             given["stop_after"], _ = given["stop_after"]
         vary = _varied(given.pop("vary"))
-        with _saying_what_is_kept(out), shown_sweep(as_json) as progress:
-            study = sweeps.sweep(source, vary, out=out, progress=progress, **given)
-    figure, found, written = best or "duration", None, []
-    try:
-        found = study.best(figure) if study.passed else None
-        if target is not None:
-            from knotwork.view.picture_files import save_figure
-
-            written.append(save_figure(study.plot(figures), target))
-        if freeze is not None:
-            if found is None:
-                raise InputError(f"{freeze} was not written: no row passes, so there is none best")
-            written.append(study.freeze(found["row"], freeze))
-    except InputError:
-        if not as_json:  # what was planned is shown, whatever can't be made of it
-            print_study(study, figure, found)
-        raise
+        try:
+            with shown_sweep(as_json) as progress:
+                study = sweeps.sweep(source, vary, out=out, progress=progress, **given)
+        except KeyboardInterrupt:
+            if out is not None:
+                echo(f"finished rows are kept in {out}; go on with --resume", err=True)
+            raise
+    if not as_json:  # what was planned is shown, whatever can't be made of it
+        print_study(study)
+    figure, written = best or "duration", []
+    found = study.best(figure) if study.passed else None
+    if target is not None:
+        written.append(save_figure(study.plot(figures), target))
+    if freeze is not None:
+        if found is None:
+            raise InputError(f"{freeze} was not written: no row passes, so there is none best")
+        written.append(study.freeze(found["row"], freeze))
     if as_json:
         echo(json.dumps(study_to_dict(study, figure, found), indent=1, allow_nan=False))
     else:
-        print_study(study, figure, found)
+        print_best(study, figure, found)
         for path in written:
             echo(f"wrote {path}")
     return PASSED if study.passed else FAILED
@@ -189,8 +187,6 @@ def _picture_path(given: str | None, folder: Path | None) -> Path | None:
         return None
     if not given and folder is None:
         raise InputError("--plot: there is no folder for the picture; name a file, or give --out")
-    from knotwork.view.picture_files import checked_picture_path
-
     return checked_picture_path(given or (folder or Path()) / PICTURE)
 
 
@@ -202,14 +198,3 @@ def _refuse_planning(source: str, given: dict[str, Any]) -> None:
                 f"--{option}: {source} is the folder of a study, whose rows are only shown; "
                 "to plan, give the scenario"
             )
-
-
-@contextmanager
-def _saying_what_is_kept(folder: Path | None) -> Iterator[None]:
-    """Say after an interrupt how to go on."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        if folder is not None:
-            echo(f"finished rows are kept in {folder}; go on with --resume", err=True)
-        raise

@@ -89,12 +89,3 @@ def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
         head = first if i == 0 else others
         shown = f"[{style}]{cell(head)}[/]" if style and i == 0 else cell(head)
         out.print(shown + cell(line[len(head) :]), soft_wrap=True)
-
-
-def print_summary(rows: Sequence[tuple[str, str]]) -> None:
-    """Print one line a scenario."""
-    table = plain_table("Scenarios", ["scenario", "verdict"], 2)
-    for name, word in rows:
-        colour = "green" if word == "passed" else "bold red"
-        table.add_row(cell(name), f"[{colour}]{word}[/]")
-    print_table(table)

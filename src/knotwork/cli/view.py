@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from knotwork import resources
+from knotwork.cli.live_view import Files, follow
 from knotwork.cli.logs import LogOptions, log_options
+from knotwork.cli.meshcat_viewer import play_in_meshcat
 from knotwork.cli.parameters import (
     PASSED,
     Listed,
@@ -17,16 +20,19 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import checked, print_failures, read_motions, refuse
+from knotwork.cli.sources import Motion, checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
+from knotwork.robot import Robot, load_robot
+from knotwork.sweeps.named_files import named_files
+from knotwork.trajectory import JointTrajectory
+from knotwork.view.page import Page, scene_page
+from knotwork.view.page_server import LiveServer, PageServer
+from knotwork.view.picture_files import checked_page_path
+from knotwork.view.show import scene_of, scene_of_trajectory
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from knotwork.cli.sources import Motion
-    from knotwork.robot import Robot
-    from knotwork.view.page import Page
+Made = Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]]
+"""The scene of a motion and the motion, from those that were made before the source changed."""
 
 _EPILOG = """
 In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene,
@@ -90,34 +96,34 @@ def view(
     rebuilt knots, and failures of the check in red. The page is served to this machine alone
     until Ctrl-C.
     """
-    from knotwork.robot import load_robot
-
+    arm = load_robot(robot) if robot is not None else None
     if out is not None:
-        from knotwork.view.picture_files import checked_page_path
-
         checked_page_path(out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
+    if meshcat is not None:
+        given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
+        refuse(given, "--meshcat plays in Meshcat's own page")
+        shown = read_motions(source, reference, options, log=log)
+        print_failures(shown)
+        if not checked(shown[:1]):
+            raise InputError("Meshcat is shown a task with its motion: give --scenario")
+        play_in_meshcat(shown[0], meshcat, no_open)
+        return PASSED
 
     def made(
-        before: Mapping[str, Any] | None = None, warm: Motion | None = None
+        before: Mapping[str, Any] | None, warm: Motion | None
     ) -> tuple[dict[str, Any], Motion]:
-        arm = load_robot(robot) if robot is not None else None
         instead = ", or its robot with --robot"
         shown = read_motions(
             source, reference, options, compare, robot=arm, instead=instead, log=log, warm=warm
         )
-        return _scene(source, shown, arm, before)
+        print_failures(shown)
+        return _scene(source, shown, arm, before), shown[0]
 
-    if meshcat is not None:
-        given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
-        refuse(given, "--meshcat plays in Meshcat's own page")
-        return _play(read_motions(source, reference, options, log=log), meshcat, no_open)
     if watch:
         return _watch(source, reference, made, port, no_open, not no_ghosts)
-    from knotwork.view.page import scene_page
-
-    page = scene_page(made()[0], ghosts=not no_ghosts)
+    page = scene_page(made(None, None)[0], ghosts=not no_ghosts)
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     if out is not None:
@@ -127,57 +133,34 @@ def view(
 
 
 def _scene(
-    source: str,
-    shown: list[Motion],
-    robot: Robot | None,
-    before: Mapping[str, Any] | None,
-) -> tuple[dict[str, Any], Motion]:
-    from knotwork.trajectory import JointTrajectory
-    from knotwork.view.show import scene_of, scene_of_trajectory
-
-    print_failures(shown)
+    source: str, shown: list[Motion], robot: Robot | None, before: Mapping[str, Any] | None
+) -> dict[str, Any]:
     first, *others = shown
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
         compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
-        return scene_of(first, compared, before), first
+        return scene_of(first, compared, before)
     if robot is None:
         raise InputError(
             f"{source} does not name the arm that it moves; give the scenario it was planned for "
             "with --scenario, or its robot with --robot"
         )
-    return scene_of_trajectory(robot, first, before), first
-
-
-def _play(shown: list[Motion], address: str, no_open: bool) -> int:
-    """Play the first motion in Meshcat."""
-    from knotwork.cli.meshcat_viewer import play_in_meshcat
-
-    print_failures(shown)
-    if not checked(shown[:1]):
-        raise InputError("Meshcat is shown a task with its motion: give --scenario")
-    play_in_meshcat(shown[0], address, no_open)
-    return PASSED
+    return scene_of_trajectory(robot, first, before)
 
 
 def _watch(
-    source: str,
-    reference: str | None,
-    made: Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]],
-    port: int | None,
-    no_open: bool,
-    ghosts: bool,
+    source: str, reference: str | None, made: Made, port: int | None, no_open: bool, ghosts: bool
 ) -> int:
     """Serve a page that follows its files."""
-    from knotwork.cli.live_view import Files, follow
-    from knotwork.view.page_server import LiveServer
-
     last: Motion | None = None
 
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
         nonlocal last
         scene, last = made(server.scene, last)
-        return scene, _files(last), _verdict(last)
+        if isinstance(last, JointTrajectory):
+            return scene, [], "shown"
+        verdict = "passed" if last.report.ok else "FAILED"
+        return scene, _files(last), f"{verdict}: {summary(last.report)}"
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:
@@ -188,8 +171,6 @@ def _watch(
 
 def _file(name: str) -> Path:
     """File that a source is in: of a shipped scenario its own, of a folder its trajectory."""
-    from knotwork import resources
-
     if name in resources.names("scenarios"):
         return resources.find("scenarios", name)
     path = Path(name)
@@ -198,47 +179,15 @@ def _file(name: str) -> Path:
     return path / "trajectory.json" if path.is_dir() else path
 
 
-def _files(motion: Motion) -> list[Path]:
-    """Files that a motion depends on, as far as they are known."""
-    from knotwork.trajectory import JointTrajectory
-
-    if isinstance(motion, JointTrajectory):
-        return []
-    robot = motion.space.robot
-    described = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()
-    known = [path for path in (motion.scenario.source, *described) if path is not None]
-    source = motion.scenario.source
-    if source is None:
-        return known
-    return [*known, *_named_in(motion.scenario.task.to_dict(), source.parent)]
-
-
-def _named_in(value: Any, folder: Path) -> list[Path]:
-    """Files that texts anywhere in a document name, such as meshes and points of curves."""
-    if isinstance(value, Mapping):
-        return [path for each in value.values() for path in _named_in(each, folder)]
-    if isinstance(value, list):
-        return [path for each in value for path in _named_in(each, folder)]
-    if not isinstance(value, str) or not Path(value).suffix:
-        return []
-    try:
-        return [folder / value] if (folder / value).is_file() else []
-    except (OSError, ValueError):  # no name that a file can have
-        return []
-
-
-def _verdict(motion: Motion) -> str:
-    """The verdict in a line."""
-    from knotwork.trajectory import JointTrajectory
-
-    if isinstance(motion, JointTrajectory):
-        return "shown"
-    return f"{'passed' if motion.report.ok else 'FAILED'}: {motion.report.summary}"
+def _files(motion: Any) -> list[Path]:
+    """Files that a plan or a checked file depends on."""
+    robot, source = motion.space.robot, motion.scenario.source
+    known = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()
+    named = named_files(motion.scenario.task.to_dict(), source.parent) if source else {}
+    return [path for path in (source, *known, *named.values()) if path is not None]
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:
-    from knotwork.view.page_server import PageServer
-
     with PageServer(page.html, port or 0) as server:
         offer(server.address, f"showing {page.title} at {server.address}", no_open)
         try:

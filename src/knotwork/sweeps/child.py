@@ -1,15 +1,14 @@
 """Child processes that plan: one may hang or crash, and its parent goes on.
 
 Parent and child send each other pickled data through the child's standard input and output. A
-child ends with its parent, whose end closes the input, and by itself if a call takes too long.
+child ends when its parent does, which closes the input. `concurrent.futures` can't take its place:
+it gives up all processes when one ends, has no time limits, and imports the script of the user.
 """
 
 from __future__ import annotations
 
 import contextlib
-import faulthandler
 import importlib
-import math
 import os
 import pickle
 import queue
@@ -17,18 +16,16 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from typing import Any, TypeVar
 
 from knotwork.errors import InputError
+from knotwork.verification.checks import own_checks
 
 START_LIMIT = 120.0
 """Time that a child may take to import what it needs [s], which is not the fault of a row."""
-END_PATIENCE = 5.0
-"""Longest time that a process takes to end after it has closed its pipes [s]."""
 LONGEST = 1e8
 """Longer limits are this one [s], as clocks have an end."""
 POLL = 1.0
@@ -36,14 +33,12 @@ POLL = 1.0
 # One process is one thread of work; NumPy's would slow down the others.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
-_Question = tuple[Callable[..., Any], tuple[Any, ...], float]
-"""A function, its arguments, and the time that it may take [s]."""
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
 
 class ChildTimeoutError(Exception):
-    """A call took longer than it may."""
+    """A call took longer than its limit."""
 
 
 class ChildCrashedError(Exception):
@@ -56,8 +51,6 @@ def refuse_own_checks(instead: str) -> None:
     Raises:
         InputError: There are some; `instead` says what to do.
     """
-    from knotwork.verification.checks import own_checks
-
     if own := own_checks():
         raise InputError(
             f"processes that plan do not know your own checks ({', '.join(own)}); {instead}"
@@ -85,13 +78,12 @@ class Child:
             ChildTimeoutError: It took longer.
             ChildCrashedError: The process ended both times, or this was closed.
         """
-        question = function, arguments, min(limit, LONGEST)
         try:
-            return self._asked(question)
+            return self._asked((function, arguments), limit)
         except ChildCrashedError:
-            return self._asked(question)
+            return self._asked((function, arguments), limit)
 
-    def _asked(self, question: _Question) -> Any:
+    def _asked(self, question: Any, limit: float) -> Any:
         if self._closed:
             raise ChildCrashedError("it was closed")
         if self._process is None:
@@ -102,24 +94,34 @@ class Child:
                 stderr=subprocess.DEVNULL,
                 env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
             )
-            self._answer(None, math.inf)
-        return self._answer(question, question[-1])
+            try:
+                self._answer((_load, ()), START_LIMIT)
+            except ChildTimeoutError as error:
+                raise ChildCrashedError(f"the process that plans {error} to start") from error
+        return self._answer(question, limit)
 
     def _answer(self, question: Any, limit: float) -> Any:
-        """What the child says next; it ends itself if that takes longer than the limit."""
-        process, begin = self._process, time.monotonic()
+        """The child's answer; the child is ended if that takes longer than the limit."""
+        process, late = self._process, threading.Event()
+
+        def end() -> None:
+            late.set()
+            process.kill()
+
+        timer = threading.Timer(min(limit, LONGEST), end)
+        timer.start()
         try:
-            if question is not None:
-                pickle.dump(question, process.stdin)
-                process.stdin.flush()
+            pickle.dump(question, process.stdin)
+            process.stdin.flush()
             ok, answer = pickle.load(process.stdout)
         except (EOFError, OSError, ValueError, pickle.UnpicklingError) as error:
-            took = time.monotonic() - begin
             self._process = None
-            code = _ended(process, END_PATIENCE)
-            if took >= limit:
+            _end(process)
+            if late.is_set():
                 raise ChildTimeoutError(f"took longer than {limit:g} s") from error
-            raise ChildCrashedError(_exit_reason(code)) from error
+            raise ChildCrashedError(_exit_reason(process.returncode)) from error
+        finally:
+            timer.cancel()
         if not ok:
             raise answer
         return answer
@@ -129,21 +131,14 @@ class Child:
         self._closed = True
         process, self._process = self._process, None
         if process is not None:
-            _ended(process, 0.0)
+            _end(process)
 
 
-def _ended(process: subprocess.Popen[bytes], patience: float) -> int:
-    """Have a process gone, after some time by force; its exit code."""
-    try:
-        code = process.wait(patience)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        code = process.wait()
-    for pipe in (process.stdin, process.stdout):
-        with contextlib.suppress(OSError):
-            if pipe is not None:
-                pipe.close()
-    return code
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process that may have ended by itself, and close its pipes."""
+    process.kill()
+    with contextlib.suppress(OSError), process:
+        pass
 
 
 def _exit_reason(code: int) -> str:
@@ -197,6 +192,11 @@ def as_ready(
             yield one.result()
 
 
+def _load() -> None:
+    """Import what planning needs."""
+    importlib.import_module("knotwork.sweeps.outcome")
+
+
 def main() -> None:
     """Answer calls until there are no more."""
     # Whatever else writes to standard output must not come between the answers.
@@ -206,42 +206,25 @@ def main() -> None:
     os.dup2(nothing, 1)
     # An interrupt from the keyboard goes to the parent, which ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    faulthandler.dump_traceback_later(START_LIMIT, exit=True, file=nothing)
-    importlib.import_module("knotwork.sweeps.outcome")
-    _send(sink, (True, None))
-    for function, arguments, limit in _calls(source):
-        # a thread without Python, which nothing that a row does can hold up
-        faulthandler.dump_traceback_later(limit, exit=True, file=nothing)
+    asked: queue.SimpleQueue[Any] = queue.SimpleQueue()
+
+    def listen() -> None:
+        """When the parent has gone this process ends, whatever it is about."""
+        try:
+            while True:
+                asked.put(pickle.load(source))
+        finally:
+            os._exit(0)
+
+    threading.Thread(target=listen, daemon=True).start()
+    while True:
+        function, arguments = asked.get()
         try:
             answer = True, function(*arguments)
         except Exception as error:
             answer = False, error
-        _send(sink, answer)
-
-
-def _send(sink: Any, answer: tuple[bool, Any]) -> None:
-    faulthandler.cancel_dump_traceback_later()
-    pickle.dump(answer, sink)
-    sink.flush()
-
-
-def _calls(source: Any) -> Iterator[_Question]:
-    """Calls of the parent; when that has gone this process ends, whatever it is about."""
-    asked: queue.SimpleQueue[_Question] = queue.SimpleQueue()
-
-    def listen() -> None:
-        code = 1
-        try:
-            while True:
-                asked.put(pickle.load(source))
-        except EOFError:
-            code = 0
-        finally:
-            os._exit(code)
-
-    threading.Thread(target=listen, daemon=True).start()
-    while True:
-        yield asked.get()
+        pickle.dump(answer, sink)
+        sink.flush()
 
 
 if __name__ == "__main__":

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
-import math
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,21 +26,10 @@ from knotwork.sweeps.spec import StudySpec
 
 AHEAD = 3
 """Chunks that are handed over for each worker of Dask: one is planned, the next ones wait."""
-RECOUNT = 5.0
-"""Time until the workers are counted again, as they come and go [s]."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
 LONGEST_ABSENCE = 300.0
 """Longest time that chunks wait for a worker [s]."""
-LONGEST_ANSWER = 60.0
-"""Longest time for an answer of the scheduler [s]."""
-_LOST = (
-    OSError,
-    RuntimeError,
-    asyncio.CancelledError,
-    asyncio.TimeoutError,
-    concurrent.futures.CancelledError,
-)
 
 
 @dataclass(frozen=True)
@@ -73,13 +59,28 @@ def chunk_of(spec: StudySpec, index: int, size: int) -> Chunk:
     return Chunk(index, spec.document, {row: spec.edits(row) for row in rows}, spec.time_limit)
 
 
-def here(chunks: Iterator[Chunk]) -> Iterator[Planned]:
-    """Plan chunks in this process, one after the other; a crash ends it."""
-    for chunk in chunks:
-        yield chunk.index, {row: outcome_of(chunk.document, e) for row, e in chunk.rows.items()}
+def planned(chunks: Iterator[Chunk], workers: int, scheduler: str | None) -> Iterator[Planned]:
+    """Plan chunks of rows, in the order in which they are ready.
+
+    Args:
+        chunks: What to plan.
+        workers: Number of child processes; 0 to plan in this one, which a crash of a row ends.
+        scheduler: Address of a Dask scheduler whose workers plan in place of these.
+
+    Raises:
+        InputError: There is no scheduler at the address, its workers can't plan for it, the
+            scheduler or all workers are lost, or a chunk ended the workers it was given to.
+    """
+    if scheduler is not None:
+        yield from _on_scheduler(chunks, scheduler)
+    elif workers:
+        yield from by_children(_in_child, chunks, workers)
+    else:
+        for chunk in chunks:
+            yield chunk.index, {row: outcome_of(chunk.document, e) for row, e in chunk.rows.items()}
 
 
-def in_child(child: Child, chunk: Chunk) -> Planned:
+def _in_child(child: Child, chunk: Chunk) -> Planned:
     """Plan a chunk in a child process, whatever happens to that."""
 
     def outcome(edits: Edits) -> Outcome:
@@ -94,11 +95,6 @@ def in_child(child: Child, chunk: Chunk) -> Planned:
     return chunk.index, {row: outcome(edits) for row, edits in chunk.rows.items()}
 
 
-def in_children(chunks: Iterator[Chunk], workers: int) -> Iterator[Planned]:
-    """Plan chunks in child processes, in the order in which they are ready."""
-    return by_children(in_child, chunks, workers)
-
-
 def distributed() -> Any:
     """The package `distributed`, Dask's scheduler.
 
@@ -108,18 +104,30 @@ def distributed() -> Any:
     return needed("distributed", "a sweep with a scheduler", HOW)
 
 
-def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Planned]:
-    """Plan chunks by the workers of a scheduler, in the order in which they are ready.
-
-    Raises:
-        InputError: There is no scheduler at the address, its workers can't plan for it, the
-            scheduler or all workers are lost, or a chunk ended the workers it was given to.
-    """
+def _on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Planned]:
     with _client(address) as client:
         _check_workers(client, address)
-        pool, places = client.get_executor(pure=False), _Places(client)
-        with _connected():
-            yield from as_ready(lambda chunk: pool.submit(_by_worker, chunk), chunks, places)
+        pool = client.get_executor(pure=False)
+        try:
+            yield from as_ready(
+                lambda chunk: pool.submit(_by_worker, chunk), chunks, lambda: _places(client)
+            )
+        except InputError:
+            raise
+        except (Exception, asyncio.CancelledError) as error:
+            why = f"{type(error).__name__}: {error}"
+            raise InputError(f"the scheduler was lost, or can't plan ({why}); {KEPT}") from error
+
+
+def _places(client: Any) -> int:
+    """How many chunks may be under way by the workers that there are, as they come and go."""
+    count: int = sum(client.nthreads().values())
+    if not count:
+        try:
+            client.wait_for_workers(1, timeout=LONGEST_ABSENCE)
+        except TimeoutError as error:
+            raise InputError(f"all workers are lost, and no others came; {KEPT}") from error
+    return AHEAD * max(1, count)
 
 
 _own = threading.local()
@@ -129,44 +137,7 @@ def _by_worker(chunk: Chunk) -> Planned:
     """Plan a chunk in the child process of this thread of one of Dask's workers."""
     if not hasattr(_own, "child"):
         _own.child = Child()
-    return in_child(_own.child, chunk)
-
-
-def thread_count(address: str) -> int:
-    """How many chunks the workers of a scheduler can plan at once.
-
-    Raises:
-        InputError: There is no scheduler at the address.
-    """
-    with _client(address) as client, _connected():
-        return _threads(client)
-
-
-def _threads(client: Any) -> int:
-    return sum(client.nthreads(callback_timeout=LONGEST_ANSWER).values())
-
-
-class _Places:
-    """How many chunks may be under way; the workers are counted now and then."""
-
-    def __init__(self, client: Any) -> None:
-        self._client, self._count, self._counted = client, 0, -math.inf
-        self._present = time.monotonic()
-
-    def __call__(self) -> int:
-        """At least some, for workers that may come.
-
-        Raises:
-            InputError: There have been no workers for long.
-        """
-        now = time.monotonic()
-        if now - self._counted > RECOUNT:
-            self._count, self._counted = _threads(self._client), now
-        if self._count:
-            self._present = now
-        elif now - self._present > LONGEST_ABSENCE:
-            raise InputError(f"all workers are lost, and no others came; {KEPT}")
-        return AHEAD * max(1, self._count)
+    return _in_child(_own.child, chunk)
 
 
 def _client(address: str) -> Any:
@@ -194,16 +165,3 @@ def _check_workers(client: Any, address: str) -> None:
                 f"scheduler {address}: worker {worker} has knotwork {version}, and here it is "
                 f"{own_version()}; install the same version"
             )
-
-
-@contextmanager
-def _connected() -> Iterator[None]:
-    """Say in words what went wrong at the scheduler, whatever Dask raises."""
-    try:
-        yield
-    except InputError:
-        raise
-    except _LOST as error:
-        raise InputError(f"the connection to the scheduler was lost; {KEPT}") from error
-    except Exception as error:  # of a chunk, or of Dask
-        raise InputError(f"rows could not be planned: {error}; {KEPT}") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -54,31 +54,30 @@ def _use(quantity: str) -> RowFigure:
         found = plan.report.select(quantity=quantity, **kind)
         if any(one.only_sampled for one in found):
             return None  # how much of it is used is not known
-        return _extreme(max, (one.use for one in found))
+        return max((one.use for one in found if one.use is not None), default=None)
 
     title = f"part used of limits of {quantity.replace('_', ' ')}"
     at_rest = quantity if quantity in ("position", "effort") else ""
     return RowFigure(f"{quantity}_use", title, "", False, of, at_rest)
 
 
-def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None]) -> float | None:
-    known = [float(value) for value in values if value is not None]
-    return pick(known) if known else None
+def _values(plan: Plan, quantity: str) -> Iterator[float]:
+    return (one.value for one in plan.report.select(quantity=quantity) if one.value is not None)
 
 
-def _found(pick: Callable[[list[float]], float], quantity: str, plan: Plan) -> float | None:
-    return _extreme(pick, (one.value for one in plan.report.select(quantity=quantity)))
+def _least_singular(plan: Plan) -> float | None:
+    return min(_values(plan, _SINGULAR), default=None)
+
+
+def _deviation(plan: Plan) -> float | None:
+    return max(_values(plan, "path_deviation"), default=None)
 
 
 def _clearance(around: bool, plan: Plan) -> float | None:
     """Least clearance to what stands around, or of the robot and what it holds to itself."""
-    names = {one.name for one in plan.scenario.scene.objects}
-
-    def is_around(pair: str) -> bool:
-        return any(pair.startswith(f"{name}, ") or pair.endswith(f", {name}") for name in names)
-
     found = plan.report.select(quantity="clearance", subject="pair")
-    return _extreme(min, (one.value for one in found if is_around(one.name) == around))
+    values = (one.value for one in found if one.around == around and one.value is not None)
+    return min(values, default=None)
 
 
 def _squared_effort(plan: Plan) -> float | None:
@@ -87,10 +86,6 @@ def _squared_effort(plan: Plan) -> float | None:
 
 
 _SINGULAR = "smallest_singular_value"
-_least_singular, _deviation = (
-    partial(_found, min, _SINGULAR),
-    partial(_found, max, "path_deviation"),
-)
 _outer, _inner = partial(_clearance, True), partial(_clearance, False)
 
 FIGURES: dict[str, RowFigure] = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -78,19 +77,6 @@ def is_study(path: Path | str) -> bool:
     return (Path(path) / STUDY).is_file()
 
 
-def refuse_study(path: Path) -> None:
-    """Refuse to begin a study where there is one.
-
-    Raises:
-        InputError: There is one in the folder.
-    """
-    if is_study(path):
-        raise InputError(
-            f"{path} holds a study already; go on with it by --resume (resume=True), or give "
-            "another folder"
-        )
-
-
 def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
     """Make the folder of a study.
 
@@ -98,8 +84,7 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
         InputError: It can't be made, or there is a study, or rows of one whose description is gone.
     """
     folder = StudyFolder(path, spec, size)
-    refuse_study(path)
-    if folder.finished():
+    if folder.finished() and not is_study(path):
         raise InputError(
             f"{path} holds rows of a study, and no {STUDY} that says of which; give another folder"
         )
@@ -120,9 +105,13 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
         ) from error
     try:
         storage.write_file(path / STUDY, text + "\n", replace=False)
-    except InputError:
-        refuse_study(path)  # another run was faster
-        raise
+    except InputError as error:
+        if not is_study(path):
+            raise
+        raise InputError(
+            f"{path} holds a study already; go on with it by --resume (resume=True), or give "
+            "another folder"
+        ) from error
     return folder
 
 
@@ -132,28 +121,30 @@ def open_study(path: Path) -> StudyFolder:
     Raises:
         InputError: It is none, or its `study.json` can't be understood.
     """
-    return _opened(path, _read(path))
-
-
-def _opened(path: Path, data: Mapping[str, Any]) -> StudyFolder:
+    data = _read(path)
     try:
         spec = spec_from_dict(data["study"], data["file"])
         size = int(data["chunk"])
         if size < 1:
             raise ValueError(f"its chunks have {size} rows")
-        return StudyFolder(path, spec, size)
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{path / STUDY}: can't be understood ({type(error).__name__}: {error}); accepted: "
             "the file that knotwork sweep has written"
         ) from error
+    return StudyFolder(path, spec, size)
 
 
-def reopen(path: Path, spec: StudySpec) -> StudyFolder:
+def reopen(path: Path, spec: StudySpec, size: int | None) -> StudyFolder:
     """Open the folder of a study to go on with it.
 
+    Args:
+        path: Of the folder.
+        spec: The study.
+        size: Rows in a chunk; `None` for that of the folder.
+
     Raises:
-        InputError: It holds another study.
+        InputError: It holds another study, or one with chunks of another size.
     """
     data = _read(path)
     if data.get("knotwork") != own_version():
@@ -162,13 +153,17 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
             f"{own_version()}, whose rows may differ; give another folder"
         )
     there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
-    if data.get("digest") != spec.digest or there != here:
-        difference = first_difference(there, here) or "study.json was changed by hand"
+    if there != here:
         raise InputError(
-            f"{path} holds another study: {difference}; give the same scenario and values, or "
-            "another folder"
+            f"{path} holds another study: {first_difference(there, here)}; give the same scenario "
+            "and values, or another folder"
         )
-    return StudyFolder(path, spec, _opened(path, data).size)
+    folder = StudyFolder(path, spec, open_study(path).size)
+    if size not in (None, folder.size):
+        raise InputError(
+            f"chunk is {size}, and {path} has chunks of {folder.size} rows; leave chunk out"
+        )
+    return folder
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import re
 from collections.abc import Iterator, Mapping
@@ -18,8 +19,8 @@ _DOCUMENTS = (".yaml", ".yml", ".json")
 _MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
-def file_digests(data: Any, folder: Path) -> dict[str, str]:
-    """SHA-256 of all files that texts in data name, and of those that robots and URDFs name.
+def named_files(data: Any, folder: Path) -> dict[str, Path]:
+    """All files that texts in data name, and those that robots and URDFs name.
 
     Args:
         data: Plain data: mappings, sequences, texts.
@@ -28,22 +29,31 @@ def file_digests(data: Any, folder: Path) -> dict[str, str]:
     Returns:
         By the path as it is named, in order; a file named by another, by the paths of both.
     """
-    found: dict[str, str] = {}
+    found: dict[str, Path] = {}
     _add(found, "", ((text, folder / text) for text in _texts(data)))
     return dict(sorted(found.items()))
 
 
-def _add(found: dict[str, str], named_by: str, files: Iterator[tuple[str, Path]]) -> None:
+def file_digests(data: Any, folder: Path) -> dict[str, str]:
+    """SHA-256 of these files, by the same names."""
+    found = {}
+    for name, path in named_files(data, folder).items():
+        with contextlib.suppress(OSError):  # whoever reads the scenario says what is wrong with it
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return found
+
+
+def _add(found: dict[str, Path], named_by: str, files: Iterator[tuple[str, Path]]) -> None:
     for text, path in files:
         name = f"{named_by}{text}"
         try:
             if name in found or not path.is_file() or path.stat().st_size > LARGEST:
                 continue
-            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+            found[name] = path
             if named_by.count(" > ") < 2:  # scenario, robot, URDF, mesh
                 _add(found, f"{name} > ", _named_in(path))
         except (OSError, ValueError):
-            continue  # whoever reads the scenario says what is wrong with it
+            continue  # no name that a file can have, or a file that can't be read
 
 
 def _named_in(path: Path) -> Iterator[tuple[str, Path]]:

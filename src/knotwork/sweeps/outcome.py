@@ -10,22 +10,16 @@ from knotwork import errors
 from knotwork.documents import Document, Edits, Location
 from knotwork.pipeline import Plan, plan
 from knotwork.sweeps.field_path import varied
-from knotwork.sweeps.reach import out_of_reach
 from knotwork.sweeps.shared_rest import row_figures
 
-PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
-    "passed",
-    "failed",
-    "refused",
-    "time limit",
-    "crashed",
-)
-"""All checks pass; one fails; there is no motion; it took too long; the process came to its end."""
-
-OUT_OF_REACH, WRONG_INPUT = "out of reach", "wrong input"
+PASSED, FAILED, REFUSED = "passed", "failed", "refused"
+"""Verdicts: all checks pass; one fails; there is no motion."""
+TIME_LIMIT, CRASHED = "time limit", "crashed"
+"""Verdicts: it took too long; the process came to its end."""
+WRONG_INPUT = "wrong input"
 # The first class that an error is of.
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
-    (errors.OutOfReachError, OUT_OF_REACH),
+    (errors.OutOfReachError, "out of reach"),
     (errors.BranchError, "branch"),
     (errors.SingularityError, "singularity"),
     (errors.FollowingError, "path not followed"),
@@ -42,7 +36,7 @@ class Outcome:
     """What became of one scenario.
 
     Attributes:
-        verdict: One of `VERDICTS`.
+        verdict: What became of it: one of the verdicts above.
         reason: What fails, in few words; empty if nothing does.
         message: The same in a sentence; of a motion that passes, how much of it is sampled only.
         figures: By name; `None` where there is no motion, or the report does not have it.
@@ -57,13 +51,10 @@ class Outcome:
 
 
 def outcome_of(document: Document, edits: Edits) -> Outcome:
-    """Plan a document with other values, if its poses are not out of reach."""
+    """Plan a document with other values."""
     begin = time.perf_counter()
     try:
-        scenario = varied(document, edits)
-        if message := out_of_reach(scenario):
-            return Outcome(REFUSED, OUT_OF_REACH, message)
-        made = plan(scenario)
+        made = plan(varied(document, edits))
         return _judged(made, edits, time.perf_counter() - begin)
     except Exception as error:  # a fault of Knotwork in one row is not the end of the others
         return _without_motion(error, time.perf_counter() - begin)

@@ -50,21 +50,15 @@ def schema_of(spec: StudySpec) -> Any:
 def to_parquet(spec: StudySpec, rows: Mapping[int, Outcome]) -> bytes:
     """Write some rows as a Parquet file."""
     pa, parquet = arrow()
-    schema, file = schema_of(spec), io.BytesIO()
-    cells = [_cells(spec, row, done) for row, done in rows.items()]
-    arrays = []
-    for field, column in zip(schema, zip(*cells, strict=True), strict=True):
-        texts = pa.types.is_string(field.type)
-        values = [_text(one) if texts else one for one in column]
-        arrays.append(pa.array(values, field.type))
-    parquet.write_table(pa.Table.from_arrays(arrays, schema=schema), file, compression="zstd")
+    table, file = [], io.BytesIO()
+    for row, done in rows.items():
+        figures = (done.figures.get(name) for name in FIGURES)
+        results = (done.verdict, done.reason, done.message, *figures, done.plan_time)
+        cells = zip(spec.columns.items(), (row, *spec.values(row), *results), strict=True)
+        table.append({name: _text(one) if kind == "string" else one for (name, kind), one in cells})
+    made = pa.Table.from_pylist(table, schema=schema_of(spec))
+    parquet.write_table(made, file, compression="zstd")
     return file.getvalue()
-
-
-def _cells(spec: StudySpec, row: int, done: Outcome) -> list[Any]:
-    figures = [done.figures.get(name) for name in FIGURES]
-    results = [done.verdict, done.reason, done.message, *figures, done.plan_time]
-    return [row, *spec.values(row), *results]
 
 
 def _text(cell: Any) -> str:

@@ -16,10 +16,10 @@ from knotwork.arguments import finite_number
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
-from knotwork.sweeps.child import Child, refuse_own_checks
+from knotwork.sweeps.child import refuse_own_checks
 from knotwork.sweeps.executors import Chunk, Planned, chunk_of
 from knotwork.sweeps.field_path import varied
-from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
+from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.rows import arrow, to_parquet
 from knotwork.sweeps.spec import StudySpec, scenario_document
@@ -29,18 +29,11 @@ from knotwork.task import Task
 
 TIME_LIMIT = 60.0
 """Of one row by default [s]."""
-CHUNK_TIME = 2.0
-"""Work in a chunk, about [s]."""
-CENTRAL_TIME = 0.02
-"""Twice what handing out a chunk and writing its rows takes, which one process does for all workers
-[s]: of hundreds of workers it would be the first at its limit, so their chunks are larger."""
-MOST_IN_CHUNK = 4096
-HERE = 8
-"""Rows in a chunk that this process plans."""
-PILOTS, PILOT_TIME = 8, 4.0
-"""Rows that are planned to learn how long they take, and when that is enough [s]."""
-LEAST_CHUNKS = 4
-"""For each worker of this machine, so that all of them end at about the same time."""
+CHUNK = 8
+"""Rows in a chunk."""
+SMALL, MOST_FILES = 32, 2000
+"""Numbers of chunks: smaller studies have fewer rows in each, so that all workers get some; large
+ones have more, as each chunk takes some 20 ms of the one process that hands them out."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +49,7 @@ class SweepProgress:
         total: Rows of the study.
         passed: Finished rows that pass.
         before: Rows that were finished when it began, which `resume` gave.
-        seconds: Since there were processes that plan.
+        seconds: Since it began.
     """
 
     done: int
@@ -95,8 +88,7 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with other values, a row for each combination of them.
 
-    A row whose poses are certainly out of reach is not planned; one that hangs or crashes says so.
-    But for the time to plan, the finished rows are the same with any number of workers.
+    A row that hangs or crashes says so. But for the time to plan, rows do not depend on workers.
 
     Args:
         scenario: As for `knotwork.plan`.
@@ -113,7 +105,7 @@ def sweep(
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop once this many rows pass.
         time_limit: Of one row [s].
-        chunk: Rows that are planned in one go; by default about two seconds of work.
+        chunk: Rows that are planned in one go; by default up to 8, more in large studies.
         progress: Called as rows are finished.
 
     Raises:
@@ -133,8 +125,9 @@ def sweep(
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
-    made = _folder(spec, out, resume, lambda: chunk or _chunk_size(spec, workers, scheduler))
-    _plan_rest(made, _planner(workers, scheduler), progress, stop_after or math.inf)
+    run = partial(executors.planned, workers=workers, scheduler=scheduler)
+    made = _folder(spec, out, resume, chunk)
+    _plan_rest(made, run, progress, stop_after or math.inf)
     return study_of(made)
 
 
@@ -153,26 +146,19 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
 
 
 def _folder(
-    spec: StudySpec, out: str | Path | None, resume: bool, chunk: Callable[[], int]
+    spec: StudySpec, out: str | Path | None, resume: bool, chunk: int | None
 ) -> StudyFolder:
-    """The study's folder, made or gone on with; `chunk` gives the rows in a chunk of a new one."""
+    """The study's folder, made or gone on with."""
     if not isinstance(out, str | Path | None):
         raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
+    size = chunk or max(1, min(CHUNK, len(spec) // SMALL), len(spec) // MOST_FILES)
     if out is None:
         if resume:
             raise InputError("there is no study to go on with: resume is given without out")
-        return StudyFolder(None, spec, chunk())
-    folder = Path(out)
-    if not resume:
-        refuse_study(folder)
-    return reopen(folder, spec) if is_study(folder) else create(folder, spec, chunk())
-
-
-def _planner(workers: int, scheduler: str | None) -> Callable[[Iterator[Chunk]], Iterator[Planned]]:
-    """What plans chunks of rows."""
-    if scheduler is not None:
-        return partial(executors.on_scheduler, address=scheduler)
-    return partial(executors.in_children, workers=workers) if workers else executors.here
+        return StudyFolder(None, spec, size)
+    if resume and is_study(out):
+        return reopen(Path(out), spec, chunk)
+    return create(Path(out), spec, size)
 
 
 def _plan_rest(
@@ -182,21 +168,15 @@ def _plan_rest(
     most: float,
 ) -> None:
     """Plan the rows that are left, until enough pass; what is finished is kept at once."""
-    spec, finished = folder.spec, folder.finished().keys()
+    spec, finished, begin = folder.spec, folder.finished().keys(), time.monotonic()
     verdicts = study_of(folder)["verdict"] if finished else []
     before = done = len(verdicts)
-    passed, begin = verdicts.count(PASSED), 0.0
-
-    def chunks() -> Iterator[Chunk]:
-        nonlocal begin
-        begin = time.monotonic()  # there are processes that ask for the first one
-        for index in range(folder.count):
-            if index not in finished:
-                yield chunk_of(spec, index, folder.size)
-
-    if passed >= most or len(finished) == folder.count:
+    passed = verdicts.count(PASSED)
+    left = [index for index in range(folder.count) if index not in finished]
+    if passed >= most or not left:
         return
-    with closing(run(chunks())) as results:  # type: ignore[type-var]
+    chunks = (chunk_of(spec, index, folder.size) for index in left)
+    with closing(run(chunks)) as results:  # type: ignore[type-var]
         for index, rows in results:
             folder.write(index, to_parquet(spec, rows))
             done += len(rows)
@@ -215,48 +195,19 @@ def _check_count(name: str, value: int | None, least: int) -> None:
         raise InputError(f"{name} is {value}; it must be at least {least}")
 
 
-def _spread(count: int, most: int) -> list[int]:
-    """Row numbers from all over a study."""
-    most = min(most, count)
-    return [i * (count - 1) // max(1, most - 1) for i in range(most)]
-
-
 def _refuse_wrong_values(spec: StudySpec) -> None:
     """Refuse a study whose scenario is wrong with the first, the last and a middle row's values.
 
     Raises:
         InputError: What is wrong with the first.
     """
-    wrong: list[tuple[int, InputError]] = []
-    for row in _spread(len(spec), 3):
+    faults: list[InputError] = []
+    for row in (0, len(spec) // 2, len(spec) - 1):
         try:
             varied(spec.document, spec.edits(row))
             return
         except InputError as error:
-            wrong.append((row, error))
-    row, fault = wrong[0]
-    values = ", ".join(f"{p} = {v!r}" for p, v in zip(spec.paths, spec.values(row), strict=True))
-    fault.locate(f"with {values}")
-    raise fault
-
-
-def _chunk_size(spec: StudySpec, workers: int, scheduler: str | None) -> int:
-    """Rows in about two seconds of work, by planning some of them."""
-    if workers == 0 and scheduler is None:
-        return HERE
-    times: list[float] = []
-    begin = time.perf_counter()
-    with closing(Child()) as child:
-        for row in _spread(len(spec), PILOTS):
-            _, rows = executors.in_child(child, chunk_of(spec, row, 1))
-            times += [one.plan_time for one in rows.values()]
-            if time.perf_counter() - begin > PILOT_TIME:
-                break
-    times = times[1:] or [CHUNK_TIME]  # the first one loads what all of them need
-    mean = sum(times) / len(times)
-    work = CHUNK_TIME
-    if scheduler is not None:
-        workers = max(1, executors.thread_count(scheduler))
-        work = max(work, CENTRAL_TIME * workers)
-    size = min(work / max(mean, 1e-6), MOST_IN_CHUNK, len(spec) / (LEAST_CHUNKS * workers))
-    return 1 << math.floor(math.log2(max(1.0, size)))
+            faults.append(error)
+    pairs = zip(spec.paths, spec.values(0), strict=True)
+    faults[0].locate(f"with {', '.join(f'{path} = {value!r}' for path, value in pairs)}")
+    raise faults[0]

@@ -152,7 +152,14 @@ class Study:
             InputError: No row passes, or none of them has the figure.
         """
         asked = figure_named(figure)
-        return _best(asked, [row for row in self.rows() if row["verdict"] == PASSED])
+        known = [
+            row for row in self.rows() if row["verdict"] == PASSED and row[asked.name] is not None
+        ]
+        if not known:
+            why = f"none of them has {figure}" if self.passed else "no row passes"
+            raise InputError(f"there is no best row: {why}")
+        sign = -1.0 if asked.more_is_better else 1.0
+        return min(known, key=lambda row: sign * row[asked.name])
 
     def scenario(self, row: int) -> Scenario:
         """The scenario of a row.
@@ -160,7 +167,8 @@ class Study:
         Raises:
             InputError: The study has no such row, or its scenario is wrong.
         """
-        self._check_row(row)
+        if not 0 <= row < len(self.spec):
+            raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
         return varied(self.spec.document, self.spec.edits(row))
 
     def freeze(self, row: int, path: str | Path) -> Path:
@@ -184,10 +192,6 @@ class Study:
         with_numbers = scenario if chosen is None else chosen.scenario
         return storage.write_file(target, saved_text(with_numbers, target.parent))
 
-    def _check_row(self, row: int) -> None:
-        if not 0 <= row < len(self.spec):
-            raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
-
     def plot(self, figures: Sequence[str] | None = None) -> Figure:
         """Draw maps of the verdict and of figures over the varied fields.
 
@@ -197,15 +201,6 @@ class Study:
         from knotwork.view.study_plot import plot_study
 
         return plot_study(self, figures)
-
-
-def _best(figure: RowFigure, passing: list[dict[str, Any]]) -> dict[str, Any]:
-    known = [row for row in passing if row[figure.name] is not None]
-    if not known:
-        why = f"none of them has {figure.name}" if passing else "no row passes"
-        raise InputError(f"there is no best row: {why}")
-    sign = -1.0 if figure.more_is_better else 1.0
-    return min(known, key=lambda row: sign * row[figure.name])
 
 
 def study_of(folder: StudyFolder) -> Study:

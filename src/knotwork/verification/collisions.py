@@ -146,6 +146,7 @@ def _finding(found: Clearance, scenario: Scenario, robot: Robot, *, detail: bool
         points=tuple(tuple(float(x) for x in point) for point in points),
         label=("undecided: " if found.verdict == "undecided" else "") + _pair_text(found, scenario),
         detail=detail and clear,
+        around=found.around,
     ).with_remedy(_waypoint_inside(found, scenario))
 
 

@@ -14,8 +14,8 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
 """Quantity of findings on what was tried because something fails."""
-NOT_IN_DATA = ("brief", "label", "remedy")
-"""The message says more than they do, so that data leave them out."""
+NOT_IN_DATA = ("around", "brief", "label", "remedy")
+"""Name and message say more than they do, so that data leave them out."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ class Finding:
         remedy: How to make it pass, if that is known; the message ends with it.
         brief: What short reports say of it even where all is well, if anything.
         detail: Tables leave it out, because another finding says more; reports as data have it.
+        around: Of a pair of bodies: one of them is an object of the scene.
         form: Unit of requested and achieved where it is not that of the value.
     """
 
@@ -86,6 +87,7 @@ class Finding:
     remedy: str = ""
     brief: str = ""
     detail: bool = False
+    around: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a value that is no number; drop a margin that is not proved, or is rounding.
