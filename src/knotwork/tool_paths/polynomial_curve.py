@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.bernstein import power_to_bernstein
+from knotwork.polynomial.critical_points import to_bernstein
 from knotwork.tool_paths.curve import Curve, checked_order
 from knotwork.waypoints import FloatArray
 
@@ -291,7 +291,7 @@ def _products(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _bernstein(c: FloatArray) -> FloatArray:
     """Bernstein coefficients of polynomials along the first axis."""
-    return np.tensordot(power_to_bernstein(len(c) - 1), c, 1)
+    return np.tensordot(to_bernstein(len(c) - 1), c[::-1], 1)
 
 
 def _norm(vectors: FloatArray) -> FloatArray:
