@@ -10,7 +10,6 @@ section of the curve and begins the next: it is a knot itself, between its left 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -64,55 +63,9 @@ class BalancedKnots:
         object.__setattr__(self, "c", c)
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedKnots:
-    """The left and the right knot of every waypoint.
-
-    Attributes:
-        waypoints: Times of the waypoints [s], shape (n,).
-        known: Where the acceleration is given, shape (n,).
-        sides: Left and right knot time of each waypoint in turn [s], shape (2n,). The left knot of
-            the first waypoint and the right one of the last are these waypoints themselves, and
-            where the acceleration isn't given so are the first one's right and the last one's left.
-    """
-
-    waypoints: FloatArray
-    known: NDArray[np.bool_]
-    sides: FloatArray
-
-    @property
-    def left(self) -> FloatArray:
-        """Knot at or before each waypoint [s], shape (n,)."""
-        return self.sides[0::2]
-
-    @property
-    def right(self) -> FloatArray:
-        """Knot at or after each waypoint [s], shape (n,)."""
-        return self.sides[1::2]
-
-    @property
-    def time(self) -> FloatArray:
-        """Every knot once [s], shape (m,)."""
-        first, last = self.range
-        time = self.sides[first : last + 1]
-        if not self.cuts.size:
-            return time.copy()
-        return np.insert(time, 2 * self.cuts + 1 - first, self.waypoints[self.cuts])
-
-    @property
-    def range(self) -> tuple[int, int]:
-        """The first and the last of the sides that are different knots."""
-        return (0 if self.known[0] else 1), self.sides.size - (1 if self.known[-1] else 2)
-
-    @cached_property
-    def cuts(self) -> NDArray[np.intp]:
-        """Inner waypoints that are knots themselves."""
-        return np.flatnonzero(self.known[1:-1]) + 1
-
-
 def place_knots(
     x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: NDArray[np.bool_]
-) -> PlacedKnots:
+) -> tuple[FloatArray, FloatArray]:
     """Place knots around waypoints.
 
     Args:
@@ -122,6 +75,11 @@ def place_knots(
             times [s] themselves, the first and the last waypoint included, inner ones left out.
         known: Where the acceleration is given, shape (n,). An end interval holds two knots there,
             else one, and an inner waypoint is a knot itself.
+
+    Returns:
+        The left and the right knot of every waypoint [s], shape (n,) each. The left knot of the
+        first waypoint and the right one of the last are these waypoints themselves, and where the
+        acceleration isn't given so are the first one's right and the last one's left.
 
     Raises:
         KnotError: A knot is not on its side of its waypoint or not before the next knot, or
@@ -144,9 +102,7 @@ def place_knots(
     if not known[-1]:
         left[-1] = x[-1]
     _check_order(x, left, right, known)
-    sides = np.empty(2 * x.size)
-    sides[0::2], sides[1::2] = left, right
-    return PlacedKnots(x, known, sides)
+    return left, right
 
 
 def _paper(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:

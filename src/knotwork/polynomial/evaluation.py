@@ -11,7 +11,6 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.errors import TimeRangeError
 from knotwork.waypoints import FloatArray
