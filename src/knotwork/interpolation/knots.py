@@ -170,25 +170,26 @@ def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotE
     needed = np.full(n - 1, 2)
     needed[0] -= not known[0]
     needed[-1] -= not known[-1]
-    rule = (
+    rules = (
         "2n - 2",
         "2n - 1, as one end acceleration is asked for",
         "2n, as end accelerations are asked for",
-    )[int(known[0]) + int(known[-1])]
-    message = f"{n} waypoints need {needed.sum() + 2} knots ({rule}); {t.size} are given"
+    )
+    message = (
+        f"{n} waypoints need {needed.sum() + 2} knots ({rules[int(known[0]) + int(known[-1])]}); "
+        f"{t.size} are given"
+    )
     inside = np.sort(t)
     found = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
-    wrong = np.flatnonzero(found != needed)
-    if not wrong.size:
-        return KnotError(message)
-    i = int(wrong[0])
-    interval = float(x[i]), float(x[i + 1])
-    return KnotError(
-        f"{message}. Between waypoints {i} and {i + 1}, strictly between {interval[0]:.15g} s and "
-        f"{interval[1]:.15g} s, there must be {needed[i]} and are {found[i]}",
-        waypoint=i,
-        interval=interval,
-    )
+    for i in np.flatnonzero(found != needed)[:1].tolist():
+        low, high = float(x[i]), float(x[i + 1])
+        return KnotError(
+            f"{message}. Between waypoints {i} and {i + 1}, strictly between {low:.15g} s and "
+            f"{high:.15g} s, there must be {needed[i]} and are {found[i]}",
+            waypoint=i,
+            interval=(low, high),
+        )
+    return KnotError(message)
 
 
 def _check_order(
