@@ -39,16 +39,6 @@ def falling_factorials(size: int, nu: int) -> list[float]:
     return [float(math.perm(power + nu, nu)) for power in range(size - 1, -1, -1)]
 
 
-def check_within(t: FloatArray, start: float, end: float) -> None:
-    """Check that times are in [start, end].
-
-    Raises:
-        TimeRangeError: One is not; NaN is outside.
-    """
-    if t.size and not (t.item(t.argmin()) >= start and t.item(t.argmax()) <= end):
-        raise TimeRangeError(float(t[~((t >= start) & (t <= end))][0]), start, end)
-
-
 def evaluate(x: FloatArray, c: FloatArray, t: FloatArray) -> FloatArray:
     """Evaluate a piecewise polynomial.
 
@@ -65,7 +55,9 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray) -> FloatArray:
     Raises:
         TimeRangeError: A time lies outside [x[0], x[-1]] or is NaN.
     """
-    check_within(t, float(x[0]), float(x[-1]))
+    start, end = x.item(0), x.item(-1)
+    if t.size and not (t.item(t.argmin()) >= start and t.item(t.argmax()) <= end):
+        raise TimeRangeError(float(t[~((t >= start) & (t <= end))][0]), start, end)
     d = max(1, c.shape[2])
     if t.size * d <= FEW:
         return _gathered(x, c, t)

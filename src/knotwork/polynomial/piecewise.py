@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import InputError
 from knotwork.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.polynomial.critical_points import horner
-from knotwork.polynomial.evaluation import check_within, evaluate, falling_factorials
+from knotwork.polynomial.evaluation import evaluate, falling_factorials
 from knotwork.polynomial.extrema import Extrema, piecewise_extrema
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
@@ -176,19 +176,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
         Raises:
             TimeRangeError: A bound is outside [x[0], x[-1]] or NaN.
         """
-        bounds = np.array([a, b], dtype=float)
-        check_within(bounds, float(self._x[0]), float(self._x[-1]))
-        low, high = np.sort(bounds)
-        first = min(int(np.searchsorted(self._x, low, side="right")) - 1, self._c.shape[1] - 1)
-        last = max(int(np.searchsorted(self._x, high, side="left")), first + 1)
-        x, c = self._x[first : last + 1], self._c[:, first:last]
-        shape = (-1, *[1] * (c.ndim - 2))
-        powers = np.arange(c.shape[0], 0, -1.0).reshape(-1, *[1] * (c.ndim - 1))
-        primitive = np.concatenate((c / powers, np.zeros((1, *c.shape[1:]))))
-        upper = horner(primitive, (np.minimum(high, x[1:]) - x[:-1]).reshape(shape))
-        lower = horner(primitive, (np.maximum(low, x[:-1]) - x[:-1]).reshape(shape))
-        total = np.asarray((upper - lower).sum(axis=0))
-        return total if b >= a else -total
+        primitive = self.antiderivative()
+        return primitive(b) - primitive(a)
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as a SciPy object that does not extrapolate (imports SciPy)."""

@@ -145,7 +145,7 @@ class ToolPath:
         Returns:
             Points [m], or derivatives [m^(1 - order)], shape (k, 3).
         """
-        return self.derivatives(s, checked_order(order), at, side)[order]
+        return np.asarray(self.derivatives(s, checked_order(order), at, side)[order])
 
     def derivatives(
         self, s: ArrayLike, order: int, at: ArrayLike | None = None, side: str = "right"
