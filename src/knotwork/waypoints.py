@@ -76,6 +76,25 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
     return array
 
 
+def known_rows(acceleration: FloatArray, names: Sequence[str] = ()) -> NDArray[np.bool_]:
+    """Where the accelerations at waypoints, shape (n, d), are known; NaN stands for unknown ones.
+
+    Raises:
+        WaypointDataError: They are known for some joints only.
+    """
+    missing = np.isnan(acceleration)
+    partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
+    if partly.size:
+        i = int(partly[0])
+        where = repr(names[i]) if names else f"waypoint {i}"
+        raise WaypointDataError(
+            f"acceleration at {where} is known for some joints only; give all of them, or NaN for "
+            "all",
+            waypoint=i,
+        )
+    return np.asarray(~missing.any(axis=1))
+
+
 def checked_joints(
     names: Sequence[str], units: Sequence[str] | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -232,13 +251,7 @@ class JointWaypoints(ReadOnlyArrays):
         if self.acceleration is not None:
             a = read_only(self.acceleration, shape, "acceleration", unknown=True)
             put("acceleration", a)
-            partly = np.flatnonzero(np.isnan(a).any(axis=1) & ~np.isnan(a).all(axis=1))
-            if partly.size:
-                raise WaypointDataError(
-                    f"acceleration at {self.names[partly[0]]!r} is known for some joints only; "
-                    "give all of them, or NaN for all",
-                    waypoint=int(partly[0]),
-                )
+            known_rows(a, self.names)
 
 
 @dataclass(frozen=True, eq=False)

@@ -93,16 +93,6 @@ def test_cubic_refuses_what_it_does_not_support(waypoints, options, says):
         get_planner("cubic")(waypoints, PlannerOptions(**options))
 
 
-def test_options_can_be_compared_whatever_they_hold():
-    knots = np.array([0.0, 1.0])
-    assert PlannerOptions(knots=knots) == PlannerOptions(knots=[0.0, 1.0])
-    assert PlannerOptions(knots=knots) != PlannerOptions()
-    ends = PlannerOptions(end_acceleration=(0.0, np.ones(2)))
-    assert ends == PlannerOptions(end_acceleration=[0.0, [1.0, 1.0]])
-    assert PlannerOptions().is_default
-    assert not ends.is_default
-
-
 def test_planning_loads_no_scipy():
     code = (
         "import sys, numpy as np\n"

@@ -20,177 +20,117 @@ image. For n = 2 both hold, and the plain cubic remains.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from knotwork.interpolation.knots import PlacedKnots
 from knotwork.interpolation.tridiagonal import solve_tridiagonal
 from knotwork.waypoints import FloatArray
 
-BLOCK = 24576
-"""Values that are worked on together, so that the temporaries stay in the nearer caches."""
 
-KEPT = 16
-"""Blocks that are kept; to keep more costs as much as to compute them again."""
-
-
-@dataclass(frozen=True, eq=False)
-class Waypoints:
+class Waypoints(NamedTuple):
     """The data of a spline, one row a component.
 
     Attributes:
         x: Times [s], shape (n,).
         y: Positions, shape (d, n).
         dydx: Velocities, shape (d, n).
-        knots: The knots.
+        left: Knot at or before each waypoint [s], shape (n,).
+        right: Knot at or after each waypoint [s], shape (n,).
+        known: Where the acceleration is given, shape (n,).
     """
 
     x: FloatArray
     y: FloatArray
     dydx: FloatArray
-    knots: PlacedKnots
-
-    def blocks(self) -> Iterable[Intervals]:
-        """All intervals, in blocks to work on together; they are kept where these are few."""
-        # odd, as rows a power of two apart would compete for the same lines of the cache
-        size = max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1
-        last = self.x.size - 1
-        made = (_intervals(self, i, min(i + size, last)) for i in range(0, last, size))
-        if last > KEPT * size:
-            return made
-        if not self._kept:
-            self._kept.extend(made)
-        return self._kept
-
-    @cached_property
-    def _kept(self) -> list[Intervals]:
-        return []
+    left: FloatArray
+    right: FloatArray
+    known: NDArray[np.bool_]
 
 
-class Intervals(NamedTuple):
-    """Accelerations at the two knots of consecutive intervals as sums of the values at their ends.
-
-    The first of the two is A, the acceleration at the knot after the first waypoint, the second is
-    B, that at the knot before the second waypoint.
+class _Sums(NamedTuple):
+    """A or B of all intervals as sums of the values at their ends.
 
     Attributes:
-        low: Index of the first.
-        high: Index after that of the last.
-        start: Weights of a0 in A and B, shape (2, 1, intervals).
-        end: Weights of a1 in A and B, shape (2, 1, intervals).
-        given: What positions and velocities give of A and B, shape (2, d, intervals).
-        rate: One over the time from the first waypoint to its knot, p h, and over that from the
-            second knot to its waypoint, b h [1/s]; 0 where a waypoint has no knot on that side;
-            shape (2, 1, intervals).
+        start: Weights of a0, shape (n-1,).
+        end: Weights of a1, shape (n-1,).
+        given: What positions and velocities give, shape (d, n-1).
     """
 
-    low: int
-    high: int
     start: FloatArray
     end: FloatArray
     given: FloatArray
-    rate: FloatArray
 
-    def knot_accelerations(
-        self, a: FloatArray, part: slice = slice(None), out: FloatArray | None = None
-    ) -> FloatArray:
-        """A and B of some of the intervals, shape (2, d, k).
-
-        Args:
-            a: Accelerations at the waypoints next to them, shape (d, k + 1).
-            part: Which of the intervals.
-            out: Takes them; by default an array of their own.
-        """
-        sums = np.multiply(a[:, :-1], self.start[..., part], out=out)
-        sums += a[:, 1:] * self.end[..., part]
-        sums += self.given[..., part]
-        return sums
+    def at(self, a: FloatArray) -> FloatArray:
+        """The accelerations at the knots, shape (d, n-1), from those at the waypoints, (d, n)."""
+        return a[:, :-1] * self.start + a[:, 1:] * self.end + self.given
 
 
-def _intervals(data: Waypoints, low: int, high: int) -> Intervals:
-    """Set up the accelerations at the knots of the intervals low … high - 1."""
-    x = data.x[low : high + 1]
-    knots = np.stack((data.knots.right[low:high], data.knots.left[low + 1 : high + 1]))
-    # differences of times rather than 1 - p and 1 - b: knots may be very near to a waypoint
-    from_start, to_end = knots - x[:-1], x[1:] - knots
-    per_h = 1.0 / (x[1:] - x[:-1])
-    (p, q), (p_rest, b) = from_start * per_h, to_end * per_h
-    rate = 1.0 / np.stack((from_start[0], to_end[1]))
-    if low == 0 and not data.knots.known[0]:
-        rate[0, 0] = 0.0
-    if high == data.x.size - 1 and not data.knots.known[-1]:
-        rate[1, -1] = 0.0
-
-    weights = np.empty((5, 2, 1, high - low))
-    (start, end, change, first, last), twice = weights[:, :, 0], 2.0 * per_h
-    start[0], start[1] = -p * (1.0 + q), p * q
-    end[0], end[1] = p_rest * b, -b * (1.0 + p_rest)
-    change[0] = 3.0 * per_h * twice
-    first[0] = (1.0 + p + q) * twice
-    last[0] = (p_rest + b) * twice
-    first[1], last[1] = (p + q) * twice, (1.0 + p_rest + b) * twice
-    np.negative(change[0], out=change[1])
-    np.negative(weights[3:, 0], out=weights[3:, 0])
-    weights[:, 0] *= 1.0 / q
-    weights[:, 1] *= 1.0 / p_rest
-
-    # the data may be a transposed view, and NumPy would keep its order in what is made from it
-    velocity = np.ascontiguousarray(data.dydx[:, low : high + 1])
-    position = data.y[:, low : high + 1]
-    moves = np.empty((position.shape[0], high - low))
-    np.subtract(position[:, 1:], position[:, :-1], out=moves)
-    given = moves * weights[2]
-    given += velocity[:, :-1] * weights[3]
-    given += velocity[:, 1:] * weights[4]
-    return Intervals(low, high, weights[0], weights[1], given, rate[:, None])
-
-
-def waypoint_accelerations(data: Waypoints, given: FloatArray) -> FloatArray:
+def solved_accelerations(
+    data: Waypoints, given: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Solve for the accelerations at the waypoints.
 
     Args:
         data: Times, positions, velocities and knots.
-        given: Accelerations as rows at the waypoints where the knots say that they are known,
-            shape (d, known).
+        given: Accelerations as rows at the waypoints where they are known, shape (d, known).
 
     Returns:
-        Accelerations as rows, shape (d, n).
+        Accelerations as rows at the waypoints, at their left knots and at their right ones, shape
+        (d, n) each.
     """
-    n = data.x.size
+    x, known, n = data.x, data.known, data.x.size
+    # differences of times rather than 1 - p and 1 - b: knots may be very near to a waypoint
+    after, before = data.right[:-1] - x[:-1], x[1:] - data.left[1:]
+    A, B = _knot_sums(data, after, before)
     # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,
     # with the weights of a0 and a1 in A and B,
     #     -B0/(b h) a[i-1] + ((1 - B1)/(b h) + (1 - A0)/(p h)) a[i] - A1/(p h) a[i+1]
     #         = what is given of A/(p h) and B/(b h)
     # and where it is known a = what is given; at an end where it isn't, a is found afterwards
-    lower, diagonal, upper = np.zeros(n - 1), np.zeros(n), np.zeros(n - 1)
-    rhs = np.empty((data.y.shape[0], n))
-    rhs[:, 0] = 0.0
-    for part in data.blocks():
-        own, following = slice(part.low, part.high), slice(part.low + 1, part.high + 1)
-        (after,), (before,) = part.rate
-        np.multiply(part.start[1, 0], -before, out=lower[own])
-        np.multiply(part.end[0, 0], -after, out=upper[own])
-        np.multiply(1.0 - part.end[1, 0], before, out=diagonal[following])
-        diagonal[own] += (1.0 - part.start[0, 0]) * after
-        np.multiply(part.given[1], before, out=rhs[:, following])
-        rhs[:, own] += part.given[0] * after
-        if part.low == 0:
-            first = part
-    known = data.knots.known
-    ends = known.copy()
-    ends[0] = ends[-1] = True
-    fixed = np.flatnonzero(ends)
+    rate_after, rate_before = 1.0 / after, 1.0 / before
+    if not known[0]:
+        rate_after[0] = 0.0
+    if not known[-1]:
+        rate_before[-1] = 0.0
+    lower, upper = -B.start * rate_before, -A.end * rate_after
+    diagonal, rhs = np.zeros(n), np.zeros((data.y.shape[0], n))
+    diagonal[1:] = (1.0 - B.end) * rate_before
+    diagonal[:-1] += (1.0 - A.start) * rate_after
+    rhs[:, 1:] = B.given * rate_before
+    rhs[:, :-1] += A.given * rate_after
+    fixed = known.copy()
+    fixed[0] = fixed[-1] = True
     diagonal[fixed] = 1.0
-    upper[fixed[:-1]] = lower[fixed[1:] - 1] = 0.0
+    upper[fixed[:-1]] = lower[fixed[1:]] = 0.0
     rhs[:, fixed] = 0.0
     rhs[:, known] = given
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
-    if not known[0]:
-        a[:, 0] = first.knot_accelerations(a[:, :2], slice(1))[0, :, 0]
+    right, left = A.at(a), B.at(a)
+    if not known[0]:  # p = 0: neither of the two depends on what a[0] still is
+        a[:, 0] = right[:, 0]
     if not known[-1]:
-        a[:, -1] = part.knot_accelerations(a[:, -2:], slice(-1, None))[1, :, 0]
-    return a
+        a[:, -1] = left[:, -1]
+    return a, np.hstack((a[:, :1], left)), np.hstack((right, a[:, -1:]))
+
+
+def _knot_sums(data: Waypoints, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
+    """A and B of all intervals, whose knots are at the given times from their ends."""
+    x, y, v = data.x, data.y, data.dydx
+    h = np.diff(x)
+    p, b = after / h, before / h
+    q, p_rest = (data.left[1:] - x[:-1]) / h, (x[1:] - data.right[:-1]) / h
+    move, v0, v1 = 6.0 * np.diff(y) / h, 2.0 * v[:, :-1], 2.0 * v[:, 1:]
+    return (
+        _Sums(
+            -p * (1.0 + q) / q,
+            p_rest * b / q,
+            (move - (1.0 + p + q) * v0 - (p_rest + b) * v1) / (h * q),
+        ),
+        _Sums(
+            p * q / p_rest,
+            -b * (1.0 + p_rest) / p_rest,
+            ((p + q) * v0 + (1.0 + p_rest + b) * v1 - move) / (h * p_rest),
+        ),
+    )

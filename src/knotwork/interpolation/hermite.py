@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import InputError, OptionError, WaypointDataError
-from knotwork.interpolation.accelerations import Waypoints, waypoint_accelerations
-from knotwork.interpolation.assembly import coefficients
+from knotwork.interpolation.accelerations import Waypoints, solved_accelerations
+from knotwork.interpolation.assembly import assembled
 from knotwork.interpolation.knots import BalancedKnots, place_knots
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.waypoints import FloatArray, checked_times
+from knotwork.waypoints import FloatArray, checked_times, known_rows, read_only
 
 EndAcceleration = str | tuple[ArrayLike, ArrayLike] | None
 """`None`, `"zero"`, or the accelerations at start and end."""
@@ -96,19 +96,22 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                     f"acceleration must have the shape of y; with the time axis first they have "
                     f"{array.shape} and {values.shape}"
                 )
-            known = _known(array.reshape(flat))
+            known = known_rows(array.reshape(flat)) & (flat[1] > 0)
             given = array.reshape(flat)[known]
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:
             given = given if known[0] else np.vstack((ends[0], given))
             given = given if known[-1] else np.vstack((given, ends[1]))
             known[0] = known[-1] = True
-        placed = place_knots(times, knots, known)
-        data = Waypoints(times, values.reshape(flat).T, derivatives.reshape(flat).T, placed)
-        a = waypoint_accelerations(data, given.T)
-        c = coefficients(data, a)
+        # rows that are contiguous: NumPy would keep the order of a transposed view
+        y_rows, v_rows = (
+            np.ascontiguousarray(rows.reshape(flat).T) for rows in (values, derivatives)
+        )
+        data = Waypoints(times, y_rows, v_rows, *place_knots(times, knots, known), known)
+        a, left, right = solved_accelerations(data, given.T)
+        breaks, c = assembled(data, a, left, right)
         _check_range(a, c)
-        self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, own_axis)
+        self._assign(c.reshape(*c.shape[:2], *trailing), breaks, own_axis)
         self._waypoint_times = times
         found = a.T.reshape(values.shape)
         if own_axis:
@@ -129,18 +132,17 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
 
 def _check_range(a: FloatArray, c: FloatArray) -> None:
     """Raise an InputError if accelerations or jerks are beyond the range of floats."""
-    if _all_finite(a) and _all_finite(c[0]):
-        return
     wrong = np.flatnonzero(~np.isfinite(a).all(axis=0))
-    where = f"the acceleration at waypoint {wrong[0]}" if wrong.size else "the jerk"
-    raise InputError(
-        f"{where} is beyond the range of floating-point numbers: the times are too close together "
-        "for the values given"
-    )
+    if wrong.size or not np.isfinite(c[0]).all():
+        where = f"the acceleration at waypoint {wrong[0]}" if wrong.size else "the jerk"
+        raise InputError(
+            f"{where} is beyond the range of floating-point numbers: the times are too close "
+            "together for the values given"
+        )
 
 
-def _real(values: ArrayLike, what: str) -> FloatArray:
-    """Take real numbers as an array of floats.
+def _real(values: ArrayLike, what: str) -> NDArray[Any]:
+    """Take real numbers as an array.
 
     Raises:
         WaypointDataError: They are complex or no numbers.
@@ -148,25 +150,7 @@ def _real(values: ArrayLike, what: str) -> FloatArray:
     array = np.asarray(values)
     if array.dtype.kind not in "buif":
         raise WaypointDataError(f"{what} must be real numbers, not {array.dtype}", value=values)
-    return np.asarray(array, dtype=float)
-
-
-def _known(given: FloatArray) -> NDArray[np.bool_]:
-    """Waypoints where an acceleration is given, from values of shape (n, d), NaN where it is not.
-
-    Raises:
-        WaypointDataError: It is given for some components only.
-    """
-    missing = np.isnan(given)
-    partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
-    if partly.size:
-        raise WaypointDataError(
-            f"acceleration of waypoint {partly[0]} is given for some components only; give all of "
-            "them, or NaN for all",
-            waypoint=int(partly[0]),
-        )
-    known: NDArray[np.bool_] = ~missing.any(axis=1) & (given.shape[1] > 0)
-    return known
+    return array
 
 
 def _along_time(
@@ -177,30 +161,12 @@ def _along_time(
     if not -array.ndim <= axis < array.ndim:
         raise WaypointDataError(f"{what} has shape {array.shape}; there is no axis {axis} in it")
     axis %= array.ndim
-    if array.shape[axis] != n:
+    array = np.moveaxis(array, axis, 0)
+    if len(array) != n:
         raise WaypointDataError(
-            f"{what} has length {array.shape[axis]} along axis {axis}; there are {n} times"
+            f"{what} has length {len(array)} along axis {axis}; there are {n} times"
         )
-    if axis:
-        array = np.moveaxis(array, axis, 0)
-    if _all_finite(array):
-        return array, axis
-    wrong = np.isinf(array) if unknown else ~np.isfinite(array)
-    if wrong.any():
-        index = tuple(int(i) for i in np.argwhere(wrong)[0])
-        raise WaypointDataError(
-            f"{what} of waypoint {index[0]}"
-            + (f", component {list(index[1:])}," if index[1:] else "")
-            + f" is {array[index]}; every value must be finite",
-            waypoint=index[0],
-            value=float(array[index]),
-        )
-    return array, axis
-
-
-def _all_finite(values: FloatArray) -> bool:
-    """Whether all numbers are finite; a sum shows it in one pass, unless it overflows itself."""
-    return math.isfinite(values.sum()) or bool(np.isfinite(values).all())
+    return read_only(array, array.shape, what, unknown=unknown), axis
 
 
 def end_accelerations(
@@ -217,18 +183,16 @@ def end_accelerations(
     if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
         message = f"is {given!r}; it must be None, 'zero' or a pair (start, end)"
         raise OptionError("end_acceleration", message)
-    flat = []
-    for name, value in zip(("start", "end"), pair, strict=True):
-        try:
-            array = np.array(value, dtype=float)
-        except (TypeError, ValueError) as error:
-            message = f"is {given!r}; it must be numbers"
-            raise OptionError("end_acceleration", message) from error
+    try:
+        arrays = [np.array(value, dtype=float) for value in pair]
+    except (TypeError, ValueError) as error:
+        raise OptionError("end_acceleration", f"is {given!r}; it must be numbers") from error
+    for name, array in zip(("start", "end"), arrays, strict=True):
         if array.shape not in ((), trailing) or not np.isfinite(array).all():
             raise OptionError(
                 "end_acceleration",
                 f"has the {name} {array.tolist()}; it must be a finite number, or finite numbers "
                 f"of the shape of one waypoint, {trailing}",
             )
-        flat.append(np.broadcast_to(array, trailing).reshape(-1))
-    return flat[0], flat[1]
+    start, end = (np.broadcast_to(array, trailing).reshape(-1) for array in arrays)
+    return start, end

@@ -10,7 +10,6 @@ section of the curve and begins the next: it is a knot itself, between its left 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -64,55 +63,9 @@ class BalancedKnots:
         object.__setattr__(self, "c", c)
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedKnots:
-    """The left and the right knot of every waypoint.
-
-    Attributes:
-        waypoints: Times of the waypoints [s], shape (n,).
-        known: Where the acceleration is given, shape (n,).
-        sides: Left and right knot time of each waypoint in turn [s], shape (2n,). The left knot of
-            the first waypoint and the right one of the last are these waypoints themselves, and
-            where the acceleration isn't given so are the first one's right and the last one's left.
-    """
-
-    waypoints: FloatArray
-    known: NDArray[np.bool_]
-    sides: FloatArray
-
-    @property
-    def left(self) -> FloatArray:
-        """Knot at or before each waypoint [s], shape (n,)."""
-        return self.sides[0::2]
-
-    @property
-    def right(self) -> FloatArray:
-        """Knot at or after each waypoint [s], shape (n,)."""
-        return self.sides[1::2]
-
-    @property
-    def time(self) -> FloatArray:
-        """Every knot once [s], shape (m,)."""
-        first, last = self.range
-        time = self.sides[first : last + 1]
-        if not self.cuts.size:
-            return time.copy()
-        return np.insert(time, 2 * self.cuts + 1 - first, self.waypoints[self.cuts])
-
-    @property
-    def range(self) -> tuple[int, int]:
-        """The first and the last of the sides that are different knots."""
-        return (0 if self.known[0] else 1), self.sides.size - (1 if self.known[-1] else 2)
-
-    @cached_property
-    def cuts(self) -> NDArray[np.intp]:
-        """Inner waypoints that are knots themselves."""
-        return np.flatnonzero(self.known[1:-1]) + 1
-
-
 def place_knots(
     x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: NDArray[np.bool_]
-) -> PlacedKnots:
+) -> tuple[FloatArray, FloatArray]:
     """Place knots around waypoints.
 
     Args:
@@ -122,6 +75,11 @@ def place_knots(
             times [s] themselves, the first and the last waypoint included, inner ones left out.
         known: Where the acceleration is given, shape (n,). An end interval holds two knots there,
             else one, and an inner waypoint is a knot itself.
+
+    Returns:
+        The left and the right knot of every waypoint [s], shape (n,) each. The left knot of the
+        first waypoint and the right one of the last are these waypoints themselves, and where the
+        acceleration isn't given so are the first one's right and the last one's left.
 
     Raises:
         KnotError: A knot is not on its side of its waypoint or not before the next knot, or
@@ -144,9 +102,7 @@ def place_knots(
     if not known[-1]:
         left[-1] = x[-1]
     _check_order(x, left, right, known)
-    sides = np.empty(2 * x.size)
-    sides[0::2], sides[1::2] = left, right
-    return PlacedKnots(x, known, sides)
+    return left, right
 
 
 def _paper(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
@@ -214,25 +170,26 @@ def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotE
     needed = np.full(n - 1, 2)
     needed[0] -= not known[0]
     needed[-1] -= not known[-1]
-    rule = (
+    rules = (
         "2n - 2",
         "2n - 1, as one end acceleration is asked for",
         "2n, as end accelerations are asked for",
-    )[int(known[0]) + int(known[-1])]
-    message = f"{n} waypoints need {needed.sum() + 2} knots ({rule}); {t.size} are given"
+    )
+    message = (
+        f"{n} waypoints need {needed.sum() + 2} knots ({rules[int(known[0]) + int(known[-1])]}); "
+        f"{t.size} are given"
+    )
     inside = np.sort(t)
     found = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
-    wrong = np.flatnonzero(found != needed)
-    if not wrong.size:
-        return KnotError(message)
-    i = int(wrong[0])
-    interval = float(x[i]), float(x[i + 1])
-    return KnotError(
-        f"{message}. Between waypoints {i} and {i + 1}, strictly between {interval[0]:.15g} s and "
-        f"{interval[1]:.15g} s, there must be {needed[i]} and are {found[i]}",
-        waypoint=i,
-        interval=interval,
-    )
+    for i in np.flatnonzero(found != needed)[:1].tolist():
+        low, high = float(x[i]), float(x[i + 1])
+        return KnotError(
+            f"{message}. Between waypoints {i} and {i + 1}, strictly between {low:.15g} s and "
+            f"{high:.15g} s, there must be {needed[i]} and are {found[i]}",
+            waypoint=i,
+            interval=(low, high),
+        )
+    return KnotError(message)
 
 
 def _check_order(

@@ -21,7 +21,7 @@ from knotwork.polynomial.from_accelerations import (
     corrected_accelerations,
     cubics_from_accelerations,
 )
-from knotwork.waypoints import ChosenRun, FloatArray, JointWaypoints
+from knotwork.waypoints import ChosenRun, FloatArray, IndexArray, JointWaypoints
 
 SAME_TIME = 1e-9
 """Times that differ by less than this, relative to the largest, are one."""
@@ -44,72 +44,60 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
 
     Raises:
         KnotError: Knots given by hand don't suit the waypoints.
-        OptionError: End accelerations, or chosen runs, are not as they must be.
+        OptionError: End accelerations are not as they must be. A chosen run does not begin, end and
+            pass at waypoints, has fewer than two knots between two of them, or overlaps another; or
+            its accelerations are for other waypoints.
     """
-    if options.chosen is not None:
-        return with_chosen_runs(waypoints, options)
-    return ModifiedHermiteSpline(
-        waypoints.time,
-        waypoints.position,
-        waypoints.velocity,
-        knots=options.knots,
-        end_acceleration=end_accelerations(options.end_acceleration, waypoints.position.shape[1:]),
-        acceleration=waypoints.acceleration,
-    )
-
-
-def with_chosen_runs(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make the curve of chosen runs, and modified Hermite splines before, between and after them.
-
-    Args:
-        waypoints: Positions and velocities; accelerations where they are known.
-        options: With `chosen`; all others are for the rest of the curve.
-
-    Raises:
-        OptionError: A run does not begin, end and pass at waypoints, has fewer than two knots
-            between two of them, or overlaps another; or its accelerations are for other waypoints.
-    """
-    known = (
-        np.full(waypoints.position.shape, np.nan)
-        if waypoints.acceleration is None
-        else np.array(waypoints.acceleration)
-    )
-    spans = [_span(waypoints, run, i) for i, run in enumerate(options.chosen or ())]
-    for (first, last), run in zip(spans, options.chosen or (), strict=True):
-        for row, own in ((first, run.acceleration[0]), (last, run.acceleration[-1])):
-            known[row] = np.where(np.isnan(known[row]), own, known[row])
+    runs = options.chosen or ()
+    placed = [_placed(waypoints, run, i) for i, run in enumerate(runs, 1)]
+    known = np.full(waypoints.position.shape, np.nan)
+    if waypoints.acceleration is not None:
+        known[:] = waypoints.acceleration
+    for (rows, _), run in zip(placed, runs, strict=True):
+        _fill(known, rows[[0, -1]], run.acceleration[[0, -1]])
+    ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
+    if ends is not None:
+        _fill(known, [0, -1], np.array(ends))
     parts: list[tuple[FloatArray, FloatArray]] = []
     done = 0
-    for i, ((first, last), run) in enumerate(zip(spans, options.chosen or (), strict=True)):
-        if first < done:
-            raise OptionError("chosen", f"run {i + 1} begins before the one before it ends")
-        parts += _between(waypoints, known, done, first, options)
-        parts.append(_run(waypoints, known, first, last, run, i))
-        done = last
+    for i, ((rows, knots), run) in enumerate(zip(placed, runs, strict=True), 1):
+        if rows[0] < done:
+            raise OptionError("chosen", f"run {i} begins before the one before it ends")
+        parts += _between(waypoints, known, done, rows[0], options)
+        parts.append(_run(waypoints, known, rows, knots, run, i))
+        done = rows[-1]
     parts += _between(waypoints, known, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
     return joined(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
 
-def _span(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[int, int]:
-    """The waypoints where a run begins and ends."""
+def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
+    """Put values in place of those that are not known."""
+    known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
+
+
+def _placed(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
+    """The waypoints of a run, and the index of the knot at each."""
+    t, x = waypoints.time, run.times
     if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
-        raise OptionError("chosen", f"run {i + 1} has accelerations of other joints")
-    ends = []
-    for time in (run.times[0], run.times[-1]):
-        row = int(np.abs(waypoints.time - time).argmin())
-        if abs(waypoints.time[row] - time) > _slack(waypoints):
-            raise OptionError(
-                "chosen",
-                f"run {i + 1} begins or ends at {time:.9g} s, where no waypoint is; times that "
-                "were chosen belong to its knots: change both, or choose them again",
-            )
-        ends.append(row)
-    return ends[0], ends[1]
-
-
-def _slack(waypoints: JointWaypoints) -> float:
-    return SAME_TIME * max(1.0, float(np.abs(waypoints.time).max()))
+        raise OptionError("chosen", f"run {i} has accelerations of other joints")
+    stale = "times that were chosen belong to its knots: change both, or choose them again"
+    slack = SAME_TIME * max(1.0, float(np.abs(t).max()))
+    for end in (x[0], x[-1]):
+        if np.abs(t - end).min() > slack:
+            where = f"run {i} begins or ends at {end:.9g} s, where no waypoint is"
+            raise OptionError("chosen", f"{where}; {stale}")
+    rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
+    knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
+    for row in rows[np.abs(x[knots] - t[rows]) > slack][:1]:
+        name = waypoints.names[row]
+        where = f"run {i} has no knot at {t[row]:.9g} s, the time of waypoint {name!r}"
+        raise OptionError("chosen", f"{where}; {stale}")
+    for row in rows[1:][np.diff(knots) < 3][:1]:
+        name = waypoints.names[row]
+        message = f"run {i} has fewer than two knots between {name!r} and the one before"
+        raise OptionError("chosen", message)
+    return rows, knots
 
 
 def _between(
@@ -119,51 +107,31 @@ def _between(
     if first == last:
         return []
     rows = slice(first, last + 1)
-    a = known[rows].copy()
-    ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
-    if ends is not None:
-        if first == 0:
-            a[0] = np.where(np.isnan(a[0]), ends[0], a[0])
-        if last == len(waypoints.time) - 1:
-            a[-1] = np.where(np.isnan(a[-1]), ends[1], a[-1])
     spline = ModifiedHermiteSpline(
         waypoints.time[rows],
         waypoints.position[rows],
         waypoints.velocity[rows],
         knots=options.knots,
-        acceleration=a,
+        acceleration=known[rows],
     )
     return [(spline.x, spline.c)]
 
 
 def _run(
-    waypoints: JointWaypoints, known: FloatArray, first: int, last: int, run: ChosenRun, i: int
+    waypoints: JointWaypoints,
+    known: FloatArray,
+    rows: IndexArray,
+    knots: IndexArray,
+    run: ChosenRun,
+    i: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Knots and coefficients of a chosen run."""
-    slack = _slack(waypoints)
     x, a = run.times.copy(), run.acceleration.copy()
-    a[0], a[-1] = known[first], known[last]
-    rows: list[int] = []
-    for k in range(first, last + 1):
-        row = int(np.abs(x - waypoints.time[k]).argmin())
-        name = waypoints.names[k]
-        if abs(x[row] - waypoints.time[k]) > slack:
-            raise OptionError(
-                "chosen",
-                f"run {i + 1} has no knot at {waypoints.time[k]:.9g} s, the time of waypoint "
-                f"{name!r}; times that were chosen belong to their knots: change both, or choose "
-                "them again",
-            )
-        if rows and row - rows[-1] < 3:
-            raise OptionError(
-                "chosen",
-                f"run {i + 1} has fewer than two knots between {name!r} and the one before",
-            )
-        x[row] = waypoints.time[k]
-        rows.append(row)
+    x[knots] = waypoints.time[rows]
+    a[[0, -1]] = known[rows[[0, -1]]]
     peak = np.abs(run.acceleration).max(axis=0)
     pieces = []
-    for k, (low, high) in zip(range(first, last), pairwise(rows), strict=True):
+    for k, (low, high) in zip(rows, pairwise(knots), strict=False):
         part = slice(low, high + 1)
         span, ends = np.diff(x[part])[None], slice(k, k + 2)
         given = waypoints.position[ends], waypoints.velocity[ends]
@@ -173,7 +141,7 @@ def _run(
         if beyond.size:
             raise OptionError(
                 "chosen",
-                f"run {i + 1} is for other waypoints than {waypoints.names[k]!r} and "
+                f"run {i} is for other waypoints than {waypoints.names[k]!r} and "
                 f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
                 f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
                 f"{most[beyond[0]]:.3g}; choose the times again",

@@ -99,11 +99,6 @@ class PlannerOptions:
             and _key(getattr(self, field.name)) != _key(getattr(type(self), field.name))
         )
 
-    @property
-    def is_default(self) -> bool:
-        """Whether nothing but the defaults is asked for."""
-        return self == PlannerOptions()
-
     def _keys(self) -> tuple[Any, ...]:
         return tuple(_key(getattr(self, field.name)) for field in fields(self))
 

@@ -13,8 +13,7 @@ are scaled. Pivoting would mix rows of very different size, and lose that.
 
 The order here is cyclic reduction: every other unknown is eliminated at once, which leaves a
 tridiagonal system of half the size. That is linear in n, works on whole arrays and on all
-right-hand sides together, and needs no SciPy, the import of which takes longer than solving. The
-last few unknowns are eliminated one after the other: arrays would take longer for them.
+right-hand sides together, and needs no SciPy, the import of which takes longer than solving.
 """
 
 from __future__ import annotations
@@ -22,12 +21,6 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.waypoints import FloatArray
-
-BLOCK = 49152
-"""Values of the right-hand sides that are worked on together."""
-
-FEW = 256
-"""Values of the right-hand sides that are worked on one after the other, in plain Python."""
 
 
 def solve_tridiagonal(
@@ -39,79 +32,34 @@ def solve_tridiagonal(
         lower: A[i+1, i] <= 0, shape (n-1,).
         diagonal: A[i, i] > 0, shape (n,).
         upper: A[i, i+1] <= 0, shape (n-1,).
-        rhs: Right-hand sides as rows, B transposed, shape (d, n); overwritten by the solutions.
+        rhs: Right-hand sides as rows, B transposed, shape (d, n).
 
     Returns:
-        The solutions as rows, shape (d, n): `rhs`.
+        The solutions as rows, shape (d, n).
     """
     n = diagonal.size
-    if rhs.size <= FEW or n == 1:
-        rows = _one_by_one(lower.tolist(), diagonal.tolist(), upper.tolist(), rhs.tolist())
-        rhs[:] = np.reshape(rows, rhs.shape)
-        return rhs
+    if n == 1:
+        return np.asarray(rhs / diagonal)
     # even rows are eliminated; odd row k lies between the even rows k and, if there is one, k + 1
-    rights = (n - 1) // 2
-    even_diagonal = diagonal[0::2]
-    to_left = lower[0::2] / even_diagonal[: n // 2]
-    to_right = upper[1::2] / even_diagonal[1 : rights + 1]
+    odds, rights = n // 2, (n - 1) // 2
+    even = diagonal[0::2]
+    to_left, to_right = lower[0::2] / even[:odds], upper[1::2] / even[1 : rights + 1]
     reduced_diagonal = diagonal[1::2] - to_left * upper[0::2]
     reduced_diagonal[:rights] -= to_right * lower[1::2]
-    reduced_lower = -to_left[1:] * lower[1::2][: n // 2 - 1]
-    reduced_upper = -to_right[: n // 2 - 1] * upper[2::2]
-
-    reduced = np.empty((rhs.shape[0], n // 2))
-    step = max(16, BLOCK // max(1, rhs.shape[0]))
-    for low in range(0, n // 2, step):
-        high = min(low + step, n // 2)
-        last = min(high, rights)
-        even = rhs[:, 2 * low : 2 * high + 1 : 2]
-        own = reduced[:, low:high]
-        np.multiply(even[:, : high - low], to_left[low:high], out=own)
-        own[:, : last - low] += even[:, 1 : last - low + 1] * to_right[low:last]
-        np.subtract(rhs[:, 2 * low + 1 : 2 * high : 2], own, out=own)
-    solve_tridiagonal(reduced_lower, reduced_diagonal, reduced_upper, reduced)
-
-    for low in range(0, n // 2, step):
-        high = min(low + step, n // 2)
-        last = min(high, rights)
-        odd = reduced[:, low:high]
-        rhs[:, 2 * low + 1 : 2 * high : 2] = odd
-        even = rhs[:, 2 * low : 2 * high : 2]
-        # this also updates the row right of the last odd one; the next block divides it
-        rhs[:, 2 * low + 2 : 2 * last + 1 : 2] -= (
-            odd[:, : last - low] * lower[2 * low + 1 : 2 * last : 2]
-        )
-        even -= odd * upper[2 * low : 2 * high : 2]
-        even /= even_diagonal[low:high]
-    if n % 2:
-        rhs[:, -1] /= diagonal[-1]
-    return rhs
-
-
-def _one_by_one(
-    lower: list[float], diagonal: list[float], upper: list[float], rhs: list[list[float]]
-) -> list[list[float]]:
-    """Solve a small system by elimination from the top; the solutions are rows, as `rhs` is."""
-    pivot, pivots, factors = diagonal[0], diagonal[:1], []
-    for below, above, entry in zip(lower, upper, diagonal[1:], strict=True):
-        factor = below / pivot
-        pivot = entry - factor * above
-        factors.append(factor)
-        pivots.append(pivot)
-    back = list(zip(upper[::-1], pivots[-2::-1], strict=True))
-    solutions = []
-    for row in rhs:
-        value, left = row[0], row[:1]
-        for factor, entry in zip(factors, row[1:], strict=True):
-            value = entry - factor * value
-            left.append(value)
-        value = left.pop() / pivot
-        found = [value]
-        for (above, divisor), entry in zip(back, left[::-1], strict=True):
-            value = (entry - above * value) / divisor
-            found.append(value)
-        solutions.append(found[::-1])
-    return solutions
+    reduced = rhs[:, 1::2] - to_left * rhs[:, 0::2][:, :odds]
+    reduced[:, :rights] -= to_right * rhs[:, 2::2]
+    odd = solve_tridiagonal(
+        -to_left[1:] * lower[1::2][: odds - 1],
+        reduced_diagonal,
+        -to_right[: odds - 1] * upper[2::2],
+        reduced,
+    )
+    found = np.array(rhs)
+    found[:, 1::2] = odd
+    found[:, 0::2][:, :odds] -= odd * upper[0::2]
+    found[:, 2::2] -= odd[:, :rights] * lower[1::2]
+    found[:, 0::2] /= even
+    return found
 
 
 def solve_accelerations(diagonal: FloatArray, between: FloatArray, rhs: FloatArray) -> FloatArray:

@@ -7,6 +7,9 @@ in a search for the largest and smallest values.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from math import comb
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,6 +40,14 @@ def differentiate(c: FloatArray) -> FloatArray:
     """Coefficients of the derivative of polynomials c[k, ...], highest power first."""
     powers = np.arange(c.shape[0] - 1, 0, -1.0)
     return np.asarray(c[:-1] * powers.reshape(-1, *[1] * (c.ndim - 1)))
+
+
+@lru_cache(maxsize=64)
+def to_bernstein(degree: int) -> FloatArray:
+    """Matrix that turns coefficients, lowest power first, into Bernstein coefficients on [0, 1]."""
+    return np.array(
+        [[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
+    )
 
 
 def critical_points(c: FloatArray) -> FloatArray:
@@ -98,24 +109,17 @@ def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
     Returns:
         Ascending points, shape (k, ...).
     """
-    ends = np.zeros((1, *cuts.shape[1:])), np.ones((1, *cuts.shape[1:]))
-    low = np.concatenate((ends[0], cuts))
-    high = np.concatenate((cuts, ends[1]))
+    low = np.concatenate((np.zeros((1, *cuts.shape[1:])), cuts))
+    high = np.concatenate((cuts, np.ones((1, *cuts.shape[1:]))))
     at_low, at_high = horner(c, low), horner(c, high)
     point = np.where(np.abs(at_low) <= np.abs(at_high), low, high)
-    index = np.flatnonzero(np.sign(at_low) * np.sign(at_high) < 0.0)
-    if index.size:
-        columns = np.ascontiguousarray(
-            np.broadcast_to(c[:, None], (c.shape[0], *low.shape)).reshape(c.shape[0], -1)[:, index]
-        )
-        rising = at_high.reshape(-1)[index] > 0.0
-        point.reshape(-1)[index] = safeguarded_newton(
-            columns, low.reshape(-1)[index], high.reshape(-1)[index], rising
-        )
+    held = np.sign(at_low) * np.sign(at_high) < 0.0
+    columns = np.broadcast_to(c[:, None], (len(c), *low.shape))[:, held]
+    point[held] = _newton(columns, low[held], high[held], at_high[held] > 0.0)
     return point
 
 
-def safeguarded_newton(
+def _newton(
     c: FloatArray, low: FloatArray, high: FloatArray, rising: NDArray[np.bool_]
 ) -> FloatArray:
     """Roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
@@ -124,30 +128,22 @@ def safeguarded_newton(
     bisection elsewhere, so that multiple roots converge as well.
     """
     slope = differentiate(c)
-    point = 0.5 * (low + high)
+    point, step = 0.5 * (low + high), high - low
     roots, index = np.empty_like(point), np.arange(point.size)
-    step = high - low
     for _ in range(ITERATIONS):
         value = horner(c, point)
         left = (value < 0.0) == rising
-        low = np.where(left, point, low)
-        high = np.where(left, high, point)
-        middle = 0.5 * (low + high)
+        low, high = np.where(left, point, low), np.where(left, high, point)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             newton = point - value / horner(slope, point)
         inside = (newton > low) & (newton < high) & (np.abs(newton - point) <= 0.5 * step)
-        following = np.where(inside, newton, middle)
-        following = np.where(value == 0.0, point, following)
-        step = np.abs(following - point)
-        settled = ((inside | (value == 0.0)) & (step <= LAST_STEP)) | (high - low <= RESOLUTION)
-        point = following
-        if settled.any():  # go on with the others alone
-            roots[index[settled]] = point[settled]
-            others = ~settled
-            c, slope, index = c[:, others], slope[:, others], index[others]
-            point, step, rising = point[others], step[others], rising[others]
-            low, high = low[others], high[others]
-        if not index.size:
+        inside |= value == 0.0
+        following = np.where(value == 0.0, point, np.where(inside, newton, 0.5 * (low + high)))
+        step, point = np.abs(following - point), following
+        roots[index] = point
+        going = ~((inside & (step <= LAST_STEP)) | (high - low <= RESOLUTION))
+        if not going.any():
             break
-    roots[index] = point
+        c, slope, index, rising = c[:, going], slope[:, going], index[going], rising[going]
+        low, high, point, step = low[going], high[going], point[going], step[going]
     return roots

@@ -8,16 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import InputError, TimeRangeError
+from knotwork.errors import InputError
 from knotwork.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.polynomial.critical_points import horner
-from knotwork.polynomial.evaluation import (
-    FEW,
-    FewTimes,
-    evaluate,
-    falling_factorials,
-    first_outside,
-)
+from knotwork.polynomial.evaluation import evaluate, falling_factorials
 from knotwork.polynomial.extrema import Extrema, piecewise_extrema
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
@@ -25,7 +19,8 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 
-_FLOAT = np.dtype(float)
+KEPT = 524288
+"""Coefficients up to which those of a derivative are kept, once it was evaluated."""
 
 
 class PiecewisePolynomial(ReadOnlyArrays):
@@ -55,8 +50,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _c: FloatArray
     _axis: int
     _extrema: dict[int, Extrema]
-    _few: FewTimes | None
-    _most_few: int
+    _orders: dict[int, FloatArray]
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
         breaks = checked_times(x)
@@ -68,11 +62,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
         self._extrema = {}  # the curve does not change, and checks ask for them often
-        d = math.prod(c.shape[2:])
-        self._few, self._most_few = None, FEW // d if d else 0
+        self._orders = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_few": None}  # made anew where it is needed
+        return {**self.__dict__, "_orders": {}}  # made anew where they are needed
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
@@ -100,11 +93,15 @@ class PiecewisePolynomial(ReadOnlyArrays):
         """Degree that the coefficients allow for, k."""
         return int(self._c.shape[0]) - 1
 
-    @property
-    def _flat(self) -> FloatArray:
-        """Coefficients with the trailing axes as one, shape (k+1, m, d)."""
-        c = self._c
-        return c if c.ndim == 3 else c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
+    def _order(self, nu: int) -> FloatArray:
+        """Coefficients of a derivative with the trailing axes as one, shape (≤ k+1, m, d)."""
+        found = self._orders.get(nu)
+        if found is None:
+            c = self.derivative(nu).c if nu else self._c
+            found = c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
+            if found.size <= KEPT or not nu:
+                self._orders[nu] = found
+        return found
 
     def __call__(self, x: ArrayLike, nu: int = 0) -> FloatArray:
         """Evaluate the curve or a derivative of it.
@@ -123,19 +120,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
             InputError: `nu` is no integer or negative.
         """
         t = np.asarray(x)
-        nu = checked_order(nu)
-        if t.dtype is not _FLOAT:
-            if t.dtype.kind not in "buif":
-                raise InputError(f"times must be real numbers, not {t.dtype}")
-            t = t.astype(float)
-        flat_t = t if t.ndim == 1 else t.ravel()
-        out = None
-        if 0 < t.size <= self._most_few and nu < self._c.shape[0]:
-            if self._few is None:  # made where it is needed only: it has breaks of its own
-                self._few = FewTimes(self._x, self._flat)
-            out = self._few.at(flat_t, nu)
-        if out is None:  # a time outside is found here, too
-            out = evaluate(self._x, self._flat, flat_t, nu)
+        if t.dtype.kind not in "buif":
+            raise InputError(f"times must be real numbers, not {t.dtype}")
+        t = t.astype(float, copy=False)
+        out = evaluate(self._x, self._order(checked_order(nu)), t.ravel())
         if t.ndim != 1 or self._c.ndim != 3:
             out = out.reshape(t.shape + self._c.shape[2:])
         if self._axis == 0:
@@ -188,21 +176,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
         Raises:
             TimeRangeError: A bound is outside [x[0], x[-1]] or NaN.
         """
-        bounds = np.array([a, b], dtype=float)
-        start, end = float(self._x[0]), float(self._x[-1])
-        if not ((bounds >= start) & (bounds <= end)).all():
-            raise TimeRangeError(first_outside(bounds, start, end), start, end)
-        low, high = np.sort(bounds)
-        first = min(int(np.searchsorted(self._x, low, side="right")) - 1, self._c.shape[1] - 1)
-        last = max(int(np.searchsorted(self._x, high, side="left")), first + 1)
-        x, c = self._x[first : last + 1], self._c[:, first:last]
-        shape = (-1, *[1] * (c.ndim - 2))
-        powers = np.arange(c.shape[0], 0, -1.0).reshape(-1, *[1] * (c.ndim - 1))
-        primitive = np.concatenate((c / powers, np.zeros((1, *c.shape[1:]))))
-        upper = horner(primitive, (np.minimum(high, x[1:]) - x[:-1]).reshape(shape))
-        lower = horner(primitive, (np.maximum(low, x[:-1]) - x[:-1]).reshape(shape))
-        total = np.asarray((upper - lower).sum(axis=0))
-        return total if b >= a else -total
+        primitive = self.antiderivative()
+        return primitive(b) - primitive(a)
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as a SciPy object that does not extrapolate (imports SciPy)."""
@@ -277,7 +252,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         return self._extrema[nu]
 
     def _find_extrema(self, nu: int) -> Extrema:
-        found = piecewise_extrema(self._x, self.derivative(nu)._flat)
+        found = piecewise_extrema(self._x, self._order(nu))
         trailing = self._c.shape[2:]
         arrays = (found.minimum, found.minimum_time, found.maximum, found.maximum_time)
         for values in arrays:

@@ -50,12 +50,3 @@ def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> Flo
         if len(values) > 1:
             values = step(values, u0)
     return np.array(found[::-1])
-
-
-def power_to_bernstein(degree: int) -> FloatArray:
-    """Matrix that turns coefficients, highest power first, into Bernstein coefficients."""
-    matrix = np.zeros((degree + 1, degree + 1))
-    for i in range(degree + 1):
-        for power in range(i + 1):
-            matrix[i, degree - power] = math.comb(i, power) / math.comb(degree, power)
-    return matrix

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.distinct import distinct
 from knotwork.errors import CornerError, PathError
-from knotwork.tool_paths.curve import Curve, shown, unplaced
+from knotwork.tool_paths.curve import Curve, checked_order, shown, unplaced
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.waypoints import FloatArray
 
@@ -127,14 +127,8 @@ class ToolPath:
         if index.size and (index == index[0]).all():
             yield int(index[0]), slice(None)
             return
-        order = np.argsort(index, kind="stable")
-        found, first = np.unique(index[order], return_index=True)
-        for i, rows in zip(found, np.split(order, first[1:]), strict=False):
-            yield int(i), rows
-
-    def _chosen(self, s: ArrayLike, at: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
-        s = np.asarray(s, dtype=float)
-        return s, s if at is None else np.broadcast_to(np.asarray(at, dtype=float), s.shape)
+        for i in np.flatnonzero(np.bincount(index)):
+            yield int(i), np.flatnonzero(index == i)
 
     def position(
         self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
@@ -151,22 +145,19 @@ class ToolPath:
         Returns:
             Points [m], or derivatives [m^(1 - order)], shape (k, 3).
         """
-        s, at = self._chosen(s, at)
-        found = np.empty((s.size, 3))
-        for i, rows in self._by_curve(self._curve_of(at, side)):
-            found[rows] = self.curves[i].position(s[rows] - self.starts[i], order)
-        return found
+        return np.asarray(self.derivatives(s, checked_order(order), at, side)[order])
 
-    def derivatives(self, s: FloatArray, order: int, at: FloatArray) -> FloatArray:
+    def derivatives(
+        self, s: ArrayLike, order: int, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
         """Points of the path and their derivatives up to an order, shape (order + 1, k, 3).
 
-        Args:
-            s: Arc lengths [m], shape (k,).
-            order: Order of the last derivative, 0 to 3.
-            at: Arc lengths that choose the curves to evaluate, as in `position`.
+        Args as of `position`.
         """
+        s = np.asarray(s, dtype=float)
+        at = s if at is None else np.broadcast_to(np.asarray(at, dtype=float), s.shape)
         found = np.empty((order + 1, s.size, 3))
-        for i, rows in self._by_curve(self._curve_of(at, "right")):
+        for i, rows in self._by_curve(self._curve_of(at, side)):
             found[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
         return found
 

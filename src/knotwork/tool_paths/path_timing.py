@@ -10,7 +10,6 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -99,16 +98,6 @@ class Timing:
         return np.where(snapped, breaks[nearest], found)
 
 
-class _End(NamedTuple):
-    """Speed at an end of a stretch: that of the neighbour if it is lower, or a fixed one."""
-
-    speed: float
-    fixed: bool = False
-
-    def met_by(self, speed: float) -> float:
-        return self.speed if self.fixed else min(self.speed, speed)
-
-
 def speed_profile(
     lengths: ArrayLike,
     speeds: ArrayLike,
@@ -146,17 +135,19 @@ def speed_profile(
     count = len(length)
     if count - 1 in stops and end_speed is None:
         end_speed = 0.0
-    # At a junction each of two stretches meets the speed of the other, if that is lower.
-    stop = _End(0.0, fixed=True)
-    before = [outer_end(start_speed, "start_speed")]
-    before += [stop if i in stops else _End(float(v)) for i, v in enumerate(speed[:-1])]
-    after = [stop if i in stops else _End(float(v)) for i, v in enumerate(speed[1:])]
-    after += [outer_end(end_speed, "end_speed")]
+    # at a junction both stretches have the lower of their speeds, and none at a stop
+    joint = np.minimum(speed[:-1], speed[1:])
+    joint[[i for i in stops if i < count - 1]] = 0.0
+    outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
+    first, last = (own if v is None else checked_speed(v, what) for v, what, own in outer)
+    met = [first, *joint.tolist(), last]
     totals = np.concatenate(([0.0], np.cumsum(length)))
     breaks, coefficients, times, full, taken = [0.0], [], [0.0], [], []
-    for i, ends in enumerate(zip(before, after, strict=True)):
+    for i in range(count):
+        ends = float(met[i]), float(met[i + 1])
+        fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         named = "the path" if count == 1 else f"stretch {i}"
-        shrink = _fit(i, named, float(length[i]), float(speed[i]), ends, acceleration)
+        shrink = _fit(i, named, float(length[i]), float(speed[i]), ends, fixed, acceleration)
         pieces = _stretch(totals[i : i + 2], float(speed[i]), ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
@@ -201,13 +192,11 @@ def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArra
 
 
 def _stretch(
-    s: FloatArray, v: float, ends: tuple[_End, _End], acceleration: float
+    s: FloatArray, v: float, ends: tuple[float, float], acceleration: float
 ) -> list[tuple[float, list[float]]]:
     """Duration and coefficients of arc length, of ramp, even speed and ramp from s[0] to s[1]."""
     # Speeds that differ by rounding alone need no ramp, which would be too short to report.
-    v0, v1 = (
-        v if math.isclose(v, end.met_by(v), rel_tol=ROUNDING) else end.met_by(v) for end in ends
-    )
+    v0, v1 = (v if math.isclose(v, end, rel_tol=ROUNDING) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
     even = (float(s[1] - s[0]) - sum(covered)) / v
@@ -224,13 +213,11 @@ def check_acceleration(acceleration: float) -> None:
         raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
 
 
-def outer_end(speed: float | None, what: str) -> _End:
-    """Speed at an end of the path; without one, that of the stretch."""
-    if speed is None:
-        return _End(math.inf)
+def checked_speed(speed: float, what: str) -> float:
+    """Return a speed at an end of the path [m/s], 0 or greater."""
     if not (math.isfinite(speed) and speed >= 0.0):
         raise PathError(f"{what} is {speed!r} m/s; it must be 0 or greater")
-    return _End(float(speed), fixed=True)
+    return float(speed)
 
 
 def _fit(
@@ -238,7 +225,8 @@ def _fit(
     named: str,
     length: float,
     v: float,
-    ends: tuple[_End, _End],
+    ends: tuple[float, float],
+    fixed: tuple[bool, bool],
     acceleration: float,
 ) -> float:
     """Factor, 1 or just below, by which the ramps of a stretch are to be shortened.
@@ -246,13 +234,13 @@ def _fit(
     Raises:
         RampError: They are longer than the stretch.
     """
-    part = 0.75 * sum(abs(v**2 - end.met_by(v) ** 2) for end in ends)
+    part = 0.75 * sum(abs(v**2 - end**2) for end in ends)
     needed = part / acceleration
     if needed <= length:
         return 1.0
     if needed <= length * (1.0 + ROUNDING):
         return length / needed
-    highest, least = _highest_speed(length, ends, acceleration), part / length
+    highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
     if highest is not None and highest >= v:  # the ends are faster: no lower speed is sufficient
         highest = None
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
@@ -268,13 +256,15 @@ def _fit(
     )
 
 
-def _highest_speed(length: float, ends: tuple[_End, _End], acceleration: float) -> float | None:
-    """The highest feasible speed of a stretch, its neighbours unchanged."""
-    low, high = sorted(ends, key=lambda end: end.speed)
+def _highest_speed(
+    length: float, ends: tuple[float, float], fixed: tuple[bool, bool], acceleration: float
+) -> float | None:
+    """The highest feasible speed of a stretch; it is met by neighbours, but not by a fixed end."""
+    (low, _), (high, high_fixed) = sorted(zip(ends, fixed, strict=True))
     reach = 4.0 * acceleration * length / 3.0
-    if reach >= high.speed**2 - low.speed**2:
-        return math.sqrt(0.5 * (reach + low.speed**2 + high.speed**2))
-    return None if high.fixed else math.sqrt(low.speed**2 + reach)
+    if reach >= high**2 - low**2:
+        return math.sqrt(0.5 * (reach + low**2 + high**2))
+    return None if high_fixed else math.sqrt(low**2 + reach)
 
 
 def _ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:

@@ -6,14 +6,13 @@ so even on each that Gauss-Legendre quadrature gives its length to rounding.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.bernstein import power_to_bernstein
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import differentiate, horner, to_bernstein
+from knotwork.polynomial.refined import refined
 from knotwork.tool_paths.curve import Curve, checked_order
 from knotwork.waypoints import FloatArray
 
@@ -54,14 +53,14 @@ class PolynomialCurve(Curve):
     """
 
     def __init__(self, c: FloatArray) -> None:
-        spans = _divided(c)
-        self._c = [_derivative(spans.c, order) for order in range(4)]
-        self._curvature = np.append(spans.curvature_bounds(), 0.0)
-        lengths = spans.lengths()
-        self._s: FloatArray = np.concatenate(([0.0], np.cumsum(lengths)))
-        self._speeds = [_norm(_values(self._c[1], np.full(lengths.size, w))) for w in (0.0, 1.0)]
+        spans, first = _divided(c)
+        self._c = [spans]
+        for _ in range(3):
+            self._c.append(differentiate(self._c[-1]))
+        self._curvature = np.append(_curvature_bounds(spans), 0.0)
+        self._s: FloatArray = np.concatenate(([0.0], np.cumsum(_lengths(self._c[1]))))
+        self._speeds = [_norm(horner(self._c[1], np.array(w))) for w in (0.0, 1.0)]
         self.length = float(self._s[-1])
-        first = np.flatnonzero(np.diff(spans.piece, prepend=-1))
         self.piece_ends: FloatArray = np.append(self._s[first], self.length)
 
     def _span_of(self, s: FloatArray) -> NDArray[np.intp]:
@@ -81,22 +80,14 @@ class PolynomialCurve(Curve):
         going = np.arange(s.size)
         for _ in range(ITERATIONS):
             rows, at = span[going], w[going]
-            step = (wanted[going] - self._length_to(rows, at)) / _norm(
-                _values([c[rows] for c in self._c[1]], at)
-            )
+            slope = self._c[1][:, rows]
+            off = wanted[going] - _lengths(slope, 0.0, at)
+            step = off / _norm(horner(slope, at[:, None]))
             w[going] = at + step
             going = going[np.abs(step) > 1e-9]  # the next step would be below rounding
             if not going.size:
                 break
         return span, w
-
-    def _length_to(self, span: NDArray[np.intp], w: FloatArray) -> FloatArray:
-        """Length from the start of spans to parameters w in them."""
-        c = [coefficient[span] for coefficient in self._c[1]]
-        total = np.zeros(w.size)
-        for node, weight in zip(NODES, WEIGHTS, strict=True):
-            total += weight * _norm(_values(c, node * w))
-        return np.asarray(total * w)
 
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the curve, or their derivatives: see `Curve.position`.
@@ -109,7 +100,7 @@ class PolynomialCurve(Curve):
         """Points and their derivatives up to an order, each of shape (k, 3)."""
         span, w = self._parameters(np.asarray(s, dtype=float))
         checked_order(order)
-        C = [_values([c[span] for c in self._c[i]], w) for i in range(order + 1)]
+        C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
         found = C[:1]
         if order >= 1:
             speed = _norm(C[1])[:, None]
@@ -164,134 +155,78 @@ class PolynomialCurve(Curve):
         return np.asarray(np.maximum.reduceat(self._curvature, limits)[::2])
 
 
-@dataclass(frozen=True)
-class _Spans:
-    """Parts of pieces, each a polynomial in its own unit parameter.
+def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Divide pieces into spans that are short enough.
 
-    Attributes:
-        c: Coefficients, highest power first, shape (degree + 1, n, 3).
-        piece: Index of the piece of each.
-        start: Where each begins in its piece, 0 to 1.
-        size: Which part of its piece it is.
-    """
-
-    c: FloatArray
-    piece: NDArray[np.intp]
-    start: FloatArray
-    size: FloatArray
-
-    def chosen(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> _Spans:
-        return _Spans(self.c[:, which], self.piece[which], self.start[which], self.size[which])
-
-    def joined(self, other: _Spans) -> _Spans:
-        return _Spans(
-            np.concatenate((self.c, other.c), axis=1),
-            np.concatenate((self.piece, other.piece)),
-            np.concatenate((self.start, other.start)),
-            np.concatenate((self.size, other.size)),
-        )
-
-    def halves(self) -> _Spans:
-        """Both halves of each span, C(w/2) and C((1 + w)/2)."""
-        degree, size = len(self.c) - 1, 0.5 * self.size
-        left = self.c * (0.5 ** np.arange(degree, -1, -1.0))[:, None, None]
-        right = np.array(left)
-        for i in range(degree):  # shifted by one: synthetic division, repeated
-            for j in range(1, degree + 1 - i):
-                right[j] += right[j - 1]
-        first = _Spans(left, self.piece, self.start, size)
-        return first.joined(_Spans(right, self.piece, self.start + size, size))
-
-    def lengths(self, low: float = 0.0, high: float = 1.0) -> FloatArray:
-        """Length of each span between two parameters."""
-        slope = _derivative(self.c, 1)
-        total = np.zeros(self.piece.size)
-        for node, weight in zip(NODES, WEIGHTS, strict=True):
-            at = np.full(total.size, low + (high - low) * node)
-            total += (high - low) * weight * _norm(_values(slope, at))
-        return total
-
-    def speed_bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Bounds below and above of |dC/dw|² on each span."""
-        slope = _derivative(self.c, 1)
-        squared = _products(slope, slope).sum(axis=2)
-        coefficients = _bernstein(squared)
-        return coefficients.min(axis=0), coefficients.max(axis=0)
-
-    def curvature_bounds(self) -> FloatArray:
-        """Bounds above of the curvature on each span."""
-        slope, bend = _derivative(self.c, 1), _derivative(self.c, 2)
-        x, y, z = (slope[:, :, [i]] for i in range(3))
-        u, v, w = (bend[:, :, [i]] for i in range(3))
-        turn = np.concatenate(
-            [_products(a, d) - _products(b, c) for a, b, c, d in ((y, z, v, w), (z, x, w, u))]
-            + [_products(x, v) - _products(y, u)],
-            axis=2,
-        )
-        largest = np.linalg.norm(_bernstein(turn), axis=2).max(axis=0)
-        return np.asarray(largest / np.maximum(self.speed_bounds()[0], TINY) ** 1.5)
-
-    def short_enough(self) -> NDArray[np.bool_]:
-        """Which spans have a speed, a length and a turn that are known well."""
-        least, most = self.speed_bounds()
-        whole = self.lengths()
-        parts = self.lengths(0.0, 0.5) + self.lengths(0.5, 1.0)
-        settled = np.abs(whole - parts) <= SETTLED * whole
-        even = least > EVEN**2 * most
-        return np.asarray(settled & even & (self.curvature_bounds() * whole < BENT))
-
-
-def _divided(c: FloatArray) -> _Spans:
-    """Spans of pieces, short enough, in order.
+    Returns:
+        Coefficients of the spans, each in its own unit parameter, and the first span of each piece.
 
     Raises:
         PathError: The curve stops or turns back in a piece.
     """
-    count = c.shape[1]
-    waiting = _Spans(c, np.arange(count), np.zeros(count), np.ones(count))
-    done = waiting.chosen(np.zeros(count, dtype=bool))
+    pieces = np.arange(c.shape[1] + 1.0)
+    curve = PiecewisePolynomial(c, pieces)
     for _ in range(DEEPEST):
-        ready = waiting.short_enough()
-        done = done.joined(waiting.chosen(ready))
-        waiting = waiting.chosen(~ready)
-        if not waiting.piece.size:
-            return done.chosen(np.lexsort((done.start, done.piece)))
-        waiting = waiting.halves()
-    i = int(waiting.piece[0])
+        sizes = np.diff(curve.x)
+        spans = curve.c * sizes[:, None] ** np.arange(curve.degree, -1.0, -1.0)[:, None, None]
+        long = ~_short_enough(spans)
+        if not long.any():
+            return spans, np.searchsorted(curve.x, pieces[:-1])
+        starts = curve.x[:-1][long]
+        curve = refined(curve, starts + 0.5 * sizes[long])
+    i = int(starts[0])
     raise PathError(
         f"the curve stops or turns back sharply between points {i} and {i + 1}; "
         "move or leave out points there"
     )
 
 
-def _derivative(c: FloatArray, order: int) -> FloatArray:
-    """Coefficients of a derivative, highest power first; at least a constant."""
-    for _ in range(order):
-        if len(c) == 1:
-            return np.zeros_like(c)
-        c = c[:-1] * np.arange(len(c) - 1, 0, -1.0)[:, None, None]
-    return c
+def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
+    """Which spans have a speed, a length and a turn that are known well."""
+    slope = differentiate(c)
+    least, most = _speed_bounds(slope)
+    whole = _lengths(slope)
+    settled = np.abs(whole - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
+    even = least > EVEN**2 * most
+    return np.asarray((settled <= SETTLED * whole) & even & (_curvature_bounds(c) * whole < BENT))
 
 
-def _values(c: Sequence[FloatArray] | FloatArray, w: FloatArray) -> FloatArray:
-    """Polynomials with coefficients c[power][k] at w, shape (k, 3), by Horner's scheme."""
-    value = np.array(c[0])
-    for coefficient in c[1:]:
-        value = value * w[:, None] + coefficient
-    return value
+def _lengths(
+    slope: FloatArray, low: FloatArray | float = 0.0, high: FloatArray | float = 1.0
+) -> FloatArray:
+    """Length of each span between two parameters, from the coefficients of dC/dw."""
+    total = np.zeros(slope.shape[1])
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        total += weight * _norm(horner(slope, np.reshape(low + (high - low) * node, (-1, 1))))
+    return np.asarray((high - low) * total)
 
 
-def _products(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Coefficients of the products of polynomials, component by component."""
-    found = np.zeros((len(a) + len(b) - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
-    for i, coefficient in enumerate(a):
-        found[i : i + len(b)] += coefficient * b
-    return found
+def _speed_bounds(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds below and above of |dC/dw|² on each span."""
+    squared = _bernstein(np.einsum("aki,bki->abk", slope, slope))
+    return squared.min(axis=0), squared.max(axis=0)
 
 
-def _bernstein(c: FloatArray) -> FloatArray:
-    """Bernstein coefficients of polynomials along the first axis."""
-    return np.tensordot(power_to_bernstein(len(c) - 1), c, 1)
+def _curvature_bounds(c: FloatArray) -> FloatArray:
+    """Bounds above of the curvature on each span."""
+    slope = differentiate(c)
+    turn = _bernstein(np.cross(slope[:, None], differentiate(slope)))
+    largest = np.linalg.norm(turn, axis=2).max(axis=0)
+    return np.asarray(largest / np.maximum(_speed_bounds(slope)[0], TINY) ** 1.5)
+
+
+def _bernstein(products: FloatArray) -> FloatArray:
+    """Bernstein coefficients of products of polynomials.
+
+    Args:
+        products: Of each coefficient of the one with each of the other, highest powers first, along
+            the first two axes.
+    """
+    one, other, *rest = products.shape
+    c = np.zeros((one + other - 1, *rest))
+    for i, row in enumerate(products):
+        c[i : i + other] += row
+    return np.tensordot(to_bernstein(len(c) - 1), c[::-1], 1)
 
 
 def _norm(vectors: FloatArray) -> FloatArray:

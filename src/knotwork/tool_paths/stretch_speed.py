@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from knotwork.errors import PathError, StretchTimeError
-from knotwork.tool_paths.path_timing import ROUNDING, check_acceleration, outer_end
+from knotwork.tool_paths.path_timing import ROUNDING, check_acceleration, checked_speed
 
 
 def speed_for_duration(
@@ -43,7 +43,7 @@ def speed_for_duration(
         if not (math.isfinite(value) and value > 0.0):
             raise PathError(f"{what} is {value!r} {unit}; it must be greater than 0")
     known = [
-        outer_end(value, what).speed
+        checked_speed(value, what)
         for what, value in (("start_speed", start_speed), ("end_speed", end_speed))
         if value is not None
     ]

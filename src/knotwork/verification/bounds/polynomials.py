@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.isolation import to_bernstein
+from knotwork.polynomial.critical_points import to_bernstein
 from knotwork.verification.bounds.chain import ORDERS
 from knotwork.waypoints import FloatArray
 
