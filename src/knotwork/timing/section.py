@@ -82,8 +82,8 @@ class Section:
         self.form = form_of(
             problem,
             position=tightening.position,
-            effort=tightening.effort is not None,
-            tool=tightening.tool is not None,
+            effort="effort" in tightening.held,
+            tool="tool_speed" in tightening.held,
         )
         self.scale = _scale(problem, guess)
 
@@ -177,7 +177,7 @@ class Section:
         empty = np.zeros((0, 1))
         found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
         units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
-        for allowed, limit in self._held():
+        for allowed, limit, _ in self._held():
             inverse = 1.0 / (allowed * limit).T
             for part in (inverse[:, ::2], inverse[:, 1::2]):
                 found.append(np.vstack((np.repeat(units, part.shape[1], axis=1), part)))
@@ -248,8 +248,7 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        for allowed, limit in self._held():
-            parts = TOOL_PARTS if np.ndim(limit) == 0 else EFFORT_PARTS
+        for allowed, _, parts in self._held():
             inside = len(parts) * allowed.shape[1]
             for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
                 most = np.full((rows, len(part)), 1.0 - self.margin)
@@ -261,11 +260,15 @@ class Section:
             found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
         return found
 
-    def _held(self) -> list[tuple[FloatArray, Any]]:
-        """Parts that are allowed of the limits of effort and tool speed, and the limits."""
-        tightening, limits = self.tightening, self.problem.limits
-        pairs = ((tightening.effort, limits.effort), (tightening.tool, limits.tool_speed))
-        return [(allowed, limit) for allowed, limit in pairs if allowed is not None]
+    def _held(self) -> list[tuple[FloatArray, Any, tuple[float, ...]]]:
+        """Limits of effort and tool speed: parts allowed, the limit, and places in a piece."""
+        held, limits = self.tightening.held, self.problem.limits
+        places = {"effort": EFFORT_PARTS, "tool_speed": TOOL_PARTS}
+        return [
+            (held[name], getattr(limits, name), parts)
+            for name, parts in places.items()
+            if name in held
+        ]
 
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""
