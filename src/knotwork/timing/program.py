@@ -109,16 +109,12 @@ class Solution:
     Attributes:
         x: Variables.
         multipliers: Of the bounds of the variables and of the constraints, one after the other.
-        objective: Its value.
-        status: As IPOPT calls it.
         solved: Whether IPOPT converged.
         iterations: Its steps.
     """
 
     x: FloatArray
     multipliers: FloatArray
-    objective: float
-    status: str
     solved: bool
     iterations: int
 
@@ -229,8 +225,6 @@ class Program:
         return Solution(
             np.array(found["x"]).ravel(),
             np.concatenate([np.array(found[name]).ravel() for name in ("lam_x", "lam_g")]),
-            float(found["f"]),
-            str(stats["return_status"]),
             bool(stats["success"]),
             int(stats["iter_count"]),
         )

@@ -29,37 +29,28 @@ No motion is longer by more than this part for it.
 SHORTEST = 1e-4
 """No piece is shorter than this part of its first guess."""
 
-LONG = {"ipopt.mu_strategy": "adaptive"}
-"""Options of IPOPT for motions of `MANY` intervals and more: a third fewer steps."""
-
-MANY = 12
-
 StartKind = Literal["far", "near", "again"]
 
-NEAR = {"ipopt.mu_init": 1e-4}
-"""Options of IPOPT for a start that is near to the solution."""
-
-AGAIN = {
-    "ipopt.mu_init": 1e-9,
-    "ipopt.warm_start_init_point": "yes",
-    "ipopt.warm_start_bound_push": 1e-8,
-    "ipopt.warm_start_bound_frac": 1e-8,
-    "ipopt.warm_start_slack_bound_push": 1e-8,
-    "ipopt.warm_start_slack_bound_frac": 1e-8,
-    "ipopt.warm_start_mult_bound_push": 1e-8,
+START_OPTIONS: dict[StartKind, dict[str, Any]] = {
+    "far": {},
+    "near": {"ipopt.mu_init": 1e-4},
+    "again": {
+        "ipopt.mu_init": 1e-9,
+        "ipopt.warm_start_init_point": "yes",
+        "ipopt.warm_start_bound_push": 1e-8,
+        "ipopt.warm_start_bound_frac": 1e-8,
+        "ipopt.warm_start_slack_bound_push": 1e-8,
+        "ipopt.warm_start_slack_bound_frac": 1e-8,
+        "ipopt.warm_start_mult_bound_push": 1e-8,
+    },
 }
-"""Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
-
-
-def _new_program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
-    far = LONG if form.intervals >= MANY else {}
-    options: dict[StartKind, dict[str, Any]] = {"far": far, "near": NEAR, "again": AGAIN}
-    return Program(layout(form).size, blocks(form), steps=steps, options=options[kind])
+"""Options of IPOPT for a start that is far from the solution, near to it, or the solution of a
+problem whose limits differ a little."""
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form, kind: StartKind) -> Program:
-    return _new_program(form, kind)
+def _program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
+    return Program(layout(form).size, blocks(form), steps=steps, options=START_OPTIONS[kind])
 
 
 class Section:
@@ -90,11 +81,9 @@ class Section:
     def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
         """Run the solver, from a solution found before or from the guess."""
         kind: StartKind = "again" if start is not None else "near" if self.guess.near else "far"
-        if steps is None:
-            program = _program(self.form, kind)
-        else:
-            program = _new_program(self.form, kind, steps)
-        return program.solve(
+        # one that reports its steps serves once
+        made = _program if steps is None else _program.__wrapped__
+        return made(self.form, kind, steps).solve(
             self.start() if start is None else start,
             self.bounds(),
             self.parameters(),

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.timing.exact_curve import Knots, corrected, joined
+from knotwork.timing.exact_curve import Knots, corrected, divided, joined
 from knotwork.timing.problem import Objective, TimingLimits, TimingProblem, part_of
+from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
 
 
@@ -143,13 +144,14 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
     span = np.array([rise, hold, rise, cruise, rise, hold, rise])
     span = np.maximum(span, LEAST_PHASE * span.sum())
     a = J * rise * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    return Knots(
+    found = Knots(
         np.array([0.0, span.sum()]),
         span[None] / span.sum(),
         problem.position,
         np.zeros_like(problem.velocity),
         (a[:, None] * move)[None],
     )
+    return divided(found, pieces_each(1))  # corrections are smaller over more pieces
 
 
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
