@@ -221,7 +221,6 @@ IMPORTED_BY_TESTS = {
         "robot.joint_tree",
         "scene",
         "timing.binding",
-        "timing.infeasible",
         "timing.problem",
         "verification.bounds",
         "view.curves",

@@ -145,7 +145,6 @@ PLAIN_DATA = {
     "recording.smoothed": ("Noise", "Smoothed"),
     "sweep": ("Axis", "StudySpec"),
     "task_to_joint.solve_task": ("Choice", "Infeasibility", "TaskSolution"),
-    "timing.Dynamics": ("Link",),
     "timing.solve": ("Binding", "Progress"),
     "view.report_page": ("Page",),
 }

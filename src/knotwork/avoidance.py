@@ -9,8 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.scenario import Scenario
-from knotwork.task_to_joint import TaskSolution
+from knotwork.task_to_joint import Step, TaskSolution
 from knotwork.verification.collisions import (
     MARGIN_PRECISION,
     failed_pairs,
@@ -36,7 +35,10 @@ LEAST_GAIN = MARGIN_PRECISION
 
 
 def best_of_sequences(
-    first: PlanT, made: Callable[[TaskSolution], PlanT | None], most: int = MOST_SEQUENCES
+    first: PlanT,
+    solve: Callable[[Sequence[Step]], TaskSolution],
+    made: Callable[[TaskSolution], PlanT | None],
+    most: int = MOST_SEQUENCES,
 ) -> PlanT:
     """Take the best sequence of solutions whose motion collides nowhere.
 
@@ -51,17 +53,17 @@ def best_of_sequences(
 
     Args:
         first: The plan of the best sequence.
-        made: Plans another one; `None` if there is no time left for it.
+        solve: Finds the best sequence without some steps.
+        made: Plans a sequence; `None` if there is no time left for it.
         most: Largest number to try, the first one included.
     """
-    sequences = _Sequences(first, made, most)
+    sequences = _Sequences(first, solve, made, most)
     best = current = first
     while (failed := failed_pairs(current.report.findings)) and (
         other := sequences.without(current, [found.at for found in failed])
     ):
         current = other
-        if _worth(current) < _worth(best):
-            best = current
+        best = min(best, current, key=_worth)
     if sequences.tried > 1 or (failed and sequences.late):
         best = replace(_with_collision_note(best, sequences), sequences=sequences.tried)
     if current.scenario.prefers_clearance and not failed:
@@ -80,10 +82,15 @@ class _Sequences(Generic[PlanT]):
     """
 
     def __init__(
-        self, first: PlanT, made: Callable[[TaskSolution], PlanT | None], most: int
+        self,
+        first: PlanT,
+        solve: Callable[[Sequence[Step]], TaskSolution],
+        made: Callable[[TaskSolution], PlanT | None],
+        most: int,
     ) -> None:
-        self.made, self.most, self.tried, self.late = made, most, 1, False
+        self.solve, self.made, self.most, self.tried, self.late = solve, made, most, 1, False
         self.known = [] if first.solution is None else [first.solution.waypoints.position]
+        self.avoided: list[Step] = []
 
     def without(self, plan: PlanT, times: Sequence[float | None]) -> PlanT | None:
         """The next best one, without the steps that a plan takes at some times; `None` if no more.
@@ -92,10 +99,15 @@ class _Sequences(Generic[PlanT]):
             plan: The one that was planned last.
             times: At these it is not good [s].
         """
-        if self.tried >= self.most or plan.solution is None:
+        if self.tried >= self.most or plan.solution is None or plan.solution.sequence is None:
             return None
-        other = plan.solution.avoiding(_intervals(times, plan.scenario))
-        if other is None or any(np.array_equal(q, other.waypoints.position) for q in self.known):
+        when = [time for time in times if time is not None]
+        after = np.searchsorted(plan.scenario.times, when, side="right")
+        intervals = np.unique(np.clip(after - 1, 0, len(plan.scenario.times) - 2))
+        q = plan.solution.sequence
+        self.avoided += [(int(i), q[i], q[i + 1]) for i in intervals]
+        other = self.solve(self.avoided)
+        if any(np.array_equal(q, other.waypoints.position) for q in self.known):
             return None
         self.known.append(other.waypoints.position)
         try:
@@ -121,7 +133,7 @@ def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -
         here, time = _room(current)
         rooms, nearest = [*rooms, here], [time]
         worse = len(current.report.failures) > len(best.report.failures)
-        if here > most + LEAST_GAIN and not worse:
+        if here > most + MARGIN_PRECISION and not worse:
             best, most = current, here
     if len(rooms) == 1:
         return best
@@ -146,30 +158,23 @@ def _worth(plan: Any) -> tuple[int, int]:
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _intervals(times: Sequence[float | None], scenario: Scenario) -> list[int]:
-    """The intervals between waypoints that times lie in, by the waypoint they begin at."""
-    when = [time for time in times if time is not None]
-    index = np.searchsorted(scenario.times, when, side="right") - 1
-    return sorted(set(np.clip(index, 0, len(scenario.times) - 2).tolist()))
-
-
 def _with_collision_note(plan: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
     """The plan that says how many sequences were tried because the best one collides."""
     tried = sequences.tried
-    late = " when the budget ended" if sequences.late else ""
-    if failed_pairs(plan.report.findings):
-        text = (
-            f"{tried} sequences of solutions{late}, all of which collide; this one has the fewest "
-            "colliding pairs"
-            if tried > 1
-            else f"one sequence of solutions{late}, which collides"
+    if not failed_pairs(plan.report.findings):
+        return _with_finding(
+            plan,
+            f"the motion of the best sequence of solutions collides; of {tried} sequences tried "
+            "this is the first that does not",
         )
-        return _with_finding(plan, f"tried: {text}", TRIED)
-    return _with_finding(
-        plan,
-        f"the motion of the best sequence of solutions collides; of {tried} sequences tried this "
-        "is the first that does not",
+    late = " when the budget ended" if sequences.late else ""
+    text = (
+        f"{tried} sequences of solutions{late}, all of which collide; this one has the fewest "
+        "colliding pairs"
+        if tried > 1
+        else f"one sequence of solutions{late}, which collides"
     )
+    return _with_finding(plan, f"tried: {text}", TRIED)
 
 
 def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:

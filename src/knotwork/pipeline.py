@@ -24,7 +24,7 @@ from knotwork.planner_options import (
 )
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.task import Task
-from knotwork.task_to_joint import TaskSolution, solve_task
+from knotwork.task_to_joint import Step, TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 from knotwork.waypoints import JointWaypoints
@@ -273,13 +273,13 @@ def _with_chosen_times(
     warm: Plan | None,
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
-    from knotwork.timing.budget import Budget
+    from knotwork.choosing import choose_times
+    from knotwork.choosing.task import knots_of
+    from knotwork.timing.budget import Watch
 
-    time = Budget(budget)
+    time = Watch(budget=budget)
 
     def timed(solution: TaskSolution | None, seconds: float | None) -> Plan:
-        from knotwork.choosing import choose_times
-
         before = None if warm is None else warm.chosen
         chosen = choose_times(
             scenario, free, budget=seconds, progress=progress, solution=solution, warm=before
@@ -287,12 +287,15 @@ def _with_chosen_times(
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
     def another(solution: TaskSolution) -> Plan | None:
-        left = time.end() - time.now()
+        left = time.left()
         if left <= 0.0:
             return None
         return timed(solution, None if budget is None else left)
 
-    return best_of_sequences(timed(None, budget), another, MOST_TIMED)
+    def solve(avoided: Sequence[Step]) -> TaskSolution:
+        return solve_task(scenario, joint_space(scenario), knots_of(scenario), avoided)
+
+    return best_of_sequences(timed(None, budget), solve, another, MOST_TIMED)
 
 
 def _planned(
@@ -300,8 +303,12 @@ def _planned(
     planner: str | None,
     knots: Knots,
     chosen: ChosenTimes | None = None,
-) -> tuple[Plan, Callable[[TaskSolution], Plan]]:
-    """Plan a scenario in which nothing is free, with its best solutions; and what plans others."""
+) -> tuple[Plan, Callable[[Sequence[Step]], TaskSolution], Callable[[TaskSolution], Plan]]:
+    """Plan a scenario in which nothing is free, with its best solutions.
+
+    Returns:
+        The plan, what finds other solutions, and what plans them.
+    """
     own_planner = scenario.planner
     if planner is None:
         with scenario.error_context("planner"):
@@ -342,5 +349,7 @@ def _planned(
         report = check(trajectory, scenario, space=space, known=known)
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
 
-    solution = solve_task(scenario, space, knots_along_paths(scenario.planner, options))
-    return made(solution), made
+    def solve(avoided: Sequence[Step]) -> TaskSolution:
+        return solve_task(scenario, space, knots_along_paths(scenario.planner, options), avoided)
+
+    return made(solve(())), solve, made

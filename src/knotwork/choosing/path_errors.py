@@ -21,7 +21,7 @@ from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import InputError, together
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
-from knotwork.timing.infeasible_values import rounded_down, rounded_up
+from knotwork.timing.infeasible import rounded_down, rounded_up
 from knotwork.timing.problem import with_margin
 from knotwork.waypoints import FloatArray
 

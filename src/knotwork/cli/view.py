@@ -160,7 +160,7 @@ def _watch(
         if isinstance(last, JointTrajectory):
             return scene, [], "shown"
         verdict = "passed" if last.report.ok else "FAILED"
-        return scene, _files(last), f"{verdict}: {summary(last.report)}"
+        return scene, _files(last), f"{verdict}: {last.report.summary}"
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:

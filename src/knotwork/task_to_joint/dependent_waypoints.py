@@ -140,7 +140,7 @@ class DependentWaypoints:
         own = int(off.argmin())
         return found.taken(own, turns[own]) if off[own] <= SAME else None
 
-    def _contacts(self, found: Continuation, ways: Any) -> dict[int, tuple[int, int]]:
+    def _contacts(self, found: Continuation, ways: Any) -> dict[int, int]:
         """The first collisions of ways that have any, by their starts' indices."""
         if self.obstacles is None:
             return {}
@@ -148,7 +148,7 @@ class DependentWaypoints:
         return {b: steps for b, steps in contacts.items() if steps is not None}
 
     def _collisions(
-        self, found: Continuation, contacts: Mapping[int, tuple[int, int]]
+        self, found: Continuation, contacts: Mapping[int, int]
     ) -> dict[int, LimitingConstraint]:
         """Collisions as limiting constraints, by start."""
         if self.obstacles is None:

@@ -104,31 +104,21 @@ class Obstacles:
         time = self.scenario.waypoints[index].time
         return np.asarray(self._pairs.clearance(candidates.q[own], time, most)[back])
 
-    def contact(self, found: Continuation, start: int) -> tuple[int, int] | None:
-        """The first look at a way along a path that finds a collision; `None` if none does.
+    def contact(self, found: Continuation, start: int) -> int | None:
+        """The first of `LOOKS` steps of a way along a path that collides; `None` if none does.
 
         Args:
             found: The ways.
             start: Which of them.
-
-        Returns:
-            The step that was looked at before, or -1, and the one that collides.
         """
         if self._pairs is None:
             return None
         steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
         looks = steps[distinct(np.linspace(0, len(steps) - 1, LOOKS).astype(np.intp))]
-        before = int(looks[0]) - 1
         gaps = self._pairs.clearances(found.position[looks, start], found.time[looks])
-        for k, gap in zip(looks.tolist(), gaps, strict=True):
-            if gap < 0.0:
-                return before, k
-            before = k
-        return None
+        return next((int(k) for k, gap in zip(looks, gaps, strict=False) if gap < 0.0), None)
 
-    def described(
-        self, found: Continuation, start: int, contact: tuple[int, int]
-    ) -> tuple[float, str]:
+    def described(self, found: Continuation, start: int, contact: int) -> tuple[float, str]:
         """When a contact begins, and the sentence for it.
 
         Args:
@@ -136,13 +126,11 @@ class Obstacles:
             start: Which of them.
             contact: What `contact` gives for it.
         """
-        before, k = contact
-        first = next(
-            i
-            for i in range(before + 1, k + 1)
-            if self.collides(found.position[i, start], float(found.time[i]))
-        )
-        return self._begin(found, first, start), self._description(found, first, start)
+        q, time = found.position[:, start], found.time.tolist()
+        step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
+        gaps = self._gaps(q[step], time[step])
+        _, one, other = min(gaps, key=lambda gap: gap[0])
+        return self._begin(found, step, start), f"{other.name} comes too near to {one.name}"
 
     def _begin(self, found: Continuation, step: int, start: int) -> float:
         """When the contact begins that is there at a step and not at the one before [s]."""
@@ -162,12 +150,6 @@ class Obstacles:
             else:
                 low = middle
         return high
-
-    def _description(self, found: Continuation, step: int, start: int) -> str:
-        """What collides at a step."""
-        gaps = self._gaps(found.position[step, start], float(found.time[step]))
-        _, first, second = min(gaps, key=lambda gap: gap[0])
-        return f"{second.name} comes too near to {first.name}"
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair beyond the required margin, and the pair."""

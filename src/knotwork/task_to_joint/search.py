@@ -27,6 +27,7 @@ from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
 from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
 from knotwork.task_to_joint.obstacles import Obstacles
+from knotwork.task_to_joint.solution import Step
 from knotwork.task_to_joint.velocities import velocity_at
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -64,6 +65,7 @@ class Search:
         given: Joint positions at each waypoint, `None` where a pose is given.
         speeds: Joint velocities at each waypoint, `None` where a pose is given.
         near: Configuration to be near, or `None`.
+        avoided: Steps that count as collisions.
 
     Attributes:
         rules: What steps of the sequence cost.
@@ -82,6 +84,7 @@ class Search:
         given: list[FloatArray | None],
         speeds: list[FloatArray | None],
         near: FloatArray | None,
+        avoided: Iterable[Step] = (),
     ) -> None:
         self.scenario, self.space, self.robot = scenario, space, robot
         self.given, self.speeds, self.near = given, speeds, near
@@ -103,6 +106,7 @@ class Search:
             avoided=branch == "keep" or self._in_motion(),
             forbidden=branch == "fixed",
             untimed=None if scenario.free is None else scenario.free.untimed,
+            colliding=tuple(CollidingStep(*step) for step in avoided),
         )
         self.samples = SAMPLES
         self._collide: dict[int, FloatArray] = {}
@@ -273,12 +277,6 @@ class Search:
         if index not in self._collide:
             self._collide[index] = self.obstacles.collide(index, candidates)
         return self._collide[index]
-
-    def avoid(self, found: Found, intervals: Iterable[int]) -> None:
-        """Let the steps of a sequence on some intervals count as collisions from now on."""
-        q = found.sequence.q
-        steps = [CollidingStep(i, q[i], q[i + 1]) for i in intervals]
-        self.rules = self.rules._replace(colliding=(*self.rules.colliding, *steps))
 
     def _refined(self, chosen: Sequence) -> FloatArray:
         """Move waypoints of an arm that moves freely to where the whole motion is better."""

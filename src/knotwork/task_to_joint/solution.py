@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
 
-from knotwork.waypoints import JointWaypoints
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+Step: TypeAlias = tuple[int, FloatArray, FloatArray]
+"""Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
 
 
 @dataclass(frozen=True)
@@ -78,33 +80,14 @@ class TaskSolution:
         waypoints: Joint positions and velocities.
         infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
         choices: The solutions chosen at the waypoints given by poses, in order.
+        sequence: Joint positions chosen among the candidates at the scenario's waypoints
+            [rad or m], shape (n, d); `None` if no other ones may be feasible and clear.
     """
 
     waypoints: JointWaypoints
     infeasibilities: tuple[Infeasibility, ...] = ()
     choices: tuple[Choice, ...] = ()
-    _avoid: Callable[[Collection[int]], TaskSolution | None] | None = field(
-        default=None, repr=False
-    )
-
-    def __getstate__(self) -> dict[str, Any]:
-        """The state to copy or pickle: without the search."""
-        return {**self.__dict__, "_avoid": None}
-
-    def avoiding(self, intervals: Collection[int]) -> TaskSolution | None:
-        """The next best solution, without the steps that this one takes on some intervals.
-
-        Steps that were given up before stay so.
-
-        Args:
-            intervals: Indices of the waypoints where they begin.
-
-        Returns:
-            It, or `None` if there is no other that may be feasible and clear.
-        """
-        if self._avoid is None:
-            return None
-        return self._avoid(intervals)
+    sequence: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Give the choices and infeasibilities as plain data, ready for JSON."""

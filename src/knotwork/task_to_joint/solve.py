@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,15 +12,19 @@ from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.inserted import completed_waypoints
-from knotwork.task_to_joint.solution import TaskSolution
+from knotwork.task_to_joint.solution import Step, TaskSolution
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.task_to_joint.inserted import KnownWay
-    from knotwork.task_to_joint.search import Search
 
 
-def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> TaskSolution:
+def solve_task(
+    scenario: Scenario,
+    space: JointSpace,
+    knots: Any = "paper",
+    avoided: Sequence[Step] = (),
+) -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
     Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
@@ -47,6 +51,7 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
         scenario: The task.
         space: The joints and the robot it is for.
         knots: Of the motion, for waypoints along tool paths: see `ModifiedHermiteSpline`.
+        avoided: Steps that count as collisions, because a motion that took them collided.
 
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
@@ -70,16 +75,27 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
+    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.task_to_joint.search import Search
     from knotwork.task_to_joint.unit_slips import suggest_unit
 
-    search = Search(scenario, space, space.robot, given, speeds, space.near)
+    search = Search(scenario, space, space.robot, given, speeds, space.near, avoided)
     try:
         search.find()
-        return _solution(search, knots)
+        found = search.solve()
     except OutOfReachError as error:
         suggest_unit(error, scenario, space.robot)
         raise
+    infeasibilities = find_infeasibilities(search, found)
+    # every other sequence is too fast, collides at a waypoint or takes a step that collided
+    hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
+    values = found.positions, found.velocities
+    return TaskSolution(
+        _completed(scenario, space, *values, knots, search.dependent.way),
+        infeasibilities,
+        describe_choices(search, found),
+        None if hopeless else found.sequence.q,
+    )
 
 
 def _as_given(
@@ -91,28 +107,6 @@ def _as_given(
 
         Obstacles(scenario, space, space.robot).check_start(positions[0])
     return TaskSolution(_completed(scenario, space, positions, velocities, knots))
-
-
-def _solution(search: Search, knots: Any) -> TaskSolution:
-    """What a search finds, and how to go on searching; knots as `solve_task` takes them."""
-    from knotwork.task_to_joint.explain import Explanation
-
-    found = search.solve()
-    explanation = Explanation(search, found)
-    values = found.positions, found.velocities
-    waypoints = _completed(search.scenario, search.space, *values, knots, search.dependent.way)
-
-    def avoid(intervals: Collection[int]) -> TaskSolution | None:
-        search.avoid(found, intervals)
-        other = _solution(search, knots)
-        same = np.array_equal(other.waypoints.position, waypoints.position)
-        return None if same else other
-
-    infeasibilities = explanation.infeasibilities()
-    # every other sequence is too fast, collides at a waypoint or takes a step that collided
-    hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
-    others = None if hopeless else avoid
-    return TaskSolution(waypoints, infeasibilities, explanation.choices(), others)
 
 
 def _completed(

@@ -54,21 +54,19 @@ def binding_limits(
     )
     shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
     for i in range(len(problem.position) - 1):
-        ends = problem.names[i], problem.names[i + 1]
-
-        def one(name: str, k: int, i: int = i, ends: tuple[str, str] = ends) -> Binding:
-            joint = "" if name == "tool speed" else problem.joint_names[k]
-            return Binding(*ends, joint, name, round(float(shares[name][i, k]), 2))
-
-        here = [
-            one(name, int(k))
+        at_limit = [
+            (float(share[i, k]), name, int(k))
             for name, share in shares.items()
             for k in np.flatnonzero(share[i] >= WORTH_SAYING)
         ]
-        here.sort(key=lambda binding: -float(binding.share or 0.0))
-        if not here and (problem.free[i] or problem.total is not None):
+        at_limit.sort(key=lambda one: -one[0])
+        if not at_limit and (problem.free[i] or problem.total is not None):
             name = max(peaks, key=lambda name: float(peaks[name][i].max()))
-            if peaks[name][i].max() >= 1.0 - TOUCHES:
-                here = [one(name, int(peaks[name][i].argmax()))]
-        found += here
+            k = int(peaks[name][i].argmax())
+            if peaks[name][i, k] >= 1.0 - TOUCHES:
+                at_limit = [(float(shares[name][i, k]), name, k)]
+        for part, name, k in at_limit:
+            joint = "" if name == "tool speed" else problem.joint_names[k]
+            ends = problem.names[i], problem.names[i + 1]
+            found.append(Binding(*ends, joint, name, round(part, 2)))
     return tuple(found)

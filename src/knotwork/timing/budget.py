@@ -14,45 +14,10 @@ from knotwork.arguments import finite_number
 from knotwork.timing.motion import Progress
 from knotwork.waypoints import FloatArray
 
-SOONEST = 1e-9
-"""The least budget of a part, where nothing is left [s]."""
-
 OnStep = Callable[[FloatArray, float, FloatArray], bool]
 
 PROMISING = 1e-2
 """A step is tried as a motion if it violates no scaled constraint by more than this."""
-
-
-@dataclass(eq=False)
-class Budget:
-    """Time that there is for something, from when this is made.
-
-    Raises:
-        InputError: It is not positive.
-
-    Attributes:
-        seconds: How long [s], or `None` if it is not limited.
-        now: The clock [s].
-        begun: When it began, by this clock.
-    """
-
-    seconds: float | None = None
-    now: Callable[[], float] = clock.perf_counter
-    begun: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        if self.seconds is not None:
-            self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
-        self.begun = self.now()
-
-    def end(self) -> float:
-        """When it ends, by its clock; never without a limit."""
-        return np.inf if self.seconds is None else self.begun + self.seconds
-
-    def turn(self, part: float) -> float:
-        """When a part of the time left ends, from 0 to 1."""
-        now = self.now()
-        return now + (self.end() - now) * part
 
 
 @dataclass(eq=False)
@@ -82,49 +47,44 @@ class Watch:
     iterations: int = 0
     solved: int = 0
     begun: float = field(init=False)
-    _time: Budget = field(init=False)
     _turn: float = field(init=False, default=np.inf)
 
     def __post_init__(self) -> None:
-        self._time = Budget(self.budget, self.now)
-        self.budget, self.begun = self._time.seconds, self._time.begun
+        if self.budget is not None:
+            self.budget = finite_number(self.budget, "budget", "s", positive=True)
+        self.begun = self.now()
 
     @property
     def needed(self) -> bool:
         """Whether anything depends on the steps of the solver."""
         return self.progress is not None or self.budget is not None
 
-    def within(self, part: float, work: int = 1) -> Watch:
-        """A watch for something that is tried, with a part of the budget left.
-
-        Args:
-            part: From 0 to 1.
-            work: As of this watch.
-        """
-        if self.budget is None:
-            return Watch(work=work, now=self.now)
-        left = max(self._time.turn(part) - self.now(), SOONEST)
-        return Watch(budget=left, work=work, now=self.now)
+    def left(self) -> float:
+        """Time left [s]; infinite without a budget."""
+        return np.inf if self.budget is None else self.begun + self.budget - self.now()
 
     @contextmanager
     def part(self, intervals: int) -> Iterator[None]:
         """Give a part its turn: the budget left, shared by the intervals left."""
+        before = self._turn
         if self.budget is not None:
-            self._turn = self._time.turn(intervals / max(self.work - self.solved, intervals))
+            self._turn = self.now() + self.left() * intervals / max(
+                self.work - self.solved, intervals
+            )
         yield
+        self._turn = before
         self.solved += intervals
 
-    def late(self, *, found: bool, ahead: float = 0.0) -> bool:
+    def late(self, *, found: bool) -> bool:
         """Whether to stop: the budget has ended, or the turn has and a motion was found.
 
         Args:
             found: Whether there is a motion.
-            ahead: What the next step is likely to take [s].
         """
         if self.budget is None:
             return False
-        now = self.now() + ahead
-        return now > self._time.end() or (found and now > self._turn)
+        now = self.now()
+        return now > self.begun + self.budget or (found and now > self._turn)
 
     def step(self, objective: float, violation: float) -> None:
         """Count a step and report it."""
@@ -141,16 +101,16 @@ class Steps:
     Attributes:
         watch: Where they are reported.
         low, high: Least and greatest values of the constraints.
-        attempt: Makes a motion of the variables of a step and returns its cost and itself, or
-            `None` if it is not feasible.
-        best: The best motion so far, and its cost.
+        attempt: Makes a motion with a `cost` of the variables of a step; `None` if it is not
+            feasible.
+        best: The best motion so far.
     """
 
     watch: Watch
     low: FloatArray
     high: FloatArray
-    attempt: Callable[[FloatArray], tuple[float, Any] | None]
-    best: tuple[float, Any] | None = None
+    attempt: Callable[[FloatArray], Any]
+    best: Any = None
 
     def __call__(self, x: FloatArray, objective: float, g: FloatArray) -> bool:
         """Look at a step; return whether the solver is to stop."""
@@ -158,7 +118,7 @@ class Steps:
         self.watch.step(objective, violation)
         if self.watch.budget is not None and violation < PROMISING:
             tried = self.attempt(x)
-            if tried is not None and (self.best is None or tried[0] < self.best[0]):
+            if tried is not None and (self.best is None or tried.cost < self.best.cost):
                 self.best = tried
         return self.watch.late(found=self.best is not None)
 
@@ -180,15 +140,8 @@ def casadi_callback(size: int, constraints: int, parameters: int, steps: OnStep)
         def get_n_out(self) -> int:
             return 1
 
-        def get_name_in(self, i: int) -> str:
-            return str(ca.nlpsol_out(i))
-
-        def get_name_out(self, i: int) -> str:
-            return "ret"
-
         def get_sparsity_in(self, i: int) -> Any:
-            name = ca.nlpsol_out(i)
-            return ca.Sparsity.dense(parameters if name == "lam_p" else sizes[name], 1)
+            return ca.Sparsity.dense(sizes.get(ca.nlpsol_out(i), parameters), 1)
 
         def eval(self, arguments: Any) -> list[int]:
             x, f, g = arguments[:3]

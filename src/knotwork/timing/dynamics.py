@@ -8,44 +8,15 @@ acceleration of the base.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import joint_tree
+from knotwork.robot.joint_tree import JointTree, joint_tree
 from knotwork.waypoints import FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """A joint and the link that it moves.
-
-    Attributes:
-        parent: Index of the link that carries it; -1 for the base.
-        column: Index of its position among the joints.
-        rotation: Axes of the joint at position 0 in those of the parent, shape (3, 3).
-        offset: Its origin in the parent [m], shape (3,).
-        turn: What it turns by for one unit of its position, along its own axes, shape (3,).
-        slide: What it slides by, shape (3,).
-        mass: [kg].
-        lever: Centre of mass in its axes [m], shape (3,).
-        inertia: About the centre of mass [kg m²], shape (3, 3).
-        armature: Inertia of its motor, as the joint feels it [kg m² or kg].
-    """
-
-    parent: int
-    column: int
-    rotation: FloatArray
-    offset: FloatArray
-    turn: FloatArray
-    slide: FloatArray
-    mass: float
-    lever: FloatArray
-    inertia: FloatArray
-    armature: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +27,7 @@ class Dynamics:
 
     Attributes:
         robot: The arm. Its joints are those of the problem, in the same order.
-        links: Its joints and links, each after the one that carries it.
-        gravity: In the axes of the base link [m/s²], shape (3,).
+        joints: Its joints, each after the one that carries it.
 
     Raises:
         InputError: A joint has several degrees of freedom.
@@ -69,12 +39,10 @@ class Dynamics:
     """
 
     robot: Robot
-    links: tuple[Link, ...] = field(init=False)
-    gravity: FloatArray = field(init=False)
+    joints: JointTree = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "links", _links(self.robot.model))
-        object.__setattr__(self, "gravity", np.array(self.robot.model.gravity.linear))
+        object.__setattr__(self, "joints", joint_tree(self.robot.model))
 
     def effort(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Joint efforts [N m or N] of many states, shape (..., d) each, by Pinocchio."""
@@ -94,21 +62,22 @@ class Dynamics:
         """Joint efforts of a state as CasADi symbols, a column."""
         import casadi as ca
 
-        moving = _outwards(self.links, self.gravity, q, v, a)
-        effort: list[Any] = [None] * len(self.links)
-        forces = [motion.force for motion in moving]
-        moments = [motion.moment for motion in moving]
-        for i in reversed(range(len(self.links))):
-            link, here = self.links[i], moving[i]
-            own = ca.dot(ca.DM(link.turn), moments[i]) + ca.dot(ca.DM(link.slide), forces[i])
-            effort[link.column] = own + link.armature * a[link.column]
-            if link.parent >= 0:
+        moving = self._outwards(q, v, a)
+        joints, effort = self.joints, [ca.SX(0)] * len(moving)
+        forces, moments = (
+            [None, *(getattr(one, name) for one in moving[1:])] for name in ("force", "moment")
+        )
+        for i in reversed(range(1, len(moving))):
+            here, parent, k = moving[i], joints.parent[i], joints.column[i]
+            along = joints.turns[i] * moments[i] + joints.slides[i] * forces[i]
+            effort[k] = ca.dot(_sparse(joints.axis[i]), along)
+            effort[k] += float(self.robot.model.armature[k]) * a[k]
+            if parent:
                 force = ca.mtimes(here.rotation, forces[i])
-                forces[link.parent] += force
-                moments[link.parent] += ca.mtimes(here.rotation, moments[i]) + ca.cross(
-                    here.offset, force
-                )
-        return ca.vertcat(*effort)
+                forces[parent] += force
+                moments[parent] += ca.mtimes(here.rotation, moments[i])
+                moments[parent] += ca.cross(here.offset, force)
+        return ca.vertcat(*effort[:-1])
 
     def symbolic_tool_velocity(self, q: Any, v: Any) -> Any:
         """Velocity of the tool centre point as CasADi symbols, in its link's axes, a column."""
@@ -120,43 +89,23 @@ class Dynamics:
         frame = model.frames[self.robot.tcp_frame_id]
         if frame.parentJoint == 0:
             return ca.SX.zeros(3)
-        here = _outwards(self.links, self.gravity, q, v, v)[frame.parentJoint - 1]
+        here = self._outwards(q, v, v)[frame.parentJoint]
         return here.velocity + ca.cross(here.spin, ca.DM(np.array(frame.placement.translation)))
 
+    def _outwards(self, q: Any, v: Any, a: Any) -> list[_Moving]:
+        """Motion of every link from the base to the tips, and the force and moment it takes."""
+        import casadi as ca
 
-@dataclass(eq=False)
-class _Moving:
-    """A link's motion as symbols, in its axes: see `_outwards`."""
-
-    rotation: Any
-    offset: Any
-    spin: Any
-    velocity: Any
-    force: Any
-    moment: Any
-    spin_rate: Any
-    acceleration: Any
-
-
-def _outwards(
-    links: tuple[Link, ...], gravity: FloatArray, q: Any, v: Any, a: Any
-) -> list[_Moving]:
-    """Motion of every link from the base to the tips, and the force and moment it takes."""
-    import casadi as ca
-
-    nothing = ca.SX(3, 1)
-    found: list[_Moving] = []
-    for link in links:
-        angle, rate, change = q[link.column], v[link.column], a[link.column]
-        turn, slide = ca.SX(ca.sparsify(link.turn)), ca.SX(ca.sparsify(link.slide))
-        rotation = ca.mtimes(ca.sparsify(link.rotation), _turned(link.turn, angle))
-        offset = ca.sparsify(link.offset) + ca.mtimes(ca.sparsify(link.rotation), slide * angle)
-        back = rotation.T
-        if link.parent < 0:
-            spin = velocity = spin_rate = nothing
-            acceleration = ca.SX(ca.DM(-gravity))
-        else:
-            parent = found[link.parent]
+        model, joints, none = self.robot.model, self.joints, ca.SX(3, 1)
+        # gravity is an acceleration of the base
+        lift = ca.SX(ca.DM(-model.gravity.linear))
+        found = [_Moving(ca.SX.eye(3), none, none, none, none, lift, none, none)]
+        for i in range(1, len(joints.parent)):
+            k, parent, axis = joints.column[i], found[joints.parent[i]], joints.axis[i]
+            turn, slide = _sparse(joints.turns[i] * axis), _sparse(joints.slides[i] * axis)
+            fixed = _sparse(joints.rotation[i])
+            rotation = ca.mtimes(fixed, _turned(joints.turns[i] * axis, q[k]))
+            offset = _sparse(joints.translation[i]) + ca.mtimes(fixed, slide * q[k])
             spin, spin_rate = parent.spin, parent.spin_rate
             velocity = parent.velocity + ca.cross(spin, offset)
             acceleration = (
@@ -164,26 +113,43 @@ def _outwards(
                 + ca.cross(spin_rate, offset)
                 + ca.cross(spin, ca.cross(spin, offset))
             )
-        carried = ca.mtimes(back, spin)
-        own = carried + turn * rate
-        own_rate = ca.mtimes(back, spin_rate) + turn * change + ca.cross(carried, turn * rate)
-        moves = slide * rate
-        velocity = ca.mtimes(back, velocity) + moves
-        acceleration = (
-            ca.mtimes(back, acceleration) + slide * change + 2.0 * ca.cross(carried, moves)
-        )
-        lever, inertia = ca.sparsify(link.lever), ca.sparsify(link.inertia)
-        at_centre = acceleration + ca.cross(own_rate, lever) + ca.cross(own, ca.cross(own, lever))
-        force = link.mass * at_centre
-        moment = (
-            ca.mtimes(inertia, own_rate)
-            + ca.cross(own, ca.mtimes(inertia, own))
-            + ca.cross(lever, force)
-        )
-        found.append(
-            _Moving(rotation, offset, own, velocity, force, moment, own_rate, acceleration)
-        )
-    return found
+            carried, moves = ca.mtimes(rotation.T, spin), slide * v[k]
+            spin = carried + turn * v[k]
+            spin_rate = ca.mtimes(rotation.T, spin_rate) + turn * a[k]
+            spin_rate += ca.cross(carried, turn * v[k])
+            acceleration = ca.mtimes(rotation.T, acceleration) + slide * a[k]
+            acceleration += 2.0 * ca.cross(carried, moves)
+            body = model.inertias[i]
+            lever, inertia = _sparse(body.lever), _sparse(body.inertia)
+            at_centre = acceleration + ca.cross(spin_rate, lever)
+            force = float(body.mass) * (at_centre + ca.cross(spin, ca.cross(spin, lever)))
+            moment = ca.mtimes(inertia, spin_rate) + ca.cross(spin, ca.mtimes(inertia, spin))
+            moment += ca.cross(lever, force)
+            velocity = ca.mtimes(rotation.T, velocity) + moves
+            found.append(
+                _Moving(rotation, offset, spin, spin_rate, velocity, acceleration, force, moment)
+            )
+        return found
+
+
+class _Moving(NamedTuple):
+    """A link's placement in its parent and its motion as symbols, in its axes."""
+
+    rotation: Any
+    offset: Any
+    spin: Any
+    spin_rate: Any
+    velocity: Any
+    acceleration: Any
+    force: Any
+    moment: Any
+
+
+def _sparse(values: FloatArray) -> Any:
+    """Constants, so that products with zeros stay out of the expressions."""
+    import casadi as ca
+
+    return ca.SX(ca.sparsify(np.array(values)))
 
 
 def _turned(turn: FloatArray, angle: Any) -> Any:
@@ -191,27 +157,7 @@ def _turned(turn: FloatArray, angle: Any) -> Any:
     import casadi as ca
 
     x, y, z = turn
-    cross = ca.sparsify(np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]))
-    square = ca.sparsify(np.outer(turn, turn) - float(turn @ turn) * np.eye(3))
+    cross = _sparse(np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]))
+    square = _sparse(np.outer(turn, turn) - float(turn @ turn) * np.eye(3))
     # sin and cos as they stand keep the products with zeros out of the expressions
     return ca.SX.eye(3) + ca.sin(angle) * cross + (1.0 - ca.cos(angle)) * square
-
-
-def _links(model: Any) -> tuple[Link, ...]:
-    joints = joint_tree(model)
-    return tuple(
-        Link(
-            parent=joints.parent[i] - 1,
-            column=joints.column[i],
-            rotation=joints.rotation[i],
-            offset=joints.translation[i],
-            turn=joints.turns[i] * joints.axis[i],
-            slide=joints.slides[i] * joints.axis[i],
-            mass=float(body.mass),
-            lever=np.array(body.lever),
-            inertia=np.array(body.inertia),
-            armature=float(model.armature[joints.column[i]]),
-        )
-        for i, body in enumerate(model.inertias)
-        if i
-    )

@@ -58,7 +58,7 @@ def _inside(d: int, parts: Sequence[float]) -> _Inside:
     tau, ends = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d)
     units = ca.SX.sym("units", 3 * d)
     split = ca.vertsplit(ends, d)
-    at = [split[3:] if part == 1.0 else inner_state(tau, split, part) for part in parts]
+    at = [_inner_state(tau, split, part) for part in parts]
     meant = [ca.vertcat(*state) * units for state in at]
     symbols = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
     return _Inside(
@@ -70,7 +70,7 @@ def _inside(d: int, parts: Sequence[float]) -> _Inside:
     )
 
 
-def inner_state(tau: Any, states: Any, part: float = 0.5) -> tuple[Any, Any, Any]:
+def _inner_state(tau: Any, states: Any, part: float) -> tuple[Any, Any, Any]:
     """State after a part of a piece, from its duration and the states at its ends."""
     q0, v0, a0, _, _, a1 = states
     t = part * tau
@@ -89,7 +89,7 @@ def effort_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
     """
     import casadi as ca
 
-    inverse = ca.SX.sym("inverse", len(dynamics.links))
+    inverse = ca.SX.sym("inverse", dynamics.robot.dof)
     return _limit_kernel(
         dynamics,
         inverse,
@@ -121,7 +121,7 @@ def _limit_kernel(
     """The use of a limit at parts of a piece, or without any at a break."""
     import casadi as ca
 
-    d = len(dynamics.links)
+    d = dynamics.robot.dof
     if parts:
         piece = _inside(d, parts)
         rows = ca.vertcat(*(use(*state) for state in piece.states))
@@ -135,7 +135,7 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     """Integral of effort squared over a piece (Simpson's rule). Parameters: units, weight."""
     import casadi as ca
 
-    piece = _inside(len(dynamics.links), (0.0, 0.5, 1.0))
+    piece = _inside(dynamics.robot.dof, (0.0, 0.5, 1.0))
     weight = ca.SX.sym("weight")
     start, middle, end = (ca.sumsqr(dynamics.symbolic_effort(*state)) for state in piece.states)
     cost = weight * piece.tau * (start + 4 * middle + end) / 6

@@ -6,63 +6,192 @@ of velocity, acceleration and tool speed, and the motion that rests in each inte
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import TimingError
-from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
 from knotwork.timing.bounds import least_durations, slowest
 from knotwork.timing.efforts import effort_shares, tool_shares
 from knotwork.timing.exact_curve import rebuilt
-from knotwork.timing.infeasible_values import (
-    ROUNDING,
-    faults,
-    overloads,
-    rounded_down,
-    rounded_up,
-    with_room,
-)
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
 from knotwork.waypoints import FloatArray
+
+ROUNDING = 1e-12
+"""A given value may be beyond a limit by this part of it."""
+
+SPARE = 1e-4
+"""A duration that is named is longer than one that suffices by this part of it."""
 
 NOTHING = "no motion was found that keeps all limits"
 
 
 def impossible(problem: TimingProblem) -> list[TimingError]:
     """An error for each thing that is given and that no motion within the limits has."""
-    found = faults(problem)
-    errors = [*overloads(problem, certain=True), *(one.error(problem) for one in found)]
-    if any(one.given == "position" for one in found):
+    outside, faults = list(_outside(problem)), _faults(problem)
+    errors = sorted([*outside, *faults.values()], key=lambda one: one.waypoint or 0)
+    errors = _overloads(problem, certain=True) + errors
+    if outside:
         return errors
-    for one in found:
+    for (name, i), one in faults.items():
         # the checks that follow are for the nearest feasible value
-        changed: Any = np.array(getattr(problem, one.given))
-        changed[one.waypoint] *= min(one.factor, 1.0) * (1.0 - ROUNDING)
-        problem = replace(problem, **{one.given: changed})
-    return errors + (list(_unlimited(problem)) or list(_durations(problem)))
+        changed: Any = np.array(getattr(problem, name))
+        changed[i] *= _part(one) * (1.0 - ROUNDING)
+        problem = replace(problem, **{name: changed})
+    return errors + (list(_unlimited(problem)) or list(_impossible_durations(problem)))
 
 
-def unsolved(problem: TimingProblem, before: int = 0) -> list[TimingError]:
-    """Say what keeps a problem from a motion, where `impossible` finds nothing, and what suffices.
+def unsolved(problem: TimingProblem) -> list[TimingError]:
+    """What keeps a problem from a motion, where `impossible` finds nothing, and what suffices."""
+    return (
+        _overloads(problem, certain=False)
+        or _too_short(problem)
+        or [_least_exceeded_limit(problem)]
+    )
+
+
+def _overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
+    """The joints that can't hold the arm still, each where it takes most effort.
 
     Args:
-        problem: What has no solution.
-        before: Number of waypoints of the whole task before its first one.
-
-    Returns:
-        At least one error.
+        problem: The task.
+        certain: Whether only what proves that there is no motion is an error: where the
+            acceleration is chosen the arm may pass while it falls, and else it may not stop.
     """
-    found = overloads(problem, certain=False) or _too_short(problem) or [_exceeded(problem)]
-    for one in found:
-        if one.waypoint is not None:
-            one.waypoint += before
+    limits, unit = problem.limits, JOINT_QUANTITIES["effort"].units
+    rests = (problem.velocity == 0.0).all(axis=1)
+    known = rests & (problem.acceleration == 0.0).all(axis=1)
+    rows = np.flatnonzero(known if certain else rests | ~problem.velocity_known)
+    if not np.isfinite(limits.effort).any() or not rows.size:
+        return []
+    q = problem.position[rows]
+    effort = np.abs(problem.arm.effort(q, np.zeros_like(q), np.zeros_like(q)))
+    joints = np.flatnonzero((effort > limits.effort * (1.0 + ROUNDING)).any(axis=0)).tolist()
+    heavy = [(int(rows[effort[:, k].argmax()]), k, float(effort[:, k].max())) for k in joints]
+    if not heavy:
+        return []
+
+    def text(effort: float, k: int) -> str:
+        return problem.units.text(effort / limits.margin, unit[problem.joint_units[k]])
+
+    messages = [
+        f"{'to rest ' if not rests[i] else ''}at {problem.names[i]!r} joint "
+        f"{problem.joint_names[k]!r} needs a limit of effort above {text(rounded_up(most), k)}; "
+        f"it is {text(float(limits.effort[k]), k)}"
+        for i, k, most in heavy
+    ]
+    i, k, most = heavy[0]
+    return [
+        TimingError(
+            f"{'no motion keeps all limits' if certain else NOTHING}: {'; and '.join(messages)}"
+            f"{limits.margin_note}",
+            waypoint=i,
+            joint=problem.joint_names[k],
+            limit="effort",
+            value=float(limits.effort[k]),
+            bound=most,
+        )
+    ]
+
+
+def _faults(problem: TimingProblem) -> dict[tuple[str, int], TimingError]:
+    """Velocities and accelerations that a limit rules out: at each waypoint the worst of each."""
+    found: dict[tuple[str, int], TimingError] = {}
+    for place, one in (*_beyond(problem), *_unstoppable(problem)):
+        if place not in found or _part(one) < _part(found[place]):
+            found[place] = one
     return found
+
+
+def _part(error: TimingError) -> float:
+    """Greatest feasible part of the value given."""
+    return (error.bound or 0.0) / (error.value or 1.0)
+
+
+def _fault(
+    problem: TimingProblem, i: int, k: int, limit: str, value: float, bound: float, text: str
+) -> TimingError:
+    """The error for a value of joint k at waypoint i; the text follows the joint's name."""
+    return TimingError(
+        f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} {text}",
+        waypoint=int(i),
+        joint=problem.joint_names[k],
+        limit=limit,
+        value=value,
+        bound=bound,
+    )
+
+
+def _advice(given: str, part: float) -> str:
+    if not part:
+        return (
+            f". No part of the {given} given here is possible: stop here, or move the waypoint or "
+            "the limit"
+        )
+    return f". At most {rounded_down(part, 4):g} times the {given} given here is possible"
+
+
+def _beyond(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
+    """Velocities and accelerations beyond their limits."""
+    limits, text = problem.limits, problem.units.text
+    for name, order, article, known in (
+        ("velocity", 1, "a", problem.velocity_known),
+        ("acceleration", 2, "an", problem.acceleration_known),
+    ):
+        most, values = getattr(limits, name), getattr(problem, name)
+        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))):
+            value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
+            bound = math.copysign(float(most[k]), value)
+            message = (
+                f"is given {article} {name} of {text(value, unit)}; its limit is "
+                f"{limits.text(float(most[k]), unit, problem.units)}{_advice(name, bound / value)}"
+            )
+            yield (name, int(i)), _fault(problem, i, k, name, value, bound, message)
+
+
+def _outside(problem: TimingProblem) -> Iterator[TimingError]:
+    """Positions outside their limits."""
+    limits, text, q = problem.limits, problem.units.text, problem.position
+    slack = ROUNDING * np.maximum(1.0, np.abs(q))
+    for i, k in np.argwhere((q < limits.lower - slack) | (q > limits.upper + slack)):
+        unit, value = problem.joint_units[k], float(q[i, k])
+        lower, upper = float(limits.lower[k]), float(limits.upper[k])
+        message = (
+            f"stands at {text(value, unit)}, outside its limits "
+            f"{text(lower, unit)} to {text(upper, unit)}"
+        )
+        bound = min(max(value, lower), upper)
+        yield _fault(problem, i, k, "position", value, bound, message)
+
+
+def _unstoppable(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
+    """Joints that move towards a limit of their position and can't stop before it."""
+    limits, q, text = problem.limits, problem.position, problem.units.text
+    for sign, verb in ((1.0, "stop before"), (-1.0, "have come from inside")):
+        v = sign * np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
+        v[-1 if sign > 0.0 else 0] = 0.0  # nothing comes after the last or before the first
+        room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
+        with np.errstate(invalid="ignore"):
+            most = np.sqrt(2.0 * limits.acceleration * room)
+        for i, k in np.argwhere(np.abs(v) > most * (1.0 + 1e-9) + ROUNDING):
+            unit, value = problem.joint_units[k], float(problem.velocity[i, k])
+            needed = 0.5 * value**2 / float(limits.acceleration[k])
+            bound = math.copysign(float(most[i, k]), value)
+            message = (
+                f"moves at {text(value, rate_unit(unit, 1))} and can't {verb} its position limit, "
+                f"{text(float(room[i, k]), unit, '.4g')} away; it needs at least "
+                f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
+            )
+            place = "velocity", int(i)
+            yield place, _fault(problem, i, k, "position", value, bound, message)
 
 
 def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
@@ -79,7 +208,7 @@ def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
         )
 
 
-def _durations(problem: TimingProblem) -> Iterator[TimingError]:
+def _impossible_durations(problem: TimingProblem) -> Iterator[TimingError]:
     """Durations that are too short, that no joint can wait for, or that have no least value."""
     least = least_durations(problem)
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
@@ -108,42 +237,42 @@ def _durations(problem: TimingProblem) -> Iterator[TimingError]:
         problem = replace(problem, duration=np.array([problem.total]), total=None)
     wrong = np.where(problem.free, np.inf, problem.duration) < least * (1.0 - 1e-9)
     for i in np.flatnonzero(~problem.free).tolist():
-        wrong[i] |= _no_wait(problem, i) is not None
+        wrong[i] |= bool(_no_wait(problem, i))
     if wrong.any():
         yield from _given_durations(problem, wrong, "")
 
 
-def _no_wait(problem: TimingProblem, i: int) -> str | None:
+def _no_wait(problem: TimingProblem, i: int) -> str:
     """Why a given duration is none that a joint can take, because it may not stop."""
-    if not (problem.velocity_known[i] and problem.velocity_known[i + 1]):
-        return None
-    h = problem.duration[i]
-    _, last, later = problem.possible_durations(i)
-    for k in np.flatnonzero((h > last * (1.0 + 1e-9)) & (h < later * (1.0 - 1e-9))).tolist():
-        return (
-            f"with its velocities at both ends joint {problem.joint_names[k]!r} can't wait: it "
-            f"takes less than {rounded_down(float(last[k])):.6g} s, or, if it stops and goes back, "
-            f"more than {rounded_up(float(later[k])):.6g} s"
-        )
-    return None
+    if problem.velocity_known[i] and problem.velocity_known[i + 1]:
+        h = problem.duration[i]
+        _, last, later = problem.possible_durations(i)
+        for k in np.flatnonzero((h > last * (1 + 1e-9)) & (h < later * (1 - 1e-9))).tolist():
+            return (
+                f"with its velocities at both ends joint {problem.joint_names[k]!r} can't wait: it "
+                f"takes less than {rounded_down(float(last[k])):.6g} s, or, if it stops and goes "
+                f"back, more than {rounded_up(float(later[k])):.6g} s"
+            )
+    return ""
 
 
-def _given_durations(
-    problem: TimingProblem, wrong: BoolArray | None, what: str
-) -> list[TimingError]:
+def _resting_durations(problem: TimingProblem) -> FloatArray:
+    """Durations no shorter than those given in which the arm can rest [s]; infinite if it can't."""
+    rest = resting(with_longer(problem), "resting")
+    if rest is None:
+        return np.full(problem.duration.shape, np.inf)
+    return np.diff(rest.found.knots.time)
+
+
+def _given_durations(problem: TimingProblem, wrong: BoolArray, what: str) -> list[TimingError]:
     """Errors for given durations, with those in which the arm can come to rest.
 
     Args:
         problem: The task.
-        wrong: Which they are, or `None` for those in which it can't.
+        wrong: Which they are.
         what: What was found of them, in words.
     """
-    rest = resting(with_longer(problem), "resting")
-    least = least_durations(problem)
-    takes = np.full(least.size, np.inf) if rest is None else np.diff(rest.found.knots.time)
-    if wrong is None:
-        beyond = np.isfinite(takes) & (takes > problem.duration * (1.0 + 1e-9))
-        wrong = ~problem.free & beyond
+    takes, least = _resting_durations(problem), least_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
     errors = []
     for i in np.flatnonzero(wrong).tolist():
@@ -171,14 +300,13 @@ def _given_durations(
 
 def _too_short(problem: TimingProblem) -> list[TimingError]:
     """Given durations in which the arm can't come to rest, with those in which it can."""
-    if problem.total is None or not problem.free.any():
-        return [] if problem.free.all() else _given_durations(problem, None, f"{NOTHING}; ")
-    rest = resting(with_longer(problem), "resting")
-    if rest is None:
-        return []
-    takes = np.where(problem.free, np.diff(rest.found.knots.time), problem.duration)
-    least = with_room(float(takes.sum()))
-    if problem.total >= least:
+    takes = _resting_durations(problem)
+    if problem.total is None:
+        longer = takes > problem.duration * (1.0 + 1e-9)
+        wrong = ~problem.free & np.isfinite(takes) & longer
+        return _given_durations(problem, wrong, f"{NOTHING}; ")
+    least = with_room(float(np.where(problem.free, takes, problem.duration).sum()))
+    if problem.total >= least or np.isinf(least):
         return []
     return [
         TimingError(
@@ -191,7 +319,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     ]
 
 
-def _exceeded(problem: TimingProblem) -> TimingError:
+def _least_exceeded_limit(problem: TimingProblem) -> TimingError:
     """The limit that a motion with rests exceeds least, and what it reaches."""
     reached: list[tuple[float, str, int, float, float]] = []
     for slower in SLOWER:
@@ -199,56 +327,79 @@ def _exceeded(problem: TimingProblem) -> TimingError:
         if knots is not None:
             reached.append(max(_reached(problem, rebuilt(knots))))
     ends = f"between {problem.names[0]!r} and {problem.names[-1]!r} {NOTHING}"
+    where = {"waypoint": 0, "interval": len(problem.position) == 2}
     if not reached:
         return TimingError(
-            f"{ends}: allow longer durations, lower speeds or higher limits",
-            waypoint=0,
-            interval=len(problem.position) == 2,
+            f"{ends}: allow longer durations, lower speeds or higher limits", **where
         )
     _, name, k, limit, value = min(reached)
     margin = 1.0 if name == "position" else problem.limits.margin
-    joint = problem.joint_names[k] if name != "tool_speed" else ""
-    unit = "m/s" if not joint else JOINT_QUANTITIES[name].units[problem.joint_units[k]]
-    least = float(np.copysign(rounded_up(abs(value), 4), value))
+    joint = problem.joint_names[k] if name != "tool speed" else ""
+    unit = JOINT_QUANTITIES[name].units[problem.joint_units[k]] if joint else "m/s"
+    bound = float(np.copysign(rounded_up(abs(value), 4), value))
     text = problem.units.text
-    who = f"joint {joint!r}" if joint else "the tool"
     return TimingError(
-        f"{ends}; one with rests needs a limit of {name.replace('_', ' ')} of "
-        f"{text(least / margin, unit)} for {who}; it is {text(limit / margin, unit)}"
+        f"{ends}; one with rests needs a limit of {name} of {text(bound / margin, unit)} for "
+        f"{f'joint {joint!r}' if joint else 'the tool'}; it is {text(limit / margin, unit)}"
         + (problem.limits.margin_note if margin != 1.0 else ""),
-        waypoint=0,
-        interval=len(problem.position) == 2,
         joint=joint,
-        limit=name.replace("_", " "),
+        limit=name,
         value=limit,
-        bound=least,
+        bound=bound,
+        **where,
     )
 
 
 def _reached(
     problem: TimingProblem, curve: PiecewisePolynomial
-) -> list[tuple[float, str, int, float, float]]:
+) -> Iterator[tuple[float, str, int, float, float]]:
     """For each limit: its share, its name, the joint, the limit and what a curve reaches."""
     limits = problem.limits
-    found = []
-
-    def put(name: str, shares: FloatArray, limit: FloatArray) -> None:
-        k = int(np.argmax(shares))
-        found.append((float(shares[k]), name, k, float(limit[k]), float(shares[k] * limit[k])))
-
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-        limit = getattr(limits, name)
-        put(name, curve.extrema(order).peak / limit, limit)
-    if problem.dynamics is not None and np.isfinite(limits.effort).any():
-        put("effort", effort_shares(problem, curve).max(axis=0), limits.effort)
-    if problem.dynamics is not None and np.isfinite(limits.tool_speed):
-        put("tool_speed", tool_shares(problem, curve).max(axis=0), np.array([limits.tool_speed]))
+    shares = {
+        name: (curve.extrema(order).peak / getattr(limits, name), getattr(limits, name))
+        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
+    }
+    if np.isfinite(limits.effort).any():
+        shares["effort"] = effort_shares(problem, curve).max(axis=0), limits.effort
+    if np.isfinite(limits.tool_speed):
+        most = np.array([limits.tool_speed])
+        shares["tool speed"] = tool_shares(problem, curve).max(axis=0), most
+    for name, (share, limit) in shares.items():
+        k = int(np.argmax(share))
+        yield float(share[k]), name, k, float(limit[k]), float(share[k] * limit[k])
     places, width = curve.extrema(0), np.ptp(problem.position, axis=0).max() or 1.0
-    for limit, peak, over in (
-        (limits.upper, places.maximum, places.maximum - limits.upper),
-        (limits.lower, places.minimum, limits.lower - places.minimum),
+    for limit, peak, sign in (
+        (limits.upper, places.maximum, 1.0),
+        (limits.lower, places.minimum, -1.0),
     ):
+        over = sign * (peak - limit)
         k = int(np.argmax(over))
         share = 1.0 + float(over[k]) / width
-        found.append((share, "position", k, float(limit[k]), float(peak[k])))
-    return found
+        yield share, "position", k, float(limit[k]), float(peak[k])
+
+
+def rounded_up(value: float, digits: int = 6) -> float:
+    """Round a number up to n digits.
+
+    >>> rounded_up(1.3833333), rounded_up(2.0)
+    (1.38334, 2.0)
+    """
+    return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(f"{value:.12g}"))
+
+
+def rounded_down(value: float, digits: int = 6) -> float:
+    """Round a number down to n digits.
+
+    >>> rounded_down(1.3833333, 3), rounded_down(0.0)
+    (1.38, 0.0)
+    """
+    return float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(f"{value:.12g}"))
+
+
+def with_room(value: float) -> float:
+    """A duration a little above one that was found, in few digits: it is possible, too.
+
+    >>> with_room(1.3833333)
+    1.384
+    """
+    return rounded_up(value * (1.0 + SPARE), 4)

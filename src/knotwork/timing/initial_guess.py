@@ -52,7 +52,8 @@ def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool =
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
     share = _even(duration.size)
-    return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
+    curve = PiecewisePolynomial(two_point_coefficients(time, (problem.position, velocity)), time)
+    return Guess(duration, share, curve, velocity)
 
 
 def _even(intervals: int) -> FloatArray:
@@ -127,19 +128,18 @@ def short_durations(problem: TimingProblem) -> FloatArray:
     return found
 
 
-def first_velocities(problem: TimingProblem, duration: FloatArray | None = None) -> FloatArray:
+def first_velocities(problem: TimingProblem) -> FloatArray:
     """Velocities at the waypoints to start from, shape (n, d): those known, and guesses."""
     v = np.array(problem.velocity)
     known = problem.velocity_known
     if known.all():
         return v
     still = np.zeros_like(v)
-    h = first_durations(problem, still) if duration is None else duration
-    slope = np.diff(problem.position, axis=0) / h[:, None]
+    slope = np.diff(problem.position, axis=0) / first_durations(problem, still)[:, None]
     before, after = np.vstack((slope[:1], slope)), np.vstack((slope, slope[-1:]))
     same = before * after > 0.0
     guess = np.where(same, np.sign(after) * np.minimum(np.abs(before), np.abs(after)), 0.0)
-    cap = np.where(np.isinf(problem.limits.velocity), np.inf, 0.8 * problem.limits.velocity)
+    cap = 0.8 * problem.limits.velocity
     guess = np.clip(guess, -cap, cap)
     for i in np.flatnonzero(~known):
         if not problem.along[i]:
@@ -155,10 +155,3 @@ def first_velocities(problem: TimingProblem, duration: FloatArray | None = None)
 def _fastest(direction: FloatArray, cap: FloatArray) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.min(np.where(direction == 0.0, np.inf, cap / np.abs(direction))))
-
-
-def plain_cubic(
-    time: FloatArray, position: FloatArray, velocity: FloatArray
-) -> PiecewisePolynomial:
-    """Join the waypoints by cubic Hermite pieces."""
-    return PiecewisePolynomial(two_point_coefficients(time, (position, velocity)), time)

@@ -227,9 +227,9 @@ class TimingProblem(ReadOnlyArrays):
             raise InputError(
                 "limits of effort or tool speed, and effort to be minimised, need dynamics"
             )
-        if self.dynamics is not None and len(self.dynamics.links) != len(self.joint_names):
+        if self.dynamics is not None and self.dynamics.robot.dof != len(self.joint_names):
             raise InputError(
-                f"the dynamics are of {len(self.dynamics.links)} joints; "
+                f"the dynamics are of {self.dynamics.robot.dof} joints; "
                 f"there are {len(self.joint_names)}"
             )
 

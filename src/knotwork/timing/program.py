@@ -49,9 +49,8 @@ class Kernel:
     ) -> None:
         import casadi as ca
 
-        cost, g = ca.SX(cost), ca.densify(ca.SX(g))
+        cost, g = ca.densify(ca.SX(cost)), ca.densify(ca.SX(g))
         self.variables, self.parameters, self.constraints = z.numel(), p.numel(), g.numel()
-        self.costs = not cost.is_zero()
         multipliers, weight = ca.SX.sym("l", self.constraints), ca.SX.sym("w")
         symbols, meant = inner or (ca.SX(0, 1), ca.SX(0, 1))
         both = ca.vertcat(z, symbols)
@@ -61,33 +60,15 @@ class Kernel:
         turned = ca.substitute(
             ca.hessian(ca.dot(pull, meant), z)[0], pull, slope[self.variables :, :]
         )
-        jacobian, gradient, hessian = (
-            ca.mtimes(ca.jacobian(g, both), change),
-            ca.mtimes(ca.gradient(cost, both).T, change).T,
-            ca.triu(ca.mtimes(change.T, ca.mtimes(bent, change)) + turned),
-        )
-        if inner is not None:
-            at = ca.Function(
-                "at", [both, p, weight, multipliers], [cost, g, jacobian, gradient, hessian]
-            )
-            known = ca.vertcat(z, meant), p, weight, multipliers
-            cost, g, jacobian, gradient, hessian = at(*known)
-        self.jacobian_at = _entries(jacobian)
-        self.hessian_at = _entries(hessian)
-        self.value = ca.Function("value", [z, p], [ca.densify(cost), g])
-        self.first = ca.Function("first", [z, p], [ca.densify(gradient), _nonzeros(jacobian)])
-        self.second = ca.Function("second", [z, p, weight, multipliers], [_nonzeros(hessian)])
-
-
-def _entries(matrix: Any) -> tuple[IndexArray, IndexArray]:
-    rows, columns = matrix.sparsity().get_triplet()
-    return np.array(rows, dtype=np.intp), np.array(columns, dtype=np.intp)
-
-
-def _nonzeros(matrix: Any) -> Any:
-    import casadi as ca
-
-    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
+        gradient = ca.densify(ca.mtimes(ca.gradient(cost, both).T, change).T)
+        jacobian = ca.mtimes(ca.jacobian(g, both), change)
+        hessian = ca.mtimes(change.T, ca.mtimes(bent, change)) + turned
+        found = [cost, g, gradient, jacobian, hessian]
+        at = ca.Function("at", [both, p, weight, multipliers], found)
+        cost, g, gradient, jacobian, hessian = at(ca.vertcat(z, meant), p, weight, multipliers)
+        self.value = ca.Function("value", [z, p], [cost, g])
+        self.first = ca.Function("first", [z, p], [gradient, jacobian])
+        self.second = ca.Function("second", [z, p, weight, multipliers], [hessian])
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +89,18 @@ class Block:
         """How often the kernel is repeated."""
         return int(self.index.shape[1])
 
+    def chosen(self, size: int) -> Any:
+        """The matrix that picks its variables, repetition by repetition, from those of a program.
+
+        Args:
+            size: Number of variables of the program.
+        """
+        import casadi as ca
+
+        columns = self.index.T.ravel()
+        rows = range(len(columns))
+        return ca.DM.ones(ca.Sparsity.triplet(len(columns), size, list(rows), columns.tolist()))
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -116,16 +109,12 @@ class Solution:
     Attributes:
         x: Variables.
         multipliers: Of the bounds of the variables and of the constraints, one after the other.
-        objective: Its value.
-        status: As IPOPT calls it.
         solved: Whether IPOPT converged.
         iterations: Its steps.
     """
 
     x: FloatArray
     multipliers: FloatArray
-    objective: float
-    status: str
     solved: bool
     iterations: int
 
@@ -157,28 +146,40 @@ class Program:
     def _set_up(self, steps: OnStep | None, options: dict[str, Any]) -> None:
         import casadi as ca
 
-        x = ca.MX.sym("x", self.size)
-        sizes = [b.kernel.parameters * b.times for b in self.blocks]
-        p = ca.MX.sym("p", sum(sizes))
-        given = ca.vertsplit(p, np.cumsum([0, *sizes]).tolist())
-        columns = [
-            (_gather(x, b.index), ca.reshape(q, b.kernel.parameters, b.times))
-            for b, q in zip(self.blocks, given, strict=True)
-        ]
-        cost, g = self._values(columns)
-        gradient, jacobian = self._first(columns)
-        weight, multipliers = ca.MX.sym("w"), ca.MX.sym("l", self.constraints)
-        hessian = self._second(columns, weight, multipliers)
+        x, weight = ca.MX.sym("x", self.size), ca.MX.sym("w")
+        p = ca.MX.sym("p", sum(b.kernel.parameters * b.times for b in self.blocks))
+        multipliers = ca.MX.sym("l", self.constraints)
+        cost, gradient, hessian = ca.MX(0.0), ca.MX(self.size, 1), ca.MX(self.size, self.size)
+        constraints, jacobians = [], []
+        given, dual = 0, 0
+        for block in self.blocks:
+            kernel, times, chosen = block.kernel, block.times, block.chosen(self.size)
+            z = ca.reshape(ca.mtimes(chosen, x), kernel.variables, times)
+            q = ca.reshape(p[given : given + kernel.parameters * times], kernel.parameters, times)
+            own = kernel.constraints * times
+            factors = ca.reshape(multipliers[dual : dual + own], kernel.constraints, times)
+            given, dual = given + q.numel(), dual + own
+            costs, g = kernel.value.map(times)(z, q)
+            slope, jacobian = kernel.first.map(times)(z, q)
+            bent = kernel.second.map(times)(z, q, ca.repmat(weight, 1, times), factors)
+            cost += ca.sum2(costs)
+            gradient += ca.mtimes(chosen.T, ca.vec(slope))
+            constraints.append(ca.vec(g))
+            jacobians.append(ca.mtimes(_diagonal(jacobian, times), chosen))
+            hessian += ca.mtimes(chosen.T, ca.mtimes(_diagonal(bent, times), chosen))
+        g, names = ca.vertcat(*constraints), ["x", "p"]
         derivatives = {
             "grad_f": ca.Function(
-                "grad_f", [x, p], [cost, gradient], ["x", "p"], ["f", "grad_f_x"]
+                "grad_f", [x, p], [cost, ca.densify(gradient)], names, ["f", "grad_f_x"]
             ),
-            "jac_g": ca.Function("jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
+            "jac_g": ca.Function(
+                "jac_g", [x, p], [g, ca.vertcat(*jacobians)], names, ["g", "jac_g_x"]
+            ),
             "hess_lag": ca.Function(
                 "hess_lag",
                 [x, p, weight, multipliers],
-                [hessian],
-                ["x", "p", "lam_f", "lam_g"],
+                [ca.triu(hessian)],
+                [*names, "lam_f", "lam_g"],
                 ["triu_hess_gamma_x_x"],
             ),
         }
@@ -187,73 +188,6 @@ class Program:
             options = options | {"iteration_callback": self._callback}
         self._solver = ca.nlpsol(
             "least", "ipopt", {"x": x, "p": p, "f": cost, "g": g}, derivatives | options
-        )
-
-    def _values(self, columns: Any) -> tuple[Any, Any]:
-        import casadi as ca
-
-        costs, constraints = [], []
-        for block, (z, p) in zip(self.blocks, columns, strict=True):
-            cost, g = _mapped(block.kernel.value, block.times)(z, p)
-            if block.kernel.costs:
-                costs.append(ca.sum2(cost))
-            constraints.append(ca.vec(g))
-        return sum(costs[1:], costs[0]), ca.vertcat(*constraints)
-
-    def _first(self, columns: Any) -> tuple[Any, Any]:
-        import casadi as ca
-
-        gradients, values, rows, positions = [], [], [], []
-        first_row = 0
-        for block, (z, p) in zip(self.blocks, columns, strict=True):
-            kernel = block.kernel
-            gradient, nonzeros = _mapped(kernel.first, block.times)(z, p)
-            if kernel.costs:
-                gradients.append((ca.vec(gradient), block.index.T.ravel()))
-            row, column = kernel.jacobian_at
-            starts = first_row + kernel.constraints * np.arange(block.times)[:, None]
-            rows.append((starts + row).ravel())
-            positions.append(block.index[column].T.ravel())
-            values.append(ca.vec(nonzeros))
-            first_row += kernel.constraints * block.times
-        total = _summed(
-            self.size,
-            1,
-            np.concatenate([index for _, index in gradients]),
-            np.zeros(sum(index.size for _, index in gradients), dtype=np.intp),
-            ca.vertcat(*(value for value, _ in gradients)),
-        )
-        jacobian = _summed(
-            self.constraints,
-            self.size,
-            np.concatenate(rows),
-            np.concatenate(positions),
-            ca.vertcat(*values),
-        )
-        return ca.densify(total), jacobian
-
-    def _second(self, columns: Any, weight: Any, multipliers: Any) -> Any:
-        import casadi as ca
-
-        values, rows, positions = [], [], []
-        sizes = [b.kernel.constraints * b.times for b in self.blocks]
-        parts = ca.vertsplit(multipliers, np.cumsum([0, *sizes]).tolist())
-        for block, (z, p), part in zip(self.blocks, columns, parts, strict=True):
-            kernel = block.kernel
-            shaped = ca.reshape(part, kernel.constraints, block.times)
-            weights = ca.repmat(weight, 1, block.times)
-            nonzeros = _mapped(kernel.second, block.times)(z, p, weights, shaped)
-            row, column = kernel.hessian_at
-            one, other = block.index[row].T.ravel(), block.index[column].T.ravel()
-            rows.append(np.minimum(one, other))
-            positions.append(np.maximum(one, other))
-            values.append(ca.vec(nonzeros))
-        return _summed(
-            self.size,
-            self.size,
-            np.concatenate(rows),
-            np.concatenate(positions),
-            ca.vertcat(*values),
         )
 
     def solve(
@@ -291,8 +225,6 @@ class Program:
         return Solution(
             np.array(found["x"]).ravel(),
             np.concatenate([np.array(found[name]).ravel() for name in ("lam_x", "lam_g")]),
-            float(found["f"]),
-            str(stats["return_status"]),
             bool(stats["success"]),
             int(stats["iter_count"]),
         )
@@ -307,32 +239,11 @@ def joined_limits(limits: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[Floa
     )
 
 
-def _mapped(function: Any, times: int) -> Any:
-    return function.map(times) if times > 1 else function
-
-
-def _gather(x: Any, index: IndexArray) -> Any:
+def _diagonal(parts: Any, times: int) -> Any:
+    """The block diagonal matrix of n parts that stand side by side."""
     import casadi as ca
 
-    return ca.reshape(x[index.T.ravel().tolist()], *index.shape)
-
-
-def _summed(rows: int, columns: int, row: IndexArray, column: IndexArray, values: Any) -> Any:
-    """Make a sparse matrix of entries, those at the same place added up."""
-    import casadi as ca
-
-    place = column * rows + row
-    order = np.argsort(place, kind="stable")
-    first = np.concatenate(([True], np.diff(place[order]) > 0)) if order.size else order == 0
-    target = np.cumsum(first) - 1
-    unique = order[first]
-    sparsity = ca.Sparsity.triplet(rows, columns, row[unique].tolist(), column[unique].tolist())
-    if first.all():
-        gathered = values[order.tolist()]
-    else:
-        adding = ca.DM(
-            ca.Sparsity.triplet(len(unique), order.size, target.tolist(), order.tolist()),
-            np.ones(order.size),
-        )
-        gathered = ca.mtimes(adding, values)
-    return ca.MX(sparsity, gathered)
+    if times == 1:
+        return parts
+    part = ca.DM.ones(ca.horzsplit(parts, parts.size2() // times)[0].sparsity())
+    return ca.MX(ca.kron(ca.DM.eye(times), part).sparsity(), ca.vec(parts.nz[:]))

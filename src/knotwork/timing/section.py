@@ -29,37 +29,28 @@ No motion is longer by more than this part for it.
 SHORTEST = 1e-4
 """No piece is shorter than this part of its first guess."""
 
-LONG = {"ipopt.mu_strategy": "adaptive"}
-"""Options of IPOPT for motions of `MANY` intervals and more: a third fewer steps."""
-
-MANY = 12
-
 StartKind = Literal["far", "near", "again"]
 
-NEAR = {"ipopt.mu_init": 1e-4}
-"""Options of IPOPT for a start that is near to the solution."""
-
-AGAIN = {
-    "ipopt.mu_init": 1e-9,
-    "ipopt.warm_start_init_point": "yes",
-    "ipopt.warm_start_bound_push": 1e-8,
-    "ipopt.warm_start_bound_frac": 1e-8,
-    "ipopt.warm_start_slack_bound_push": 1e-8,
-    "ipopt.warm_start_slack_bound_frac": 1e-8,
-    "ipopt.warm_start_mult_bound_push": 1e-8,
+START_OPTIONS: dict[StartKind, dict[str, Any]] = {
+    "far": {},
+    "near": {"ipopt.mu_init": 1e-4},
+    "again": {
+        "ipopt.mu_init": 1e-9,
+        "ipopt.warm_start_init_point": "yes",
+        "ipopt.warm_start_bound_push": 1e-8,
+        "ipopt.warm_start_bound_frac": 1e-8,
+        "ipopt.warm_start_slack_bound_push": 1e-8,
+        "ipopt.warm_start_slack_bound_frac": 1e-8,
+        "ipopt.warm_start_mult_bound_push": 1e-8,
+    },
 }
-"""Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
-
-
-def _new_program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
-    far = LONG if form.intervals >= MANY else {}
-    options: dict[StartKind, dict[str, Any]] = {"far": far, "near": NEAR, "again": AGAIN}
-    return Program(layout(form).size, blocks(form), steps=steps, options=options[kind])
+"""Options of IPOPT for a start that is far from the solution, near to it, or the solution of a
+problem whose limits differ a little."""
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form, kind: StartKind) -> Program:
-    return _new_program(form, kind)
+def _program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
+    return Program(layout(form).size, blocks(form), steps=steps, options=START_OPTIONS[kind])
 
 
 class Section:
@@ -82,19 +73,17 @@ class Section:
         self.form = form_of(
             problem,
             position=tightening.position,
-            effort=tightening.effort is not None,
-            tool=tightening.tool is not None,
+            effort="effort" in tightening.held,
+            tool="tool_speed" in tightening.held,
         )
         self.scale = _scale(problem, guess)
 
     def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
         """Run the solver, from a solution found before or from the guess."""
         kind: StartKind = "again" if start is not None else "near" if self.guess.near else "far"
-        if steps is None:
-            program = _program(self.form, kind)
-        else:
-            program = _new_program(self.form, kind, steps)
-        return program.solve(
+        # one that reports its steps serves once
+        made = _program if steps is None else _program.__wrapped__
+        return made(self.form, kind, steps).solve(
             self.start() if start is None else start,
             self.bounds(),
             self.parameters(),
@@ -177,7 +166,7 @@ class Section:
         empty = np.zeros((0, 1))
         found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
         units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
-        for allowed, limit in self._held():
+        for allowed, limit, _ in self._held():
             inverse = 1.0 / (allowed * limit).T
             for part in (inverse[:, ::2], inverse[:, 1::2]):
                 found.append(np.vstack((np.repeat(units, part.shape[1], axis=1), part)))
@@ -248,8 +237,7 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        for allowed, limit in self._held():
-            parts = TOOL_PARTS if np.ndim(limit) == 0 else EFFORT_PARTS
+        for allowed, _, parts in self._held():
             inside = len(parts) * allowed.shape[1]
             for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
                 most = np.full((rows, len(part)), 1.0 - self.margin)
@@ -261,11 +249,15 @@ class Section:
             found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
         return found
 
-    def _held(self) -> list[tuple[FloatArray, Any]]:
-        """Parts that are allowed of the limits of effort and tool speed, and the limits."""
-        tightening, limits = self.tightening, self.problem.limits
-        pairs = ((tightening.effort, limits.effort), (tightening.tool, limits.tool_speed))
-        return [(allowed, limit) for allowed, limit in pairs if allowed is not None]
+    def _held(self) -> list[tuple[FloatArray, Any, tuple[float, ...]]]:
+        """Limits of effort and tool speed: parts allowed, the limit, and places in a piece."""
+        held, limits = self.tightening.held, self.problem.limits
+        places = {"effort": EFFORT_PARTS, "tool_speed": TOOL_PARTS}
+        return [
+            (held[name], getattr(limits, name), parts)
+            for name, parts in places.items()
+            if name in held
+        ]
 
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""

@@ -122,8 +122,17 @@ def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None
         else:
             failed.append((part, first))
     if failed:
-        raise NoMotionError([one for part in failed for one in unsolved(*part)])
+        raise NoMotionError([one for part in failed for one in _causes(*part)])
     return _motion(problem, found)
+
+
+def _causes(part: TimingProblem, before: int) -> list[TimingError]:
+    """What keeps a section from a motion, with waypoints counted from the first of all."""
+    found = unsolved(part)
+    for one in found:
+        if one.waypoint is not None:
+            one.waypoint += before
+    return found
 
 
 def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:

@@ -58,7 +58,7 @@ def resting_knots(problem: TimingProblem, slower: float) -> Knots | None:
         alone = replace(
             part_of(problem, i, i + 1), velocity=v[ends], acceleration=a[ends], total=None
         )
-        part = _with_rest(alone, pieces_each(1), slower)
+        part = _with_rest(alone, slower)
         if part is None:
             return None
         parts.append(part)
@@ -84,7 +84,7 @@ def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
     )
 
 
-def _with_rest(problem: TimingProblem, pieces: int, slower: float) -> Knots | None:
+def _with_rest(problem: TimingProblem, slower: float) -> Knots | None:
     """The motion over one interval, whose ends are known."""
     q, v, a = problem.position, problem.velocity, problem.acceleration
     before = _to_rest(v[0], a[0], problem.limits, slower)
@@ -96,7 +96,7 @@ def _with_rest(problem: TimingProblem, pieces: int, slower: float) -> Knots | No
         acceleration=np.zeros_like(a),
     )
     ends = float(before.span.sum() + after.span.sum())
-    middle = _between_rests(rests, ends, pieces, slower)
+    middle = _between_rests(rests, ends, slower)
     if middle is None:
         return None
     span = np.concatenate((before.span, middle.span, after.span[::-1]))
@@ -105,23 +105,53 @@ def _with_rest(problem: TimingProblem, pieces: int, slower: float) -> Knots | No
     return Knots(np.array([0.0, total]), span[None] / total, q, v, np.concatenate(rows)[None])
 
 
-def _between_rests(
-    problem: TimingProblem, ends: float, pieces: int, slower: float
-) -> _Phases | None:
+def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phases | None:
     """The motion from rest to rest, where the phases before and after it take `ends` [s]."""
     given, at_least = (float(one[0]) - ends for one in (problem.duration, problem.at_least))
-    moving = between_stops(replace(problem, limits=_in_proportion(problem)), pieces)
+    move = np.diff(problem.position, axis=0)[0]
+    moving = _fastest_between_rests(problem, move) if move.any() else None
     least = 0.0 if moving is None else float(moving.time[-1])
     span = max(slower * least, at_least) if np.isnan(given) else given
-    move = np.diff(problem.position, axis=0)[0]
     if moving is not None and span > 0.0:
         # the phases before and after it must not change with its rounding
         slowed = corrected(moving).acceleration[0] * (least / span) ** 2
         return _Phases(span * moving.share[0], slowed, move)
-    if moving is not None or move.any() or span < 0.0 or not span + ends:
+    if moving is not None or span < 0.0 or not span + ends:
         return None
     stands = np.array([span] if span else [])
     return _Phases(stands, np.zeros((len(stands) + 1, len(move))), move)
+
+
+def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
+    """The fastest motion in proportion: ramps up to one velocity and down from it.
+
+    In each ramp the acceleration rises, stays at its limit if it comes to it, and falls.
+    """
+    moves = move != 0.0
+    limits = problem.limits
+    V, A, J = (
+        float((limit[moves] / np.abs(move[moves])).min())
+        for limit in (limits.velocity, limits.acceleration, limits.jerk)
+    )
+    # at this velocity the ramps alone make the whole move
+    peak = float(np.cbrt(0.25 * J))
+    if peak > A * A / J:
+        peak = 0.5 * (np.sqrt((A * A / J) ** 2 + 4.0 * A) - A * A / J)
+    v = min(V, peak)
+    rise = min(A / J, np.sqrt(v / J))
+    hold = max(v / (J * rise) - rise, 0.0)
+    cruise = max(1.0 / v - 2.0 * rise - hold, 0.0)
+    span = np.array([rise, hold, rise, cruise, rise, hold, rise])
+    span = np.maximum(span, LEAST_PHASE * span.sum())
+    a = J * rise * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
+    found = Knots(
+        np.array([0.0, span.sum()]),
+        span[None] / span.sum(),
+        problem.position,
+        np.zeros_like(problem.velocity),
+        (a[:, None] * move)[None],
+    )
+    return divided(found, pieces_each(1))  # corrections are smaller over more pieces
 
 
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
@@ -158,73 +188,3 @@ def _braking(v: FloatArray, limits: TimingLimits) -> float:
     speed = np.abs(v)
     with_acceleration, with_jerk = speed / limits.acceleration, np.sqrt(speed / limits.jerk)
     return 2.0 * float(np.maximum(with_acceleration, with_jerk).max())
-
-
-def _in_proportion(problem: TimingProblem) -> TimingLimits:
-    """Limits that joints which move in proportion over an interval can all come up to."""
-    move, limits = np.abs(np.diff(problem.position, axis=0)[0]), problem.limits
-    if not move.any():
-        return limits
-
-    def common(limit: FloatArray) -> FloatArray:
-        moves, found = move > 0.0, np.array(limit)
-        found[moves] = move[moves] * (limit[moves] / move[moves]).min()
-        return found
-
-    return replace(
-        limits,
-        velocity=common(limits.velocity),
-        acceleration=common(limits.acceleration),
-        jerk=common(limits.jerk),
-    )
-
-
-def between_stops(problem: TimingProblem, pieces: int) -> Knots | None:
-    """The fastest motion of the slowest joint from stop to stop, the others in proportion to it.
-
-    It has seven phases, of jerk up, none, down, none, down, none and up; longer ones are divided
-    until there are as many as asked for.
-
-    Args:
-        problem: One interval.
-        pieces: How many pieces there are to be, at least seven.
-
-    Returns:
-        The motion, or `None` where the problem is not of this kind or the jerk is not limited.
-    """
-    ends = (problem.velocity, problem.acceleration)
-    if len(problem.position) != 2 or any(not np.array_equal(one, 0.0 * one) for one in ends):
-        return None
-    limits, move = problem.limits, np.abs(np.diff(problem.position, axis=0)[0])
-    phases = [
-        _phases(*joint)
-        for joint in zip(move, limits.velocity, limits.acceleration, limits.jerk, strict=True)
-    ]
-    k = int(np.argmax([span.sum() for span in phases]))
-    if not 0.0 < phases[k].sum() < np.inf:
-        return None
-    span = np.maximum(phases[k], LEAST_PHASE * phases[k].sum())
-    a = limits.jerk[k] * phases[k][0] * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    part = np.diff(problem.position, axis=0)[0] / move[k]
-    found = Knots(
-        np.array([0.0, span.sum()]),
-        span[None] / span.sum(),
-        problem.position,
-        problem.velocity,
-        (a[:, None] * part)[None],
-    )
-    return divided(found, pieces)
-
-
-def _phases(move: float, V: float, A: float, J: float) -> FloatArray:
-    """Durations of the seven phases of one joint [s]."""
-    if move == 0.0 or np.isinf(J):
-        return np.full(7, np.inf if move else 0.0)
-    A = min(A, np.sqrt(J * V))
-    ramp, cruise, hold = A / J, 0.0, 0.0
-    rise = min(ramp, np.cbrt(0.5 * move / J))
-    if move > V * (V / A + ramp):
-        cruise, hold = move / V - V / A - ramp, V / A - ramp
-    elif rise == ramp:
-        hold = 0.5 * (np.sqrt(ramp * ramp + 4.0 * move / A) - 3.0 * ramp)
-    return np.array([rise, hold, rise, cruise, rise, hold, rise])

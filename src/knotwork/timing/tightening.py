@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import (
-    effort_shares,
-    proved_efforts,
-    proved_tool,
-    tool_shares,
-)
+from knotwork.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray, IndexArray
-
-Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
 
 BETWEEN = 1e-4
 """Part of the limits of effort and tool speed kept as a margin between the samples."""
@@ -26,12 +19,17 @@ BETWEEN = 1e-4
 KNOWN = 2.0
 """Part of a limit that the solver is allowed where a value is given, which nothing can change."""
 
-
 MARGIN = 1e-6
 """Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
 
 SLACK = 1e-10
 """A limit counts as kept if it is exceeded by no more than this part of it: rounding."""
+
+CHECKS = {
+    "effort": (effort_shares, proved_efforts),
+    "tool_speed": (tool_shares, proved_tool),
+}
+"""Limits that depend on the robot: parts of them that samples of a curve take, and proved ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +39,17 @@ class Tightening:
     Attributes:
         margin: Part of each limit that is left.
         position: Whether positions between the breaks are limited.
-        effort: Part of the effort limits that is allowed at each break and inside each piece, by
-            turns, shape (2 pieces + 1, d); `None` where efforts are not limited.
-        tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
+        held: Part of the limits of `CHECKS` that is allowed at each break and inside each piece, by
+            turns, shape (2 pieces + 1, d or 1); only those that are limited for the solver.
     """
 
     margin: float = MARGIN
     position: bool = False
-    effort: FloatArray | None = None
-    tool: FloatArray | None = None
+    held: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def same_equations(self, other: Tightening) -> bool:
+        """Whether the solver has the same equations with another one."""
+        return self.position == other.position and self.held.keys() == other.held.keys()
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -57,27 +57,23 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
-        return first_efforts(problem)
+        return Tightening(held={"effort": _all_allowed(problem, "effort")})
     return Tightening()
 
 
-def first_efforts(problem: TimingProblem) -> Tightening:
-    """Tightening for efforts too, nowhere more than elsewhere."""
-    known = problem.velocity_known & problem.acceleration_known
-    return Tightening(effort=_all_allowed(problem, len(problem.limits.effort), known))
+def _given(problem: TimingProblem, name: str) -> BoolArray:
+    """At which waypoints nothing can change what is limited, shape (n,)."""
+    known = problem.velocity_known
+    return known & problem.acceleration_known if name == "effort" else known
 
 
-def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatArray:
-    """First parts of the limits: nearly all, and more where a value is known."""
+def _all_allowed(problem: TimingProblem, name: str) -> FloatArray:
+    """First parts of a limit: nearly all, and more where a value is known."""
     intervals = len(problem.position) - 1
+    width = np.size(getattr(problem.limits, name))
     allowed = np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
-    allowed[_rows(problem)[known]] = KNOWN
+    allowed[_rows(problem)[_given(problem, name)]] = KNOWN
     return allowed
-
-
-def equations_of(tightening: Tightening) -> tuple[bool, bool, bool]:
-    """Which equations it takes."""
-    return tightening.position, tightening.effort is not None, tightening.tool is not None
 
 
 def tightened(
@@ -88,67 +84,45 @@ def tightened(
     Returns:
         What to hold the solver to next, or `None` if every limit is kept.
     """
-    over = excess(problem, curve)
-    if "position" in over and not tightening.position:
+    outside = _outside(problem, curve)
+    if outside and not tightening.position:
         return replace(tightening, position=True)
-    if over:
+    if outside or _too_fast(problem, curve):
         return replace(tightening, margin=10.0 * tightening.margin)
-    if problem.dynamics is None:
-        return None
-    if np.isfinite(problem.limits.effort).any():
-        shares = _exceeded(problem, curve, effort_shares, proved_efforts)
-        if shares is not None:
-            known = problem.velocity_known & problem.acceleration_known
-            return replace(tightening, effort=_less(problem, tightening.effort, shares, known))
-    if np.isfinite(problem.limits.tool_speed):
-        shares = _exceeded(problem, curve, tool_shares, proved_tool)
-        if shares is not None:
-            return replace(
-                tightening, tool=_less(problem, tightening.tool, shares, problem.velocity_known)
-            )
+    for name, (sampled, proved) in CHECKS.items():
+        if not np.isfinite(getattr(problem.limits, name)).any():
+            continue
+        shares = sampled(problem, curve)
+        if shares.max() <= 1.0 - 0.5 * BETWEEN:
+            shares = proved(problem, curve)
+            if shares.max() <= 1.0:
+                continue
+        allowed = tightening.held.get(name)
+        less = (
+            _all_allowed(problem, name)
+            if allowed is None
+            else _less(problem, name, allowed, shares)
+        )
+        return replace(tightening, held={**tightening.held, name: less})
     return None
 
 
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a curve keeps every limit, whatever its pieces are."""
-    looks = []
-    if np.isfinite(problem.limits.effort).any():
-        looks.append((effort_shares, proved_efforts))
-    if np.isfinite(problem.limits.tool_speed):
-        looks.append((tool_shares, proved_tool))
-    over = excess(problem, curve) or any(
-        _exceeded(problem, curve, *look) is not None for look in looks
-    )
-    return not over
+    return tightened(problem, Tightening(), curve) is None
 
 
-def _exceeded(
-    problem: TimingProblem, curve: PiecewisePolynomial, looked_at: Shares, proved: Shares
-) -> FloatArray | None:
-    """Parts of a limit that each piece takes if the limit is exceeded; else it is kept, proved."""
-    shares = looked_at(problem, curve)
-    if shares.max() <= 1.0 - 0.5 * BETWEEN:
-        shares = proved(problem, curve)
-        if shares.max() <= 1.0:
-            return None
-    return shares
-
-
-def _less(
-    problem: TimingProblem, allowed: FloatArray | None, shares: FloatArray, known: BoolArray
-) -> FloatArray:
+def _less(problem: TimingProblem, name: str, allowed: FloatArray, shares: FloatArray) -> FloatArray:
     """Allow less in the pieces in which a limit is exceeded, and at their ends.
 
     At waypoints where the value is known nothing can be asked for.
     """
-    if allowed is None:
-        return _all_allowed(problem, shares.shape[1], known)
     over = shares > 1.0 - 0.5 * BETWEEN
     factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
     less = np.array(allowed)
     for first, last in ((0, -1), (1, None), (2, None)):
         less[first:last:2] *= factor
-    less[_rows(problem)[known]] = KNOWN
+    less[_rows(problem)[_given(problem, name)]] = KNOWN
     return less
 
 
@@ -158,20 +132,17 @@ def _rows(problem: TimingProblem) -> IndexArray:
     return np.arange(intervals + 1) * 2 * pieces_each(intervals)
 
 
-def excess(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
-    """By how much a curve exceeds the limits of its joints' motion, relative to each limit.
+def _too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+    """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
+    return any(
+        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + SLACK)).any()
+        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
+    )
 
-    By its exact extrema; only the limits that are exceeded.
-    """
-    found = {}
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-        over = float((curve.extrema(order).peak / getattr(problem.limits, name)).max()) - 1.0
-        if over > SLACK:
-            found[name] = over
+
+def _outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+    """Whether a position is outside its limits, by the exact extrema."""
     positions = curve.extrema(0)
-    lower, upper = problem.limits.lower, problem.limits.upper
-    size = np.maximum(1.0, np.maximum(np.abs(problem.position).max(axis=0), 0.0))
-    over = float((np.maximum(lower - positions.minimum, positions.maximum - upper) / size).max())
-    if over > SLACK:
-        found["position"] = over
-    return found
+    slack = SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
+    below = positions.minimum < problem.limits.lower - slack
+    return bool((below | (positions.maximum > problem.limits.upper + slack)).any())

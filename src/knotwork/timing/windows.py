@@ -72,7 +72,7 @@ def solved_windows(
     curve = rebuilt(knots)
     cost = sum(one.cost for one in kept)
     status = status_of(one.status for one in kept)
-    found = Attempt(ExactCurve(knots, curve), cost, status, kept[-1].tightening)
+    found = Attempt(ExactCurve(knots, curve), cost, status)
     # parts that rest may be far slower than one motion that does
     rests = resting(problem, status) if status != "optimal" else None
     return found if rests is None or found.cost <= rests.cost else rests
