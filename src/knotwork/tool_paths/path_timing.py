@@ -10,6 +10,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -121,34 +122,32 @@ def speed_profile(
 
     Raises:
         WaypointDataError: Arrays are not finite or of another shape.
-        PathError: A length, a speed or the acceleration is not greater than zero.
+        PathError: A length, speed or acceleration is not greater than zero.
         RampError: A stretch is too short for its ramps; its data give a feasible one.
         SlowStretchError: A stretch is so slow that times don't resolve its ramps.
 
-    >>> timing = kw.tool_paths.speed_profile(
-    ...     [0.1], [0.05], start_speed=0.0, end_speed=0.0, acceleration=0.5)
+    >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
+    >>> timing = kw.tool_paths.speed_profile([0.1], [0.05], acceleration=0.5, **ends)
     >>> timing.full_speed.round(6), round(timing.duration, 6)
     (array([[0.15, 2.  ]]), 2.15)
     """
     check_acceleration(acceleration)
     length, speed = _checked_stretches(lengths, speeds)
     count = len(length)
-    if count - 1 in stops and end_speed is None:
-        end_speed = 0.0
-    # at a junction both stretches have the lower of their speeds, and none at a stop
+    end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
+    # at a junction: the lower of two speeds, and none at a stop
     joint = np.minimum(speed[:-1], speed[1:])
     joint[[i for i in stops if i < count - 1]] = 0.0
     outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
     first, last = (own if v is None else checked_speed(v, what) for v, what, own in outer)
-    met = [first, *joint.tolist(), last]
+    met = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
     breaks, coefficients, times, full, taken = [0.0], [], [0.0], [], []
-    for i in range(count):
-        ends = float(met[i]), float(met[i + 1])
+    for i, ends in enumerate(pairwise(met)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
-        named = "the path" if count == 1 else f"stretch {i}"
-        shrink = _fit(i, named, float(length[i]), float(speed[i]), ends, fixed, acceleration)
-        pieces = _stretch(totals[i : i + 2], float(speed[i]), ends, acceleration / shrink)
+        which, v = i if count > 1 else None, float(speed[i])
+        shrink = _fit(which, float(length[i]), v, ends, fixed, acceleration)
+        pieces = _stretch(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
         for end, (T, c) in zip(starts[1:], pieces, strict=True):
@@ -221,8 +220,7 @@ def checked_speed(speed: float, what: str) -> float:
 
 
 def _fit(
-    stretch: int,
-    named: str,
+    stretch: int | None,
     length: float,
     v: float,
     ends: tuple[float, float],
@@ -243,12 +241,13 @@ def _fit(
     highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
     if highest is not None and highest >= v:  # the ends are faster: no lower speed is sufficient
         highest = None
+    named = "the path" if stretch is None else f"stretch {stretch}"
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(
         f"{named} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "
         f"takes {needed:.6g} m; accepted: {slower}an acceleration of at least {least:.6g} m/s² "
         "or a longer stretch",
-        stretch=stretch,
+        stretch=stretch or 0,
         length=length,
         needed=needed,
         highest_speed=highest,
