@@ -70,7 +70,7 @@ def _inside(d: int, parts: Sequence[float]) -> _Inside:
     )
 
 
-def inner_state(tau: Any, states: Any, part: float = 0.5) -> tuple[Any, Any, Any]:
+def inner_state(tau: Any, states: Any, part: Any = 0.5) -> tuple[Any, Any, Any]:
     """State after a part of a piece, from its duration and the states at its ends."""
     q0, v0, a0, _, _, a1 = states
     t = part * tau

@@ -124,6 +124,17 @@ def _between_rests(
     return _Phases(stands, np.zeros((len(stands) + 1, len(move))), move)
 
 
+def braking_move(v: FloatArray, a: FloatArray, limits: TimingLimits) -> FloatArray:
+    """How far the joints go until `resting_knots` has them at rest [rad or m], shape (d,).
+
+    Args:
+        v: Velocities that they begin with, shape (d,).
+        a: Accelerations, shape (d,).
+        limits: Of the joints.
+    """
+    return _to_rest(v, a, limits, 1.0).move
+
+
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
     """The acceleration brought to none, then all joints to rest in one time.
 

@@ -96,12 +96,12 @@ def tightened(
     if problem.dynamics is None:
         return None
     if np.isfinite(problem.limits.effort).any():
-        shares = _exceeded(problem, curve, effort_shares, proved_efforts)
+        shares = exceeded(problem, curve, effort_shares, proved_efforts)
         if shares is not None:
             known = problem.velocity_known & problem.acceleration_known
             return replace(tightening, effort=_less(problem, tightening.effort, shares, known))
     if np.isfinite(problem.limits.tool_speed):
-        shares = _exceeded(problem, curve, tool_shares, proved_tool)
+        shares = exceeded(problem, curve, tool_shares, proved_tool)
         if shares is not None:
             return replace(
                 tightening, tool=_less(problem, tightening.tool, shares, problem.velocity_known)
@@ -117,12 +117,12 @@ def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     if np.isfinite(problem.limits.tool_speed):
         looks.append((tool_shares, proved_tool))
     over = excess(problem, curve) or any(
-        _exceeded(problem, curve, *look) is not None for look in looks
+        exceeded(problem, curve, *look) is not None for look in looks
     )
     return not over
 
 
-def _exceeded(
+def exceeded(
     problem: TimingProblem, curve: PiecewisePolynomial, looked_at: Shares, proved: Shares
 ) -> FloatArray | None:
     """Parts of a limit that each piece takes if the limit is exceeded; else it is kept, proved."""

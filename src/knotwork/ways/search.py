@@ -1,0 +1,248 @@
+"""`find_way`: a motion between two states that keeps every margin, proved, and as fast as found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.scene.model import CollisionModel
+from knotwork.timing.attempts import resting
+from knotwork.timing.problem import TimingLimits, TimingProblem
+from knotwork.timing.stop_to_stop import braking_move
+from knotwork.waypoints import FloatArray
+from knotwork.ways.configurations import Configurations
+from knotwork.ways.exchange import Exchange
+from knotwork.ways.proof import is_clear, not_clear
+from knotwork.ways.rrt import connect, shortened
+
+
+class Care(NamedTuple):
+    """How carefully a polyline is looked for.
+
+    Attributes:
+        step: Edges are sampled at this [rad or m].
+        extra: Clearance that samples keep beyond the margins [m].
+        checks: Number of configurations looked at before it gives up.
+    """
+
+    step: float
+    extra: float
+    checks: int
+
+
+CARES = (
+    Care(0.05, 5e-3, 20_000),
+    Care(0.025, 5e-3, 20_000),
+    Care(0.025, 1e-3, 20_000),
+    Care(0.0125, 0.0, 40_000),
+)
+"""Tried in turn until a polyline is proved clear."""
+
+SEEDS = 3
+"""Number of polylines tried with each before the next."""
+
+PIECES_AN_EDGE = 4
+FEWEST, MOST = 12, 28
+"""Pieces of the motion for each edge of the polyline, and of the whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A motion between two states that is proved clear.
+
+    Attributes:
+        curve: Joint positions over time, from time 0 on: cubic, C2.
+        line: The polyline that it was made from, shape (n, d).
+        goal: Which of the goals it leads to.
+        resting: How long the motion lasts that rests at each corner of the polyline [s].
+        checks: Number of configurations looked at.
+    """
+
+    curve: PiecewisePolynomial
+    line: FloatArray
+    goal: int
+    resting: float
+    checks: int
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.curve.x[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class WayProblem:
+    """Two states, and what the motion between them has to keep.
+
+    Attributes:
+        timing: Two waypoints whose velocities and accelerations are known, and the limits; jerk is
+            limited.
+        goals: Solutions of the second one, the first of which `timing` has, shape (m, d); more than
+            one only where the arm is at rest there.
+        robot: Pinocchio model of the arm.
+        model: Bodies that are there, and their pairs.
+    """
+
+    timing: TimingProblem
+    goals: FloatArray
+    robot: object
+    model: CollisionModel
+
+
+class NoWayError(Exception):
+    """No way was found. That is no proof that there is none.
+
+    Attributes:
+        end: `"start"` or `"goal"` where the arm is too near to something, or can't come to rest
+            along its velocity without being so; empty where both ends are free.
+        bodies: Names of the two bodies that are too near there.
+        depth: By how much [m].
+        moving: Whether it is the motion to rest that is not clear.
+        checks: Number of configurations looked at.
+    """
+
+    def __init__(
+        self,
+        end: str = "",
+        bodies: tuple[str, str] = ("", ""),
+        depth: float = 0.0,
+        moving: bool = False,
+        checks: int = 0,
+    ) -> None:
+        super().__init__()
+        self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
+        self.checks = checks
+
+
+def find_way(
+    problem: WayProblem,
+    *,
+    tries: int = 1,
+    room: float = 1e-3,
+    late: Callable[[], bool] = lambda: False,
+    found: Callable[[Way], None] = lambda way: None,
+) -> Way:
+    """Find a fast motion between two states that keeps every margin and limit, proved.
+
+    The same problem gives the same motion. More tries can only make it faster.
+
+    Args:
+        problem: The states, the limits and the bodies.
+        tries: Number of ways that are looked for; the fastest motion is taken.
+        room: Clearance beyond the margins that the motion keeps where it can [m].
+        late: Whether the time is over; then the best so far is taken, once there is one.
+        found: Called with each motion that is better than the ones before.
+
+    Raises:
+        NoWayError: None was found.
+    """
+    return _Search(problem, room, late, found).best_of(tries)
+
+
+class _Search:
+    def __init__(
+        self,
+        problem: WayProblem,
+        room: float,
+        late: Callable[[], bool],
+        found: Callable[[Way], None],
+    ) -> None:
+        self.problem, self.room, self.late, self.found = problem, room, late, found
+        timing = problem.timing
+        limits = timing.limits
+        self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
+        self.start, self.goals = self._rests(limits)
+        self.care = 0
+
+    def _rests(self, limits: TimingLimits) -> tuple[FloatArray, list[FloatArray]]:
+        """Where the arm is at rest, after the start and before each goal."""
+        timing, goals = self.problem.timing, self.problem.goals
+        first, last = (
+            braking_move(sign * v, a, limits)
+            for sign, v, a in zip((1.0, -1.0), timing.velocity, timing.acceleration, strict=True)
+        )
+        self._check("start", timing.position[:1], first)
+        possible = [q for q in goals if self.space.free(q)]
+        self._check("goal", np.array(possible or goals[:1]), last)
+        return timing.position[0] + first, [q + last for q in possible]
+
+    def _check(self, end: str, ends: FloatArray, move: FloatArray) -> None:
+        """Raise an error where the arm is too near to something at an end, or stopping there."""
+        for places, moving in ((ends, False), (ends + move, True)):
+            if not any(self.space.free(q) for q in places):
+                gap, bodies = self.space.worst(places[0])
+                raise NoWayError(end, bodies, -gap, moving)
+
+    def best_of(self, tries: int) -> Way:
+        best: Way | None = None
+        for seed in range(tries):
+            if best is not None and self.late():
+                break
+            line = self._line(seed)
+            if line is None:
+                break
+            way = self._fast(line, best)
+            if way is not None and (best is None or way.duration < best.duration):
+                best = way
+                self.found(way)
+        if best is None:
+            raise NoWayError(checks=self.space.checks)
+        return best
+
+    def _line(self, seed: int) -> FloatArray | None:
+        """A polyline that is proved clear."""
+        weights = 1.0 / self.problem.timing.limits.velocity
+        weights = weights / weights.mean()
+        while self.care < len(CARES):
+            step, extra, checks = CARES[self.care]
+            room = max(extra, self.room) if extra else 0.0
+            self.space.keep_away(room, (self.start, *self.goals))
+            for k in range(SEEDS):
+                rng = np.random.default_rng([seed, k])
+                line = connect(self.space, self.start, self.goals, rng, step, checks)
+                if line is None:
+                    break
+                for one in (shortened(self.space, line, rng, step, weights), line):
+                    if is_clear(self.problem.model, one):
+                        return one
+            self.care += 1
+        return None
+
+    def _fast(self, line: FloatArray, best: Way | None) -> Way | None:
+        """The fastest motion near a polyline."""
+        goal = int(np.argmin([np.abs(q - line[-1]).max() for q in self.goals]))
+        timing = self._through(line, goal)
+        rests = resting(timing, "resting")
+        if rests is None or not_clear(self.problem.model, rests.found.curve):
+            return None
+        first = rests.found.curve
+        lasting = float(first.x[-1])
+        if best is None:
+            self.found(Way(first, line, goal, lasting, self.space.checks))
+        pieces = min(max(PIECES_AN_EDGE * (len(line) - 1), FEWEST), MOST)
+        ends = self._through(line[[0, -1]], goal)
+        curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late)
+        return Way(curve, line, goal, lasting, self.space.checks)
+
+    def _through(self, line: FloatArray, goal: int) -> TimingProblem:
+        """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
+        timing = self.problem.timing
+        n, d = line.shape
+        position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
+        position[0], position[-1] = timing.position[0], self.problem.goals[goal]
+        velocity[[0, -1]], acceleration[[0, -1]] = timing.velocity, timing.acceleration
+        return replace(
+            timing,
+            position=position,
+            velocity=velocity,
+            acceleration=acceleration,
+            names=(),
+            along=np.zeros(n, dtype=bool),
+            most=np.full(n, np.inf),
+            duration=np.full(n - 1, np.nan),
+            at_least=np.zeros(n - 1),
+        )
