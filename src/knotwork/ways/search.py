@@ -100,8 +100,9 @@ class NoWayError(Exception):
         end: `"start"` or `"goal"` where the arm is too near to something, or can't come to rest
             along its velocity without being so; empty where both ends are free.
         bodies: Names of the two bodies that are too near there.
-        depth: By how much [m].
+        depth: By how much [m], or how far the joint goes beyond its limit [rad or m].
         moving: Whether it is the motion to rest that is not clear.
+        joint: Index of the joint that goes beyond its position limit until the arm is at rest.
         checks: Number of configurations looked at.
     """
 
@@ -111,11 +112,12 @@ class NoWayError(Exception):
         bodies: tuple[str, str] = ("", ""),
         depth: float = 0.0,
         moving: bool = False,
+        joint: int | None = None,
         checks: int = 0,
     ) -> None:
         super().__init__()
         self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
-        self.checks = checks
+        self.joint, self.checks = joint, checks
 
 
 def find_way(
@@ -165,17 +167,24 @@ class _Search:
             braking_move(sign * v, a, limits)
             for sign, v, a in zip((1.0, -1.0), timing.velocity, timing.acceleration, strict=True)
         )
-        self._check("start", timing.position[:1], first)
-        possible = [q for q in goals if self.space.free(q)]
-        self._check("goal", np.array(possible or goals[:1]), last)
-        return timing.position[0] + first, [q + last for q in possible]
+        start = timing.position[0]
+        self._check("start", start[None], first)
+        self._check("goal", goals, last)
+        return start + first, [q + last for q in goals if self.space.free(q)]
 
     def _check(self, end: str, ends: FloatArray, move: FloatArray) -> None:
         """Raise an error where the arm is too near to something at an end, or stopping there."""
-        for places, moving in ((ends, False), (ends + move, True)):
-            if not any(self.space.free(q) for q in places):
-                gap, bodies = self.space.worst(places[0])
-                raise NoWayError(end, bodies, -gap, moving)
+        free = [q for q in ends if self.space.free(q)]
+        if not free:
+            gap, bodies = self.space.worst(ends[0])
+            raise NoWayError(end, bodies, -gap)
+        rest = free[0] + move
+        if move.any() and not self.space.within_limits(rest):
+            beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
+            raise NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+        if move.any() and not is_clear(self.problem.model, np.stack((free[0], rest))):
+            gap, bodies = self.space.worst(rest)
+            raise NoWayError(end, bodies, -gap, moving=True)
 
     def best_of(self, tries: int) -> Way:
         best: Way | None = None
