@@ -33,7 +33,6 @@ with `--only shipped` as well, what else is saved is kept.
 
 from __future__ import annotations
 
-import copy
 import importlib
 import time as clock
 from collections.abc import Callable, Iterator
@@ -265,8 +264,7 @@ def freed(scenario: Scenario) -> dict[str, Any]:
     Where a joint has no limits to be fast under, the peaks of the motion with given times are all.
     """
     given = kw.plan(scenario)
-    assert scenario.document is not None
-    data: dict[str, Any] = copy.deepcopy(dict(scenario.document.data))
+    data = scenario.task.to_dict()
     data.pop("knots", None)
     for waypoint in data["waypoints"]:
         waypoint.pop("time", None)
@@ -309,7 +307,7 @@ def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str,
     for k, joint in enumerate(made.space.joint_names):
         jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
     ruckig, ours = 0.0, 0.0
-    for run in chosen.runs:
+    for run in chosen.segments:
         q = run.trajectory.position(run.time)
         bound = TimingLimits(limits["velocity"], limits["acceleration"], jerk)
         ruckig += chained(TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)).sum()

@@ -307,10 +307,8 @@ def test_near_does_not_wind_back_a_joint_that_turns_without_limit() -> None:
     with_near = kw.load_scenario("kinova_dispense")
     plain = kw.plan(with_near)
     home = kw.load_robot("kinova").configuration("home")
-    document = with_near.document
-    assert document is not None
     names = plain.trajectory.joint_names
-    task = {**document.data, "near": dict(zip(names, home.tolist(), strict=True))}
+    task = {**with_near.task.to_dict(), "near": dict(zip(names, home.tolist(), strict=True))}
     turned = kw.plan(task)
     turned.report.raise_if_failed()
     steps = np.abs(np.diff(turned.joint_waypoints.position, axis=0))

@@ -206,7 +206,7 @@ class _Reader:
             return {name: float(given.values) * scale[name] for name in self.names}
         for name in given.values:
             if name not in scale:
-                raise given.document.error(
+                raise given.places.error(
                     (*given.location, name),
                     f"unknown joint {name!r}",
                     did_you_mean(name, self.names),
@@ -218,7 +218,7 @@ class _Reader:
         """A value for every joint, shape (d,), or a list, (d, m); `missing` for those left out."""
         if isinstance(given.values, str):
             if given.values not in self.configurations:
-                raise given.document.error(
+                raise given.places.error(
                     given.location,
                     f"unknown configuration {given.values!r}",
                     did_you_mean(given.values, self.configurations),
@@ -227,7 +227,7 @@ class _Reader:
         values = self.by_joint(given)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
-            raise given.document.error(
+            raise given.places.error(
                 given.location,
                 f"gives no value for joint {', '.join(absent)}",
                 f"a value for each of {', '.join(self.names)}",
@@ -267,7 +267,7 @@ class _Reader:
             "end_acceleration": self._ends(scenario),
             "presets": {
                 name: self._for_each(scenario, name, values)
-                if isinstance(values, list) and name != "transition_time"
+                if isinstance(values, tuple) and name != "transition_time"
                 else values
                 for name, values in task.planner_options
                 if values is not None
@@ -278,7 +278,7 @@ class _Reader:
             "shown_in": scenario.units,
         }
 
-    def _for_each(self, scenario: Scenario, name: str, values: list[Any]) -> FloatArray:
+    def _for_each(self, scenario: Scenario, name: str, values: tuple[Any, ...]) -> FloatArray:
         places = ((one, "planner_options", name, i) for i, one in enumerate(values))
         return np.array([self.array(scenario.joint_values(*place)) for place in places])
 
@@ -291,7 +291,7 @@ class _Reader:
         }
         for name, values in velocities.items():
             if name not in names:
-                raise values.document.error(
+                raise values.places.error(
                     values.location, f"unknown waypoint {name!r}", did_you_mean(name, names)
                 )
         accelerations = scenario.joint_values(given.accelerations, "chosen", i, "accelerations")

@@ -149,10 +149,7 @@ class Plan:
                 "a scenario with times: fastest, after: fastest or a speed that is chosen"
             )
         target = Path(path)
-        written = storage.write_files(
-            target.parent, {target.name: frozen_text(self.chosen, target.parent)}
-        )
-        return written[0]
+        return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
 
     def _scenario_file(self, folder: Path) -> str | None:
         """Name of a shipped scenario, or the path from a folder to what the check was against."""
@@ -197,7 +194,9 @@ class Plan:
         if self.chosen is not None:
             from knotwork.choosing import saved_text
 
-            files["scenario.yaml"] = saved_text(self.chosen, Path(folder))
+            asked = self.chosen.scenario  # whose name that of the new file does not say
+            named = replace(asked, task=asked.task.replace(name=asked.name))
+            files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
             **self.report_to_dict(),
             "scenario_file": self._scenario_file(Path(folder)),

@@ -65,7 +65,7 @@ def test_the_payload_bounds_the_times_by_torque() -> None:
     assert made.chosen is not None
     assert np.isinf(made.space.limits["acceleration"]).all()
     assert any(one.quantity == "effort" for one in made.chosen.binding)
-    document = made.chosen.document.data
+    document = made.chosen.asked.task.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
     assert kw.plan(light).trajectory.duration < made.trajectory.duration
 

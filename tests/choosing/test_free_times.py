@@ -156,7 +156,7 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
     best = kw.plan(task)
     monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
     assert best.chosen is not None
-    steps = sum(run.iterations for run in best.chosen.runs)
+    steps = sum(run.iterations for run in best.chosen.segments)
     # without a share of its own the second would have no time left
     made = kw.plan(task, budget=0.7 * steps)
     made.report.raise_if_failed()
@@ -186,7 +186,7 @@ def test_a_plan_starts_from_that_of_nearly_the_same_task() -> None:
     warm.report.raise_if_failed()
     assert cold.chosen is not None
     assert warm.chosen is not None
-    assert warm.chosen.runs[0].iterations < cold.chosen.runs[0].iterations
+    assert warm.chosen.segments[0].iterations < cold.chosen.segments[0].iterations
     assert warm.trajectory.duration < 1.002 * cold.trajectory.duration
     # one that does not fit is left aside
     other = task(-0.5, to(2, -0.2, velocity="free"))
@@ -308,7 +308,7 @@ def test_an_edited_frozen_scenario_is_said_to_be_stale(tmp_path: Path) -> None:
     made = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
     path = made.freeze(tmp_path / "frozen.yaml")
     text = path.read_text()
-    moved = text.replace("joints: {a: 2, b: 0.0}", "joints: {a: 2.5, b: 0.0}")
+    moved = text.replace("joints: {a: 2.0, b: 0.0}", "joints: {a: 2.5, b: 0.0}")
     assert moved != text
     path.write_text(moved)
     with pytest.raises(InputError, match=r"chosen.*for other waypoints than 'via'.*again"):

@@ -158,6 +158,14 @@ def test_a_changed_task_is_planned_as_changed() -> None:
     assert TASK.waypoints[-1].after == 1.5
 
 
+def test_nothing_in_a_list_of_a_task_can_be_changed() -> None:
+    task = TASK.replace(knots=np.array([0.0, 2.0, 3.0]), gravity=[0.0, 0.0, -9.81])
+    assert task.knots == (0.0, 2.0, 3.0)
+    assert isinstance(task.waypoints, tuple)
+    assert task.waypoints[0].pose.rpy == (pi, 0.0, 0.0)
+    assert task.to_dict()["gravity"] == [0.0, 0.0, -9.81]
+
+
 def test_a_pose_may_be_pinocchio_s() -> None:
     pose = pin.SE3(pin.rpy.rpyToMatrix(pi, 0, 0), np.array([0.4, 0.1, 0.3]))
     task = kw.Task(robot="ur5", start="home", waypoints=[PoseWaypoint(after=2, pose=pose)])

@@ -290,7 +290,7 @@ def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> Non
     made = over_the_top(12.0)
     made.report.raise_if_failed()
     assert made.chosen is not None
-    assert abs(made.chosen.runs[0].velocity[1, 0]) > 0.5
+    assert abs(made.chosen.segments[0].velocity[1, 0]) > 0.5
 
 
 @pytest.mark.parametrize(("effort", "longer"), [(12.0, 1.02), (19.0, 1.001)])

@@ -94,7 +94,7 @@ def test_free_times_beside_an_absurd_one_are_not_searched_for(given: str) -> Non
             one["after"] = 1.5e6
     plan = kw.plan(task)
     assert plan.chosen is not None
-    first, _ = plan.chosen.runs
+    first, _ = plan.chosen.segments
     assert (first.status, first.iterations) == ("resting", 0)
     assert first.trajectory.duration <= 1.001 * first.lower_bound
 

@@ -516,7 +516,7 @@ def test_a_sequence_whose_motion_collides_is_not_taken() -> None:
     assert plan.report.ok
     (tried,) = plan.report.select(quantity="sequences_tried")
     assert "the first that does not" in tried.message
-    task = dict(plan.scenario.document.data)  # type: ignore[union-attr]
+    task = plan.scenario.task.to_dict()
     task.pop("scene")
     alone = kw.plan({**task, "collisions": {"self": False}})
     assert alone.report.ok

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from knotwork.choosing.chosen_values import chosen_values
+import numpy as np
+
+from knotwork.choosing.chosen_values import with_chosen_values
 from knotwork.choosing.path_choice import TimedPaths, with_greatest_speeds
 from knotwork.choosing.path_errors import (
     paths_beyond_limits,
@@ -14,15 +16,14 @@ from knotwork.choosing.path_errors import (
 )
 from knotwork.choosing.segment_motions import (
     NoMotionsError,
+    duration_outside,
     located_in_segment,
     solved_segments,
-    time_beside,
 )
 from knotwork.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
 from knotwork.choosing.task import FreeTask
-from knotwork.documents import Document, Edits, edited
 from knotwork.errors import together
-from knotwork.scenario import FreeTimes, Scenario, scenario_of
+from knotwork.scenario import FreeTimes, Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.budget import Watch
@@ -36,9 +37,8 @@ class ChosenTimes:
     """What was chosen, and how good it is.
 
     Attributes:
-        document: What the scenario with free times was read from.
+        asked: The scenario with free times.
         scenario: The scenario with numbers in place of all that was free.
-        edits: What makes it of the one with free times.
         solution: How the solutions of the poses were chosen, before the times were.
         duration: Of the whole motion [s].
         lower_bound: No motion that does what is asked within the limits is shorter [s]; where
@@ -49,19 +49,18 @@ class ChosenTimes:
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
             [rad/s³ or m/s³].
         objective: Value of each term that has a weight, by name.
-        runs: What was found for each segment.
+        segments: What was found for each segment.
     """
 
-    document: Document
+    asked: Scenario
     scenario: Scenario
-    edits: Edits
     solution: TaskSolution
     duration: float
     lower_bound: float
     status: Status
     binding: tuple[Binding, ...]
     objective: dict[str, float]
-    runs: tuple[TimedMotion, ...] = ()
+    segments: tuple[TimedMotion, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -125,10 +124,9 @@ def choose_times(
     except NoMotionsError as failed:
         raise failed.reported() from None
     paths, found = best.paths, best.motions
-    task, asked = paths.task, free.document
-    edits = paths.edits | chosen_values(task, found)
-    scenario = scenario_of(edited(asked, edits))
-    duration = float(scenario.times[-1] - scenario.times[0])
+    task = paths.task
+    with_numbers = with_chosen_values(task, found)
+    duration = float(np.ptp(with_numbers.times))
     in_segments = sum(motion.duration for _, motion in found)
     least = sum(motion.lower_bound for _, motion in found)
     parts = [motion.status for _, motion in found]
@@ -138,21 +136,20 @@ def choose_times(
             before = objective.get(name, 0.0)
             objective[name] = max(before, value) if name in PEAKS else before + value
     return ChosenTimes(
-        document=asked,
-        scenario=scenario,
-        edits=edits,
+        asked=scenario,
+        scenario=with_numbers,
         solution=task.solution,
         duration=duration,
         lower_bound=duration - in_segments + least,
         status="stopped" if paths.stopped else status_of(parts),
         binding=(*paths.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
-        runs=tuple(motion for _, motion in found),
+        segments=tuple(motion for _, motion in found),
         assumed_jerk=assumed_jerk(task.space),
     )
 
 
-LOWER = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 """Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
 
 
@@ -166,7 +163,7 @@ class _Found:
     @property
     def duration(self) -> float:
         """Of the whole motion [s]."""
-        between = time_beside(self.paths.task, [one for one, _ in self.motions])
+        between = duration_outside(self.paths.task, [one for one, _ in self.motions])
         return between + sum(motion.duration for _, motion in self.motions)
 
 
@@ -183,7 +180,7 @@ def _found(
     longer again.
     """
     paths = with_greatest_speeds(scenario, free, solution, watch)
-    greatest, parts = paths.speeds, list(LOWER)
+    greatest, parts = paths.speeds, list(SPEED_FRACTIONS)
     lower: set[int] = set()
     best: _Found | None = None
     while True:
@@ -192,9 +189,9 @@ def _found(
         _check_given(task, free, segments, watch)
         late = False
         try:
-            motions = solved_segments(task, segments, watch, () if warm is None else warm.runs)
+            motions = solved_segments(task, segments, watch, () if warm is None else warm.segments)
         except NoMotionsError as failed:
-            lower = lower or _next_to(failed.errors, paths, free)
+            lower = lower or _adjacent_stretches(failed.errors, paths)
             if best is not None:
                 return best
             if not lower or not parts:
@@ -212,15 +209,15 @@ def _found(
         paths = with_greatest_speeds(scenario, free, solution, watch, caps)
 
 
-def _next_to(segments: Iterable[Segment], paths: TimedPaths, free: FreeTimes) -> set[int]:
-    """The stretches with chosen speeds of paths that segments meet, by index in the file."""
+def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
+    """The waypoints at the ends of stretches with chosen speeds, of paths that segments meet."""
     ends = {i for one in segments for i in (one.waypoints[0], one.waypoints[-1])}
     return {
-        free.index[i]
+        i
         for path in paths.task.scenario.paths
         if ends & {path.first, path.last}
         for i in range(path.first + 1, path.last + 1)
-        if free.index[i] in paths.speeds
+        if i in paths.speeds
     }
 
 

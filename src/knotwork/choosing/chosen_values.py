@@ -1,15 +1,19 @@
-"""Chosen values as edits of the scenario's document."""
+"""A task with the chosen values in place of everything that is free."""
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
-from knotwork.documents import REMOVED, Location
-from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario import JointTarget, Scenario, resolved
+from knotwork.task import ChosenMotion, Velocity
+from knotwork.task.units import si_factors
 from knotwork.timing import TimedMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -17,43 +21,41 @@ STANDING = 1e-9
 """A chosen speed below this is a stop [m/s]."""
 
 
-def chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]]) -> dict[Location, Any]:
-    """The edits that put chosen values in place of all that is free.
+def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]]) -> Scenario:
+    """The scenario with numbers in place of everything that is free.
 
     Args:
         task: The task.
         found: The segments and what was found for them.
     """
-    free = task.free
-    units = _Units(task)
-    edits: dict[Location, Any] = {
-        (key,): REMOVED for key in ("times", "duration", "objective") if key in free.document.data
-    }
-    if free.document.data.get("knots") == "optimal":
-        edits[("knots",)] = REMOVED
-    edits |= _solutions(task, units)
+    scenario, free, units = task.scenario, task.free, _Units(task)
+    waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
+    for k, near in _solutions(task, units):
+        waypoints[k]["near"] = near
     for segment, motion in found:
-        for k, i in enumerate(segment.waypoints):
-            place: Location = ("waypoints", free.index[i])
-            if k and free.duration[i - 1]:
-                edits[(*place, "after")] = float(motion.time[k] - motion.time[k - 1])
-            q = task.waypoints.position[segment.rows[k]]
-            edits |= _speed(task, i, place, q, motion.velocity[k], units)
+        for place, i in enumerate(segment.waypoints):
+            changes = waypoints[scenario.index[i]]
+            if place and free.duration[i - 1]:
+                changes["after"] = float(motion.time[place] - motion.time[place - 1])
+            q = task.waypoints.position[segment.rows[place]]
+            changes |= _speed(task, i, q, motion.velocity[place], units)
+    optimal = scenario.task.knots == "optimal"
+    given = scenario.task.with_waypoints(waypoints).replace(
+        times=None, duration=None, objective=None, **({"knots": None} if optimal else {})
+    )
+    timed = resolved(given, scenario.places)
     if not found:
-        return edits
-    timed = task.with_edits(edits)
-    edits[("chosen",)] = [_chosen(timed, free.speed, *one, units) for one in found]
-    return edits
+        return timed
+    motions = [_chosen(timed, free.speed, *one, units) for one in found]
+    return replace(timed, task=given.replace(chosen=motions))
 
 
 class _Units:
-    """What a joint's values are divided by to be in the units of the file."""
+    """Converts values of joints and the tool to the units of the task."""
 
     def __init__(self, task: FreeTask) -> None:
         space = task.space
-        units = task.free.document.data.get("units") or {}
-        self.length = 1e-3 if units.get("length") == "mm" else 1.0
-        self.angle = np.pi / 180.0 if units.get("angle") == "deg" else 1.0
+        self.length, self.angle = si_factors(task.scenario.task.units)
         self.names = space.joint_names
         self.scales = [self.angle if unit == "rad" else self.length for unit in space.joint_units]
 
@@ -64,67 +66,52 @@ class _Units:
         }
 
 
-def _solutions(task: FreeTask, units: _Units) -> dict[Location, Any]:
-    """The solutions of the poses, so that they are the same ones again."""
-    index, paths = task.free.index, task.scenario.paths
-    # in the file, where the end of a path and of the wait there are one waypoint
-    on_paths = {index[i] for path in paths for i in range(path.first + 1, path.last + 1)}
-    edits: dict[Location, Any] = {}
+def _solutions(task: FreeTask, units: _Units) -> Iterator[tuple[int, dict[str, float]]]:
+    """The solutions of the poses, by waypoint of the task, so that they are the same ones again."""
+    index, paths = task.scenario.index, task.scenario.paths
+    # in the task, where the end of a path and of the wait there are one waypoint
+    done = {index[i] for path in paths for i in range(path.first + 1, path.last + 1)}
     for i, waypoint in enumerate(task.scenario.waypoints):
-        place: Location = ("waypoints", index[i], "near")
-        if (
-            isinstance(waypoint, CartesianWaypoint)
-            and index[i] not in on_paths
-            and place not in edits
-        ):
-            edits[place] = units.by_joint(task.waypoints.position[task.rows[i]])
-    return edits
+        if isinstance(waypoint, CartesianWaypoint) and index[i] not in done:
+            done.add(index[i])
+            yield index[i], units.by_joint(task.waypoints.position[task.rows[i]])
 
 
-def _speed(
-    task: FreeTask, i: int, place: Location, q: FloatArray, v: FloatArray, units: _Units
-) -> dict[Location, Any]:
+def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it was chosen."""
     kind, robot = task.free.speed[i], task.space.robot
     if kind == "given":
         return {}
     if robot is None or isinstance(task.scenario.waypoints[i], JointTarget):
-        return {(*place, "velocity"): units.by_joint(v)}
+        return {"velocity": units.by_joint(v)}
     twist = robot.twist(q, v)
     if kind == "free":
-        return {
-            (*place, "velocity"): {
-                "linear": (twist.linear / units.length).tolist(),
-                "angular": (twist.angular / units.angle).tolist(),
-                "in": "base",
-            }
-        }
+        linear, angular = twist.linear / units.length, twist.angular / units.angle
+        return {"velocity": Velocity(linear=linear, angular=angular, axes="base")}
     speed = float(np.linalg.norm(twist.linear))
-    if speed < STANDING:
-        return {(*place, "speed"): REMOVED, (*place, "stop"): True}
-    return {(*place, "speed"): speed / units.length}
+    return {"speed": None, "stop": True} if speed < STANDING else {"speed": speed / units.length}
 
 
 def _chosen(
     timed: Scenario, kinds: tuple[str, ...], segment: Segment, motion: TimedMotion, units: _Units
-) -> dict[str, Any]:
-    """A segment as the file has it; knots begin where the waypoint before them is in the file."""
+) -> ChosenMotion:
+    """A segment as the task has it; knots begin where the waypoint before them is in the task."""
     x = motion.trajectory.breaks
     a = motion.trajectory.acceleration(x)
     times = x.copy()
     for k, i in enumerate(segment.waypoints):
         later = x >= motion.time[k] - 1e-12
         times[later] = timed.waypoints[i].time + (x[later] - motion.time[k])
-    found: dict[str, Any] = {
-        "times": times.tolist(),
-        "accelerations": {
-            name: (a[:, j] / scale).tolist()
-            for j, (name, scale) in enumerate(zip(units.names, units.scales, strict=True))
-        },
-    }
     velocities = {
         timed.waypoints[i].name: units.by_joint(motion.velocity[k])
         for k, i in enumerate(segment.waypoints)
         if kinds[i] != "given"
     }
-    return found | ({"velocities": velocities} if velocities else {})
+    return ChosenMotion(
+        times=times.tolist(),
+        accelerations={
+            name: (a[:, j] / scale).tolist()
+            for j, (name, scale) in enumerate(zip(units.names, units.scales, strict=True))
+        },
+        **({"velocities": velocities} if velocities else {}),
+    )

@@ -36,7 +36,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     unlimited = _unlimited(space)
     if unlimited:
         yield _of_motion("acceleration_limit", unlimited, verdict="warning")
-    if chosen.runs and chosen.assumed_jerk:
+    if chosen.segments and chosen.assumed_jerk:
         yield _of_motion("assumed_jerk", _assumed(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _binding(chosen).items():
@@ -88,8 +88,7 @@ def _duration(chosen: ChosenTimes) -> str:
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
     """Whether speeds along paths were chosen: the lower bound takes them as they are."""
-    waypoints = chosen.document.data["waypoints"]
-    return any(key[2:] == ("speed",) and "along" in waypoints[key[1]] for key in chosen.edits)
+    return chosen.asked.free is not None and bool(chosen.asked.free.path_speed)
 
 
 def _unlimited(space: JointSpace) -> str:
@@ -107,7 +106,7 @@ def _unlimited(space: JointSpace) -> str:
 
 def _assumed(chosen: ChosenTimes) -> str:
     """The bounds of jerk that nobody gave, in words."""
-    motion = chosen.runs[0].trajectory
+    motion = chosen.segments[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
     for name, bound in chosen.assumed_jerk.items():

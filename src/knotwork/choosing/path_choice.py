@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
 
 from knotwork.choosing.limit_shares import Limit
 from knotwork.choosing.path_errors import no_speeds
@@ -18,9 +17,9 @@ from knotwork.choosing.path_speeds import (
     rounded,
 )
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.documents import REMOVED, Location, edited
 from knotwork.joint_space import joint_space
-from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, scenario_of
+from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
+from knotwork.task import Task
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding
 from knotwork.timing.budget import Watch
@@ -32,15 +31,13 @@ class TimedPaths:
 
     Attributes:
         task: The task with these speeds; durations and the like are still to be chosen.
-        speeds: These speeds [m/s], by the index in the file of the ends of their stretches.
-        edits: What gives its document the speeds.
+        speeds: These speeds [m/s], by the waypoints at the ends of their stretches.
         binding: What bounds each of them.
         stopped: Whether the budget ended before they were the greatest.
     """
 
     task: FreeTask
     speeds: dict[int, float] = field(default_factory=dict)
-    edits: dict[Location, Any] = field(default_factory=dict)
     binding: tuple[Binding, ...] = ()
     stopped: bool = False
 
@@ -59,7 +56,7 @@ def with_greatest_speeds(
         free: What it leaves to be chosen.
         solution: Solutions of the poses, if not the best.
         watch: What knows of the budget.
-        caps: Bounds of some of the speeds [m/s], by the index in the file.
+        caps: Bounds of some of the speeds [m/s], by the waypoint.
 
     Raises:
         InputError: There are none, or the task can't be solved.
@@ -72,7 +69,7 @@ def with_greatest_speeds(
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
     found = TimedPaths(task)
     for i, path in enumerate(paths):
-        places = [free.index[path.first + 1 + k] for k in range(len(path.stretches))]
+        places = [path.first + 1 + k for k in range(len(path.stretches))]
         most = {k: min(one, caps.get(places[k], one)) for k, one in path.asked.at_most.items()}
         problem = PathSpeeds(task, path, most)
         try:
@@ -91,12 +88,11 @@ def with_greatest_speeds(
             binding=(*found.binding, *_binding(task, path, limits)),
             stopped=found.stopped or chosen.stopped,
         )
-    edits = _edits(task, found.speeds)
-    scenario = scenario_of(edited(free.document, edits))
+    scenario = resolved(_with_speeds(task, found.speeds), scenario.places)
     space = joint_space(scenario)
     solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
-    return replace(found, task=FreeTask(scenario, left, space, solution), edits=edits)
+    return replace(found, task=FreeTask(scenario, left, space, solution))
 
 
 def _binding(task: FreeTask, path: ScenarioPath, limits: Mapping[int, Limit]) -> Iterator[Binding]:
@@ -105,12 +101,11 @@ def _binding(task: FreeTask, path: ScenarioPath, limits: Mapping[int, Limit]) ->
         yield Binding(names[k], names[k + 1], limit.name, limit.quantity, None)
 
 
-def _edits(task: FreeTask, speeds: Mapping[int, float]) -> dict[Location, Any]:
-    """The edits that give the document these speeds."""
-    free, unit = task.free, task.scenario.shown_length[0]
-    edits: dict[Location, Any] = {
-        ("waypoints", place, "speed"): rounded(unit * speed) for place, speed in speeds.items()
-    }
-    if "times" in free.document.data and not free.duration.any():
-        edits[("times",)] = REMOVED  # with these speeds every waypoint has its time
-    return edits
+def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> Task:
+    """The task with these speeds along its paths [m/s]."""
+    scenario, unit = task.scenario, task.scenario.shown_length[0]
+    asked = scenario.task.with_waypoints(
+        {scenario.index[i]: {"speed": rounded(unit * speed)} for i, speed in speeds.items()}
+    )
+    # with these speeds every waypoint may have its time
+    return asked if task.free.duration.any() else asked.replace(times=None)

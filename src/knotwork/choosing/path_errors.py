@@ -77,7 +77,7 @@ def paths_beyond_limits(
     given = {
         number: path
         for number, path in enumerate(task.scenario.paths)
-        if not any(task.free.index[i + 1] in asked.path_speed for i in range(path.first, path.last))
+        if not any(i + 1 in asked.path_speed for i in range(path.first, path.last))
     }
     errors: dict[int, list[InputError]] = {}
     for number, path in given.items():
@@ -227,8 +227,8 @@ def _keeps(problem: PathSpeeds, acceleration: float, watch: Watch) -> bool:
 
 def _key(task: FreeTask, i: int) -> str:
     """What gives the speed of the stretch to a waypoint."""
-    waypoint = task.free.document.data["waypoints"][task.free.index[i]]
-    return next(key for key in ("speed", "after", "time") if key in waypoint)
+    waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
 
 
 def _ends(scenario: Scenario, path: ScenarioPath, k: int) -> str:

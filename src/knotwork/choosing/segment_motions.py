@@ -77,7 +77,7 @@ def solved_segments(
     watch.work += sum(len(one.waypoints) - 1 for one in timed)
     fastest = _motions(task, timed, Objective(), watch, starts)
     spans = {one: motion.duration for one, motion in fastest.items()}
-    given = time_beside(task, timed)
+    given = duration_outside(task, timed)
     shortest = given + sum(spans.values())
     if free.total < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
@@ -92,7 +92,7 @@ def solved_segments(
         raise error from None
 
 
-def time_beside(task: FreeTask, segments: Iterable[Segment]) -> float:
+def duration_outside(task: FreeTask, segments: Iterable[Segment]) -> float:
     """How long all lasts but some segments [s]."""
     own = sum(float(np.ptp(task.waypoints.time[one.rows])) for one in segments)
     return float(np.ptp(task.scenario.provisional_times)) - own
@@ -140,7 +140,7 @@ def _total_too_short(task: FreeTask, shortest: float, watch: Watch | None) -> In
             f"shortest lasts {enough}; allow more time",
             limit="budget",
         )
-    error.locate(task.free.document.where(("duration",)))
+    error.locate(task.scenario.where("duration"))
     return error
 
 

@@ -44,7 +44,7 @@ def find_segments(task: FreeTask) -> list[Segment]:
     closed = set(task.space.waits)
     for i in closed:
         if free.duration[i]:
-            with scenario.error_context("waypoints", free.index[i + 1]):
+            with scenario.error_context("waypoints", scenario.index[i + 1]):
                 raise InputError(
                     f"{scenario.waypoints[i].name!r} and {scenario.waypoints[i + 1].name!r} are "
                     "the same stop, so the least time between them is none; accepted: wait: "

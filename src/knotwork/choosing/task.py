@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import Edits, edited
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots
 from knotwork.joint_space import JointSpace
-from knotwork.scenario import FreeTimes, Scenario, scenario_of
+from knotwork.scenario import FreeTimes, Scenario, resolved
 from knotwork.task_to_joint import TaskSolution
 from knotwork.waypoints import IndexArray, JointWaypoints
 
@@ -30,11 +29,9 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
     """The scenario with knots that are chosen.
 
     Raises:
-        InputError: It was not read from a file or mapping, or its motion was chosen already.
+        InputError: Its motion was chosen already.
     """
-    if scenario.document is None:
-        raise InputError(f"{scenario.name}: knots: optimal needs a scenario from a file or mapping")
-    return scenario_of(edited(scenario.document, {("knots",): "optimal"}))
+    return resolved(scenario.task.replace(knots="optimal"), scenario.places)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +69,9 @@ class FreeTask:
 
         return Dynamics(self.space.robot)
 
-    def with_edits(self, edits: Edits) -> Scenario:
-        """The scenario with other values in its document."""
-        return scenario_of(edited(self.free.document, edits))
-
     def located(self, error: InputError, i: int, *key: str) -> InputError:
         """The error with its place in the file: a key of waypoint i of the scenario."""
-        k = self.free.index[i]
-        place = ("waypoints", k) if k >= 0 else ("start",)
-        error.locate(self.free.document.where((*place, *key)))
+        k = self.scenario.index[i]
+        place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(self.scenario.where(*place, *key))
         return error

@@ -207,10 +207,10 @@ def _files(motion: Motion) -> list[Path]:
     robot = motion.space.robot
     described = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()
     known = [path for path in (motion.scenario.source, *described) if path is not None]
-    document = motion.scenario.document
-    if document is None or document.file is None:
+    source = motion.scenario.source
+    if source is None:
         return known
-    return [*known, *_named_in(document.data, document.file.parent)]
+    return [*known, *_named_in(motion.scenario.task.to_dict(), source.parent)]
 
 
 def _named_in(value: Any, folder: Path) -> list[Path]:

@@ -4,7 +4,7 @@ Files are YAML 1.2 (core schema): `1e-3` is a number, `on` is text, and a key gi
 error.
 """
 
-from knotwork.documents.document import Document, Location, field_path
+from knotwork.documents.document import Document, Location, Places, field_path
 from knotwork.documents.edits import REMOVED, Edits, edited, edited_text
 from knotwork.documents.validation import description_of, validate
 from knotwork.documents.values import Finite, Number, Positive, StrictModel, Text, by_kind
@@ -18,6 +18,7 @@ __all__ = [
     "Finite",
     "Location",
     "Number",
+    "Places",
     "Positive",
     "StrictModel",
     "Text",

@@ -13,33 +13,19 @@ Location = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
-class Document:
-    """Plain data, and where in the file each part of it stands.
+class Places:
+    """Where in a file each part of its data stands, for messages.
 
     Attributes:
-        data: Mappings, lists, text, numbers, booleans and `None`.
-        file: The file it came from, or `None`.
+        file: The file, or `None`.
         lines: Line, counted from 1, of each location that is not in the line of the part around
             it.
         prefix: Location of the data in the file.
     """
 
-    data: Any
     file: Path | None = None
-    lines: Mapping[Location, int] = field(default_factory=dict)
+    lines: Mapping[Location, int] = field(default_factory=dict, repr=False)
     prefix: Location = ()
-
-    def part(self, location: Location) -> Document:
-        """Take a part as a document of its own that still knows where in the file it stands."""
-        data = self.data
-        for key in location:
-            data = data[key]
-        size = len(location)
-        lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
-        line = self.line(location)
-        if line is not None:
-            lines.setdefault((), line)
-        return Document(data, self.file, lines, self.prefix + location)
 
     def path(self, location: Location) -> str:
         """Field path of a location in the whole file."""
@@ -62,6 +48,48 @@ class Document:
         """Make the error for one problem at a location."""
         problem = Problem(self.line(location), self.path(location), message, accepted)
         return DocumentError(self.file, [problem])
+
+    def document(self, data: Any, location: Location) -> Document:
+        """Data at a location as a document of its own that still knows where it stands."""
+        size = len(location)
+        lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
+        line = self.line(location)
+        if line is not None:
+            lines.setdefault((), line)
+        return Document(data, self.file, lines, self.prefix + location)
+
+
+@dataclass(frozen=True, init=False)
+class Document(Places):
+    """Plain data, and where in the file each part of it stands.
+
+    Attributes:
+        data: Mappings, lists, text, numbers, booleans and `None`.
+    """
+
+    data: Any = None
+
+    def __init__(
+        self,
+        data: Any,
+        file: Path | None = None,
+        lines: Mapping[Location, int] | None = None,
+        prefix: Location = (),
+    ) -> None:
+        super().__init__(file, lines or {}, prefix)
+        object.__setattr__(self, "data", data)
+
+    @property
+    def places(self) -> Places:
+        """Where the parts stand, without the data."""
+        return Places(self.file, self.lines, self.prefix)
+
+    def part(self, location: Location) -> Document:
+        """Take a part as a document of its own that still knows where in the file it stands."""
+        data = self.data
+        for key in location:
+            data = data[key]
+        return self.document(data, location)
 
 
 def field_path(location: Iterable[str | int]) -> str:

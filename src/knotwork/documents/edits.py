@@ -50,7 +50,7 @@ def edited(document: Document, edits: Edits) -> Document:
 
 
 def differences(old: Any, new: Any, place: Location = ()) -> Edits:
-    """The edits that make of some data other data.
+    """The edits that make of some data other data; a whole number is the same as a float.
 
     >>> differences({"a": 1, "b": [2, 3]}, {"a": 1, "b": [2, 5], "d": 6})
     {('b', 1): 5, ('d',): 6}
@@ -61,7 +61,8 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         pairs = [(i, *pair) for i, pair in enumerate(zip(old, new, strict=True))]
     else:
-        return {} if old == new and type(old) is type(new) else {place: new}
+        same = old == new and isinstance(old, bool) == isinstance(new, bool)
+        return {} if same else {place: new}
     found: dict[Location, Any] = {}
     for key, before, after in pairs:
         found |= differences(before, after, (*place, key))

@@ -42,9 +42,15 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         return cast(ModelT, checked)
     if many:
         found = first_errors(model, document.data)
+    found = [item for item in found if not _long_enough(item)]
     problems = [_problem(model, document, item) for item in found[:FEW]]
     problems.sort(key=lambda problem: problem.line or 0)
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
+
+
+def _long_enough(item: dict[str, Any]) -> bool:
+    """Whether a list is called too short only because items of it, reported as well, are wrong."""
+    return item["type"] == "too_short" and not len(item["input"]) < item["ctx"]["min_length"]
 
 
 def description_of(model: type[BaseModel], data: Any, location: Location) -> str:

@@ -5,8 +5,8 @@ Fields take what they say and convert nothing: text is no number, `true` is no 1
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Annotated, Any, ClassVar
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -35,8 +35,19 @@ Text = Annotated[str, Field(strict=True, min_length=1)]
 Finite = Annotated[float, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST), AfterValidator(_above_rounding)]
-Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
-Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
+if TYPE_CHECKING:
+    Items = Sequence
+else:
+
+    class Items:
+        """A list in a file is a tuple in a task, so that nothing of a task can be changed."""
+
+        def __class_getitem__(cls, item: Any) -> Any:
+            return tuple[item, ...]
+
+
+Vector3 = Annotated[Items[Number], Field(min_length=3, max_length=3)]
+Vector4 = Annotated[Items[Number], Field(min_length=4, max_length=4)]
 JointMap = Annotated[dict[Text, Number], Field(min_length=1)]
 
 
@@ -91,13 +102,13 @@ def by_kind(accepted: str, words: Collection[str] | None = None) -> Discriminato
     return Discriminator(kind, custom_error_type="kind", custom_error_message=f"must be {accepted}")
 
 
-def _range(values: list[float]) -> list[float]:
+def _range(values: tuple[float, ...]) -> tuple[float, ...]:
     if values[0] >= values[1]:
         raise ValueError(f"lower limit {values[0]:g} must be less than upper limit {values[1]:g}")
     return values
 
 
-Interval = Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
+Interval = Annotated[Items[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
 JointLimits = Annotated[
     Annotated[Positive, Tag("number")]
     | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],

@@ -15,7 +15,7 @@ from knotwork.scenario.model import (
     ToolPlacement,
 )
 from knotwork.scenario.path_timing import AskedTiming
-from knotwork.scenario.resolve import load_scenario, scenario_of
+from knotwork.scenario.resolve import load_scenario, resolved
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
 
 __all__ = [
@@ -38,5 +38,5 @@ __all__ = [
     "ToleranceSet",
     "ToolPlacement",
     "load_scenario",
-    "scenario_of",
+    "resolved",
 ]

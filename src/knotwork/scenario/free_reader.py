@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
-from knotwork.documents import Document
+from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, SpeedKind
 from knotwork.task import AtMost, Fastest, PathWaypoint, Task, Weights
+
+_Fault = tuple[bool, Location, str, str]
+"""Whether there is one, where it is, what is wrong, and what is accepted."""
 
 
 def least_time(file: Task, i: int) -> float | None:
@@ -42,12 +46,12 @@ def greatest_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_free_times(file: Task, document: Document, index: tuple[int, ...]) -> FreeTimes | None:
+def read_free_times(file: Task, places: Places, index: tuple[int, ...]) -> FreeTimes | None:
     """Read what a file leaves to be chosen; `None` if it is nothing.
 
     Args:
         file: What the file says.
-        document: Where it says it, for errors.
+        places: Where it says it, for errors.
         index: For each waypoint of the scenario its index in the file; -1 for the start.
 
     Raises:
@@ -57,24 +61,20 @@ def read_free_times(file: Task, document: Document, index: tuple[int, ...]) -> F
         least_time(file, there) if there >= 0 and here != there else None
         for here, there in pairwise(index)
     ]
-    speed: list[SpeedKind] = []
+    speed: list[SpeedKind] = ["given"] * len(index)
     at_most = np.full(len(index), np.inf)
     paths: dict[int, float] = {}
     for i, k in enumerate(index):
         waypoint = file.waypoints[k] if k >= 0 else None
         most = greatest_speed(getattr(waypoint, "speed", None))
-        kind: SpeedKind = "given"
         if isinstance(waypoint, PathWaypoint):
-            if most is not None:
-                paths[k] = most
+            if most is not None and k != index[i - 1]:
+                paths[i] = most
         elif most is not None:
-            kind, at_most[i] = "along", most
+            speed[i], at_most[i] = "along", most
         elif getattr(waypoint, "velocity", None) == "free":
-            kind = "free"
-        speed.append(kind)
+            speed[i] = "free"
     free = FreeTimes(
-        document=document,
-        index=index,
         duration=np.array([one is not None for one in least], dtype=bool),
         at_least=np.array([one or 0.0 for one in least]),
         speed=tuple(speed),
@@ -84,8 +84,14 @@ def read_free_times(file: Task, document: Document, index: tuple[int, ...]) -> F
         total=file.duration,
         optimal_knots=_optimal_knots(file),
     )
-    _check_use(file, document, free)
+    _refuse(places, _misused(file, free))
     return free if free.anything else None
+
+
+def _refuse(places: Places, faults: Iterator[_Fault]) -> None:
+    for wrong, location, message, accepted in faults:
+        if wrong:
+            raise places.error(location, message, accepted)
 
 
 def _optimal_knots(file: Task) -> bool:
@@ -109,108 +115,116 @@ def _free_anywhere(file: Task) -> bool:
     return any(least_time(file, i) is not None for i in range(len(file.waypoints)))
 
 
-def check_places(file: Task, document: Document) -> None:
+def check_places(file: Task, places: Places) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
         DocumentError: There is one.
     """
+    _refuse(places, _misplaced(file))
+
+
+def _misplaced(file: Task) -> Iterator[_Fault]:
     free = ""
     last = len(file.waypoints) - 1
     for i, waypoint in enumerate(file.waypoints):
-        if i == 0 and file.start is None and isinstance(waypoint.after, str | Fastest):
-            raise document.error(
-                ("waypoints", 0, "after"),
-                "the first waypoint has none before it, so no time to it can be chosen",
-                "no time here, or start: where the motion begins",
+        place, at_start = ("waypoints", i), i == 0 and file.start is None
+        along = isinstance(waypoint, PathWaypoint)
+        speed = waypoint.speed if isinstance(waypoint, PathWaypoint) else None
+        chosen = greatest_speed(speed) is not None
+        untimed = isinstance(waypoint.after, str | Fastest)
+        yield (
+            at_start and untimed,
+            (*place, "after"),
+            "the first waypoint has none before it, so no time to it can be chosen",
+            "no time here, or start: where the motion begins",
+        )
+        yield (
+            waypoint.time is not None and bool(free),
+            (*place, "time"),
+            f"the time since 0 can't be given, because the time to {free} before it is chosen",
+            "after: the time since the waypoint before [s], or after: fastest",
+        )
+        yield (
+            getattr(waypoint, "velocity", None) == "free" and (at_start or i == last),
+            (*place, "velocity"),
+            "the velocity is free at an end of the motion",
+            "a velocity, or none: the arm stands still there",
+        )
+        yield (
+            along and untimed,
+            (*place, "after"),
+            "the time along a path follows from its speed",
+            "speed: fastest, or seconds",
+        )
+        for key in ("time", "after"):
+            yield (
+                chosen and getattr(waypoint, key) is not None,
+                (*place, key),
+                "is given together with a speed that is chosen",
+                f"speed: fastest, or {key}, not both",
             )
-        if waypoint.time is not None and free:
-            raise document.error(
-                ("waypoints", i, "time"),
-                f"the time since 0 can't be given, because the time to {free} before it is chosen",
-                "after: the time since the waypoint before [s], or after: fastest",
-            )
-        at_end = i == last or (i == 0 and file.start is None)
-        if not isinstance(waypoint, PathWaypoint) and waypoint.velocity == "free" and at_end:
-            raise document.error(
-                ("waypoints", i, "velocity"),
-                "the velocity is free at an end of the motion",
-                "a velocity, or none: the arm stands still there",
-            )
-        on_path = isinstance(waypoint, PathWaypoint)
-        chosen = isinstance(waypoint, PathWaypoint) and greatest_speed(waypoint.speed) is not None
-        if on_path and isinstance(waypoint.after, str | Fastest):
-            raise document.error(
-                ("waypoints", i, "after"),
-                "the time along a path follows from its speed",
-                "speed: fastest, or seconds",
-            )
-        if chosen:
-            for key in ("time", "after"):
-                if getattr(waypoint, key) is not None:
-                    raise document.error(
-                        ("waypoints", i, key),
-                        "is given together with a speed that is chosen",
-                        f"speed: fastest, or {key}, not both",
-                    )
         if least_time(file, i) is not None or chosen:
             free = f"waypoint {i + 1}" if waypoint.name is None else repr(waypoint.name)
 
 
-def _check_use(file: Task, document: Document, free: FreeTimes) -> None:
-    """Refuse keys about choices where nothing is chosen."""
-    timed = bool(free.duration.any())
-    if file.times is not None and not timed and not free.path_speed:
-        on_paths = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
-        raise document.error(
-            ("times",),
-            "fastest, but every waypoint gives its time"
-            + (" or its speed along a path" if on_paths else ""),
-            "no times here, or after: fastest at a waypoint"
-            + (", or speed: fastest along a path" if on_paths else ""),
-        )
-    if file.duration is not None and not timed:
-        raise document.error(
-            ("duration",),
-            "is given, but every time is given too",
-            "times: fastest, or after: fastest at a waypoint",
-        )
-    if file.objective is not None and not (
-        timed or free.optimal_knots or set(free.speed) - {"given"}
-    ):
-        raise document.error(
-            ("objective",),
-            "says what is minimised, but no time is free",
-            "times: fastest, after: fastest at a waypoint, or knots: optimal",
-        )
+def _misused(file: Task, free: FreeTimes) -> Iterator[_Fault]:
+    """Keys about choices where nothing is chosen, and choices that exclude each other."""
+    timed, objective = bool(free.duration.any()), file.objective is not None
     weighs_time = free.objective.get("time", 0.0) > 0.0
-    if weighs_time and file.objective is not None and (not timed or file.duration is not None):
-        raise document.error(
-            ("objective",),
-            "the time is given, so it can't be made less",
-            "jerk, effort, acceleration, peak_jerk or peak_acceleration",
-        )
-    if timed and file.duration is None and not weighs_time:
-        raise document.error(
-            ("objective",),
-            "does not weigh the time, so the slowest motion would be the best one",
-            "time with it, for example {time: 1, effort: 0.01}, or duration: seconds",
-        )
-    if file.chosen is not None and free.anything:
-        raise document.error(
-            ("chosen",),
-            "gives the motion between waypoints, but times or speeds are free",
-            "numbers for all of them, or no chosen",
-        )
-    if free.anything and isinstance(file.knots, list):
-        raise document.error(
-            ("knots",), "times of knots are given, but those of waypoints are free", "no knots"
-        )
-    if free.anything and file.planner != "modified-hermite":
-        raise document.error(
-            ("planner",),
-            f"{file.planner!r} takes times as they are given, and some are free",
-            "modified-hermite; plan --freeze writes a scenario with numbers for any planner",
-        )
-    if free.objective.get("effort", 0.0) > 0.0 and file.robot is None:
-        raise document.error(("objective",), "effort needs a robot, and the file names none")
+    along = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
+    yield (
+        file.times is not None and not timed and not free.path_speed,
+        ("times",),
+        "fastest, but every waypoint gives its time" + " or its speed along a path" * along,
+        "no times here, or after: fastest at a waypoint"
+        + ", or speed: fastest along a path" * along,
+    )
+    yield (
+        file.duration is not None and not timed,
+        ("duration",),
+        "is given, but every time is given too",
+        "times: fastest, or after: fastest at a waypoint",
+    )
+    yield (
+        objective and not (timed or free.optimal_knots or set(free.speed) - {"given"}),
+        ("objective",),
+        "says what is minimised, but no time is free",
+        "times: fastest, after: fastest at a waypoint, or knots: optimal",
+    )
+    yield (
+        objective and weighs_time and (not timed or file.duration is not None),
+        ("objective",),
+        "the time is given, so it can't be made less",
+        "jerk, effort, acceleration, peak_jerk or peak_acceleration",
+    )
+    yield (
+        timed and file.duration is None and not weighs_time,
+        ("objective",),
+        "does not weigh the time, so the slowest motion would be the best one",
+        "time with it, for example {time: 1, effort: 0.01}, or duration: seconds",
+    )
+    yield (
+        file.chosen is not None and free.anything,
+        ("chosen",),
+        "gives the motion between waypoints, but times or speeds are free",
+        "numbers for all of them, or no chosen",
+    )
+    yield (
+        isinstance(file.knots, tuple) and free.anything,
+        ("knots",),
+        "times of knots are given, but those of waypoints are free",
+        "no knots",
+    )
+    yield (
+        file.planner != "modified-hermite" and free.anything,
+        ("planner",),
+        f"{file.planner!r} takes times as they are given, and some are free",
+        "modified-hermite; plan --freeze writes a scenario with numbers for any planner",
+    )
+    yield (
+        free.objective.get("effort", 0.0) > 0.0 and file.robot is None,
+        ("objective",),
+        "effort needs a robot, and the file names none",
+        "",
+    )

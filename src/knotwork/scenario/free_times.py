@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.documents import Document
 from knotwork.waypoints import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -28,16 +27,13 @@ class FreeTimes:
     """What a scenario leaves to be chosen.
 
     Attributes:
-        document: What the file says and where.
-        index: For each waypoint its index in the file; -1 for the start. A waypoint with a wait
-            stands twice.
         duration: Whether the time from each waypoint to the next is chosen, shape (n - 1,).
         at_least: The least that it may be [s], shape (n - 1,).
         speed: For each waypoint `"given"`; `"along"`, where the direction of its velocity is given
             and the speed is chosen; or `"free"`, where the velocity is chosen.
         at_most: The greatest speed of the tool there [m/s], shape (n,), infinite without one.
-        path_speed: Greatest speed [m/s] by the index in the file of those ends of path stretches
-            whose constant speed is chosen, infinite without one.
+        path_speed: Greatest speed [m/s] by the waypoint at the end of each path stretch whose
+            constant speed is chosen, infinite without one.
         objective: Weights of `"time"`, `"jerk"`, `"effort"`, `"acceleration"`, `"peak_jerk"` and
             `"peak_acceleration"`.
         total: Duration of the whole motion that is given [s], or `None`.
@@ -48,8 +44,6 @@ class FreeTimes:
     array([ True])
     """
 
-    document: Document
-    index: tuple[int, ...]
     duration: BoolArray
     at_least: FloatArray
     speed: tuple[SpeedKind, ...]
@@ -72,9 +66,8 @@ class FreeTimes:
     @property
     def first_untimed(self) -> int:
         """The first waypoint whose time is not known until it is chosen; n without one."""
-        unknown = [k in self.path_speed for k in self.index]
-        unknown[1:] = [*(self.duration | np.array(unknown[1:], dtype=bool))]
-        return unknown.index(True) if any(unknown) else len(unknown)
+        chosen = [*(np.flatnonzero(self.duration) + 1).tolist(), *self.path_speed]
+        return min(chosen, default=len(self.speed))
 
     @property
     def untimed(self) -> BoolArray:

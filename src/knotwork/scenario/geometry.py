@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import Document, Location
+from knotwork.documents import Location, Places
 from knotwork.errors import did_you_mean
 from knotwork.task import Frame, Placement
 from knotwork.waypoints import FloatArray, rotation_fault
@@ -19,12 +19,12 @@ ROTATION_TOLERANCE = 1e-3
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
-def rotation(placement: Placement, document: Document, location: Location) -> FloatArray:
+def rotation(placement: Placement, places: Places, location: Location) -> FloatArray:
     """Rotation matrix, shape (3, 3), of a placement's orientation; the identity if it has none.
 
     Args:
         placement: As given in the file, in SI.
-        document: The file, for errors.
+        places: Of the file, for errors.
         location: Where the placement is in it.
 
     Raises:
@@ -33,12 +33,10 @@ def rotation(placement: Placement, document: Document, location: Location) -> Fl
     for name, order in (("quaternion_xyzw", (3, 0, 1, 2)), ("quaternion_wxyz", (0, 1, 2, 3))):
         values = getattr(placement, name)
         if values is not None:
-            return _from_quaternion(
-                np.array([values[i] for i in order]), document, (*location, name)
-            )
+            return _from_quaternion(np.array([values[i] for i in order]), places, (*location, name))
     if placement.rotation_matrix is not None:
         matrix = np.array(placement.rotation_matrix)
-        return _from_matrix(matrix, document, (*location, "rotation_matrix"))
+        return _from_matrix(matrix, places, (*location, "rotation_matrix"))
     if placement.rotation_vector is not None:
         return np.asarray(pin.exp3(np.array(placement.rotation_vector)))
     if placement.rpy is not None:
@@ -50,10 +48,10 @@ def rotation(placement: Placement, document: Document, location: Location) -> Fl
     return result
 
 
-def _from_quaternion(wxyz: FloatArray, document: Document, location: Location) -> FloatArray:
+def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> FloatArray:
     norm = float(np.linalg.norm(wxyz))
     if abs(norm - 1) > ROTATION_TOLERANCE:
-        raise document.error(
+        raise places.error(
             location,
             f"has norm {norm:.6g}",
             f"a unit quaternion, norm 1 within {ROTATION_TOLERANCE:g}",
@@ -62,10 +60,10 @@ def _from_quaternion(wxyz: FloatArray, document: Document, location: Location) -
     return np.asarray(pin.Quaternion(w, x, y, z).matrix())
 
 
-def _from_matrix(matrix: FloatArray, document: Document, location: Location) -> FloatArray:
+def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> FloatArray:
     fault = rotation_fault(matrix, ROTATION_TOLERANCE)
     if fault:
-        raise document.error(
+        raise places.error(
             location,
             f"is not a rotation matrix: {fault}",
             f"orthonormal rows within {ROTATION_TOLERANCE:g}, right-handed",
@@ -74,13 +72,13 @@ def _from_matrix(matrix: FloatArray, document: Document, location: Location) -> 
     return np.asarray(left @ right)
 
 
-def placed(placement: Placement, document: Document, location: Location) -> pin.SE3:
+def placed(placement: Placement, places: Places, location: Location) -> pin.SE3:
     """Make a placement in its parent frame from its values in the file, in SI.
 
     Raises:
         DocumentError: As for `rotation`.
     """
-    return pin.SE3(rotation(placement, document, location), np.array(placement.position))
+    return pin.SE3(rotation(placement, places, location), np.array(placement.position))
 
 
 class Frames:
@@ -88,25 +86,25 @@ class Frames:
 
     Args:
         frames: As given in the file, in SI.
-        document: The file, for errors.
+        places: Of the file, for errors.
 
     Raises:
         DocumentError: A frame is placed in one that does not exist, frames are placed in a circle,
             or a frame has a reserved name.
     """
 
-    def __init__(self, frames: Mapping[str, Frame], document: Document) -> None:
-        self._document = document
+    def __init__(self, frames: Mapping[str, Frame], places: Places) -> None:
+        self._places = places
         self._placements = {"base": pin.SE3.Identity()}
         for reserved in ("base", "tool"):
             if reserved in frames:
-                raise document.error(
+                raise places.error(
                     ("frames", reserved), "is a reserved name", "any other name for a frame"
                 )
         for name in frames:
             for link in reversed(self._unplaced(name, frames)):
                 frame = frames[link]
-                own = placed(frame, document, ("frames", link))
+                own = placed(frame, places, ("frames", link))
                 self._placements[link] = self._placements[frame.parent] * own
 
     def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
@@ -117,12 +115,12 @@ class Frames:
             if name in chain:
                 links = list(chain)
                 circle = " in ".join((*links[links.index(name) :], name))
-                raise self._document.error(location, f"frames placed in a circle: {circle}")
+                raise self._places.error(location, f"frames placed in a circle: {circle}")
             chain[name] = None
             parent = frames[name].parent
             if parent != "base" and parent not in frames:
                 choices = ["base", *(other for other in frames if other != name)]
-                raise self._document.error(
+                raise self._places.error(
                     location, f"unknown frame {parent!r}", did_you_mean(parent, choices)
                 )
             name = parent
@@ -140,4 +138,4 @@ class Frames:
         if name in self._placements or name in also:
             return name
         choices = [*self._placements, *also]
-        raise self._document.error(location, f"unknown frame {name!r}", did_you_mean(name, choices))
+        raise self._places.error(location, f"unknown frame {name!r}", did_you_mean(name, choices))

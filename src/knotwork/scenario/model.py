@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import Document, Location
+from knotwork.documents import Document, Location, Places
 from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
@@ -39,14 +39,14 @@ class JointValues:
             joint, or the name of a configuration.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
-        document: The file, for errors.
+        places: Of the file, for errors.
         location: Where the values are in it.
     """
 
     values: Mapping[str, Any] | float | str
     length: float
     angle: float
-    document: Document
+    places: Places
     location: Location
 
     @property
@@ -245,7 +245,7 @@ class Scenario:
         continuity: Order of continuity that the check asks for.
         rate: Samples per second [Hz].
         source: The file it came from, or `None`.
-        document: What the file says and where, for errors; `None` for one made in Python.
+        places: Where its parts stand in the file, for errors.
 
     >>> from knotwork import load_scenario
     >>> scenario = load_scenario("ur5_deburring")
@@ -279,7 +279,7 @@ class Scenario:
     continuity: int = 2
     rate: float = 100.0
     source: Path | None = None
-    document: Document | None = field(default=None, repr=False, compare=False)
+    places: Places = field(default_factory=Places, repr=False, compare=False)
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:
@@ -296,8 +296,7 @@ class Scenario:
         except DocumentError:
             raise  # it says so already
         except InputError as error:
-            if self.document is not None:
-                error.locate(self.where(*location))
+            error.locate(self.where(*location))
             raise
 
     def where(self, *location: str | int) -> str:
@@ -306,12 +305,12 @@ class Scenario:
         Args:
             location: Keys and indices of the field.
         """
-        return (self.document or Document(None)).where(location)
+        return self.places.where(location)
 
     def joint_values(self, values: Any, *location: str | int) -> JointValues:
         """Joint values of the task with their units and their place in it."""
         length, angle = si_factors(self.task.units)
-        return JointValues(values, length, angle, self.document or Document(None), location)
+        return JointValues(values, length, angle, self.places, location)
 
     @property
     def prefers_clearance(self) -> bool:

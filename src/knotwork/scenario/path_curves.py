@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from knotwork import tool_paths
-from knotwork.documents import Document
+from knotwork.documents import Places
 from knotwork.errors import InputError, PathError
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.task.poses import ORIENTATIONS
@@ -46,7 +46,7 @@ class PathCurves:
 
     Attributes:
         file: What the file says, in SI.
-        document: Where it says it, for errors.
+        places: Where it says it, for errors.
         length: The file's unit of length [m].
         frames: For each waypoint the placement of the frame that its path is in, by index.
         axes: Likewise the axes that orientations on it are in, shape (3, 3).
@@ -55,7 +55,7 @@ class PathCurves:
     """
 
     file: Task
-    document: Document
+    places: Places
     length: float
     frames: Mapping[int, pin.SE3]
     axes: Mapping[int, FloatArray]
@@ -77,7 +77,7 @@ class PathCurves:
                 if isinstance(error, PathError)
                 else str(error)
             )
-            raise self.document.error(("waypoints", i, *(key or ("along",))), message) from error
+            raise self.places.error(("waypoints", i, *(key or ("along",))), message) from error
 
     def text(self, value: float, per: str = "", digits: int = 9) -> str:
         """Write a length, speed or acceleration in the file's unit.
@@ -95,7 +95,7 @@ class PathCurves:
         own = np.round(self.frames[i].actInv(np.array(point)) / self.length, DIGITS) + 0.0
         return f"({', '.join(f'{value:.9g}' for value in own)}) {self.file.units.length}"
 
-    def _point(self, i: int, given: list[float]) -> FloatArray:
+    def _point(self, i: int, given: Sequence[float]) -> FloatArray:
         return np.asarray(self.frames[i].act(np.array(given)))
 
     def curve(self, i: int) -> Curve:
@@ -151,7 +151,7 @@ class PathCurves:
         rotations = None
         if isinstance(along.points, str):
             file = Path(along.points)
-            folder = self.document.file.parent if self.document.file is not None else Path()
+            folder = self.places.file.parent if self.places.file is not None else Path()
             read = tool_paths.ThroughPoints.from_csv(folder / file, length_unit=self.length)
             points = read.points
             if read.rotations is not None:
@@ -185,7 +185,7 @@ class PathCurves:
     def _check_begin(self, i: int, rotation: FloatArray) -> None:
         angle = angle_between(self.poses[i - 1].rotation, rotation)
         if angle > ROUNDED_ANGLE:
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints", i, "along", "points"),
                 f"at the first point the tool is turned {np.degrees(angle):.4g} degrees from where "
                 "the path begins",
@@ -211,7 +211,7 @@ class PathCurves:
             else:
                 turn = OrientationCurve.constant(before, curve.length)
         if tangent and given is not None:
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints", i, "orientation"),
                 "is given together with points that have orientations",
                 "orientation: tangent, or columns qx, qy, qz, qw, not both",
@@ -226,7 +226,7 @@ class PathCurves:
     def _check_end(self, i: int, turned: FloatArray, own: FloatArray) -> None:
         angle = angle_between(turned, own)
         if angle > ROUNDED_ANGLE:
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints", i, "pose"),
                 f"is turned {np.degrees(angle):.4g} degrees from where the path takes the tool",
                 "no orientation where the path has its own, or the one that it leads to",
@@ -263,14 +263,14 @@ class PathCurves:
         """The curve that rounds the corner between two lines."""
         lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
         if len(lines) < 2:
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints", i, "blend"),
                 "rounds the corner between two lines, and this waypoint is not between two lines",
                 "no blend; or along: line here and at the next waypoint",
             )
         room = 0.5 * min(line.length for line in lines)
         if given > room * (1.0 + ROUNDING):
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints", i, "blend"),
                 f"is {self.text(given, digits=6)}, more than half of the shorter of the two lines",
                 f"at most {self.text(room, digits=6)}",

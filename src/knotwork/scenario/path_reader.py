@@ -63,7 +63,7 @@ class PathReader:
                 if first >= 0
                 else "the path has no waypoint that it begins at"
             )
-            raise self.curves.document.error(
+            raise self.curves.places.error(
                 ("waypoints", first + 1, "along"),
                 found,
                 "a waypoint with a pose before this one: where the path begins",
@@ -82,7 +82,7 @@ class PathReader:
         waypoint = self.curves.file.waypoints[first]
         for key in ("velocity", "speed"):
             if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
-                raise self.curves.document.error(
+                raise self.curves.places.error(
                     ("waypoints", first, key),
                     "is given where a path begins, which has its own",
                     f"no {key} here: the waypoint takes that of the path; or stop: true",
@@ -108,7 +108,7 @@ class PathReader:
             lines = all(kind_of(one) == "line" for one in given[k : k + 2])
             back = error.angle > np.pi - HAIRPIN
             name = given[k].name or str(first + 2 + k)
-            raise self.curves.document.error(
+            raise self.curves.places.error(
                 ("waypoints", first + 1 + k),
                 f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
                 "blend: a length, or stop: true" if lines and not back else "stop: true",
@@ -138,20 +138,20 @@ class PathReader:
             if one.time is not None and before is not None:
                 taken = one.time - before
             elif one.time is not None and one.speed is None:
-                raise self.curves.document.error(
+                raise self.curves.places.error(
                     ("waypoints", first + 1 + k, "time"),
                     "does not say how long the path takes, as the time of the waypoint before it "
                     "follows from a speed",
                     "after: the time that it takes [s], or speed",
                 )
             if taken is not None and taken <= 0.0:
-                raise self.curves.document.error(
+                raise self.curves.places.error(
                     ("waypoints", first + 1 + k, "time"),
                     f"is not later than {before:g} s, the time of the waypoint before it",
                     f"a time greater than {before:g} s",
                 )
             if taken is None and one.speed is None:
-                raise self.curves.document.error(
+                raise self.curves.places.error(
                     ("waypoints", first + 1 + k),
                     "has neither speed nor after, so that nothing says how fast the tool moves",
                     "speed: along the path, or after: the time that it takes [s]",
@@ -185,7 +185,7 @@ class PathReader:
             timing, found = asked.provisional()
         except RampError as error:
             fits = error.highest_speed
-            raise self.curves.document.error(
+            raise self.curves.places.error(
                 ("waypoints", first + 1 + error.stretch, "speed"),
                 f"the path is {text(error.length)} long here, but its changes of speed "
                 f"take {text(error.needed)} at {text(limit, '/s²')}",
@@ -195,7 +195,7 @@ class PathReader:
         except SlowStretchError as error:
             k, least = error.stretch, error.lowest_speed
             by_speed = isinstance(given[k].speed, float)
-            raise self.curves.document.error(
+            raise self.curves.places.error(
                 ("waypoints", first + 1 + k, "speed" if by_speed else _time_key(given[k])),
                 f"is so slow that times do not resolve the changes of speed: {error}",
                 f"at least {text(least, '/s')}"
@@ -204,7 +204,7 @@ class PathReader:
             ) from error
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
-            raise self.curves.document.error(
+            raise self.curves.places.error(
                 ("waypoints", first + 1 + k, _time_key(given[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {text(asked.lengths[k])} long "
                 f"here, and with its changes of speed it takes at least {error.least:.6g} s"
@@ -212,13 +212,11 @@ class PathReader:
                 "a time that it can take, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
-            raise self.curves.document.error(
-                ("waypoints", first + len(given)), str(error)
-            ) from error
+            raise self.curves.places.error(("waypoints", first + len(given)), str(error)) from error
         for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
             wanted = durations[k]
             if wanted is not None and abs(taken - wanted) > AGREE * taken:
-                raise self.curves.document.error(
+                raise self.curves.places.error(
                     ("waypoints", first + 1 + k, _time_key(one)),
                     f"leaves {wanted:.6g} s, but at the speed given the path takes {taken:.6g} s",
                     "speed or time, not both",

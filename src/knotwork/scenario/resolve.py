@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork import documents
-from knotwork.documents import Document, Location
+from knotwork.documents import Document, Location, Places
 from knotwork.errors import shown
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.free_reader import read_free_times
@@ -24,6 +24,7 @@ from knotwork.scenario.model import (
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.task import Balanced, JointWaypoint, PoseWaypoint, Task, Tool
+from knotwork.task import FrameSpeed as FrameSpeedGiven
 from knotwork.task.places import read_document
 from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
@@ -51,37 +52,41 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
     >>> load_scenario({"name": "swing", "waypoints": ends}).times
     array([0., 2.])
     """
-    given = reference.to_dict() if isinstance(reference, Task) else reference
-    return scenario_of(read_document(given))
+    if isinstance(reference, Task):
+        return resolved(reference)
+    document = read_document(reference)
+    return resolved(documents.validate(Task, document), document.places)
 
 
-def scenario_of(document: Document) -> Scenario:
-    """Read a scenario from a document: see `load_scenario`.
+def resolved(task: Task, places: Places | None = None) -> Scenario:
+    """Resolve a task: see `load_scenario`.
 
-    >>> from knotwork.documents import Document
+    Args:
+        task: What is asked, in its own units.
+        places: Where its parts stand in the file that it came from, for messages.
+
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
-    >>> scenario_of(Document({"waypoints": ends})).times
+    >>> resolved(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
-    return _Resolver(document).scenario()
+    return _Resolver(task, places or Places()).scenario()
 
 
 class _Resolver:
-    """Resolves one scenario file; the steps share its units, frames and document."""
+    """Resolves one task; the steps share its units, frames and places."""
 
-    def __init__(self, document: Document) -> None:
-        self.document = document
-        self.task = documents.validate(Task, document)
+    def __init__(self, task: Task, places: Places) -> None:
+        self.task, self.places = task, places
         self.length, self.angle = si_factors(self.task.units)
         self.file = in_si(self.task, self.length, self.angle)
-        self.reader = WaypointReader(self.file, document, self.length, self.angle)
+        self.reader = WaypointReader(self.file, places, self.length, self.angle)
 
     def scenario(self) -> Scenario:
-        file, source = self.file, self.document.file
+        file, source = self.file, self.places.file
         if file.robot is None:
             self._check_joints_alone()
         elif file.joint_units:
-            raise self.document.error(
+            raise self.places.error(
                 ("joint_units",), "is for scenarios without a robot, which knows its joints"
             )
         if isinstance(file.robot, dict):
@@ -97,7 +102,7 @@ class _Resolver:
             task=self.task,
             index=self.reader.indices,
             paths=paths,
-            robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
+            robot=self._robot(),
             relative_to=source.parent if source is not None else None,
             units=Units(file.units.length, file.units.angle),
             joint_units=file.joint_units,
@@ -109,7 +114,7 @@ class _Resolver:
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
-            free=read_free_times(file, self.document, self.reader.indices),
+            free=read_free_times(file, self.places, self.reader.indices),
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             margin=file.limits.margin or 1.0,
@@ -117,8 +122,12 @@ class _Resolver:
             continuity=file.continuity,
             rate=file.rate,
             source=source,
-            document=self.document,
+            places=self.places,
         )
+
+    def _robot(self) -> str | Document | None:
+        robot = self.file.robot
+        return self.places.document(robot, ("robot",)) if isinstance(robot, dict) else robot
 
     def _check_description_in_si(self, robot: Mapping[str, Any]) -> None:
         """Refuse a robot description, which is in SI, in a file with other units."""
@@ -126,7 +135,7 @@ class _Resolver:
             return
         for key in ("locked", "configurations", "limits"):
             if robot.get(key):
-                raise self.document.error(
+                raise self.places.error(
                     ("robot", key),
                     "is in SI like every robot description, but the file has other units",
                     "a robot file of its own, units m and rad, or the scenario's own limits",
@@ -136,7 +145,7 @@ class _Resolver:
         """Without a robot only joint values make sense."""
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint):
-                raise self.document.error(
+                raise self.places.error(
                     ("waypoints", i, "pose"),
                     "a pose needs a robot",
                     "robot: the name of one (`knotwork robots` lists them) or a path",
@@ -149,7 +158,7 @@ class _Resolver:
         ]
         for place, joints in named:
             if isinstance(joints, str):
-                raise self.document.error(
+                raise self.places.error(
                     place,
                     f"configuration {shown(joints)} needs a robot, and the file names none",
                     "joint values, by joint name",
@@ -166,7 +175,7 @@ class _Resolver:
             if getattr(self.file.limits, key) is not None
         ]
         for place in places:
-            raise self.document.error(place, "needs a robot, and the file names none")
+            raise self.places.error(place, "needs a robot, and the file names none")
 
     def _tool(self) -> ToolPlacement:
         tool = self.file.tool
@@ -188,19 +197,19 @@ class _Resolver:
         fault = payload_fault(tool.mass, inertia)
         if fault is not None:
             field, found, accepted = fault
-            raise self.document.error(("tool", field), found, accepted)
+            raise self.places.error(("tool", field), found, accepted)
         return Payload(tool.mass, np.array(tool.centre_of_mass or (0.0, 0.0, 0.0)), inertia)
 
     def _motion_limits(self) -> MotionLimits:
         given = self.file.limits
         margin = given.margin or 1.0
-        frames = given.frame_speed or []
+        frames = given.frame_speed or ()
         return MotionLimits(
             given.tool_speed and margin * given.tool_speed,
             given.tool_acceleration and margin * given.tool_acceleration,
             tuple(
                 FrameSpeed(one.frame, margin * one.speed)
-                for one in (frames if isinstance(frames, list) else [frames])
+                for one in ([frames] if isinstance(frames, FrameSpeedGiven) else frames)
             ),
             given.singular_value,
         )
@@ -217,13 +226,13 @@ class _Resolver:
             return knots.balanced
         if knots == "optimal":
             return "paper"  # where nothing is chosen, which is along paths
-        return np.array(knots) if isinstance(knots, list) else knots
+        return knots if isinstance(knots, str) else np.array(knots)
 
     def _check_chosen(self) -> None:
         for i, run in enumerate(self.file.chosen or ()):
             for joint, values in run.accelerations.items():
                 if len(values) != len(run.times):
-                    raise self.document.error(
+                    raise self.places.error(
                         ("chosen", i, "accelerations", joint),
                         f"has {len(values)} values for {len(run.times)} times",
                         "one for each time",
@@ -242,7 +251,7 @@ class _Resolver:
             values[name] = value
             if name.startswith("path") and value < SMALLEST_PATH_TOLERANCE:
                 found = getattr(self.task.tolerances, name)
-                raise self.document.error(
+                raise self.places.error(
                     ("tolerances", name),
                     f"is {found:g}, which floating point can't hold a motion to",
                     f"at least {SMALLEST_PATH_TOLERANCE * found / value:.4g}",

@@ -43,13 +43,12 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
         for name, one in scene.objects.items()
     )
     if TOOL in scene.objects:
-        raise reader.document.error(
+        raise reader.places.error(
             ("scene", "objects", TOOL), "is a reserved name", "any other name for an object"
         )
-    shapes: list[ToolShape] = []
-    if tool is not None and tool.shape is not None:
-        shapes = tool.shape if isinstance(tool.shape, list) else [tool.shape]
-    one = len(shapes) == 1 and not isinstance(getattr(tool, "shape", None), list)
+    given = tool.shape if tool is not None else None
+    one = isinstance(given, ToolShape)
+    shapes = (given,) if isinstance(given, ToolShape) else given or ()
     rules = file.collisions
     return Scene(
         objects=objects,
@@ -78,17 +77,17 @@ def _held(
 ) -> HeldObject:
     place: Location = ("tool", "holds", name)
     if name == TOOL or name in reader.file.scene.objects:
-        raise reader.document.error(
+        raise reader.places.error(
             place, f"{name!r} is the name of something else", "a name of its own"
         )
     names = [waypoint.name for waypoint in waypoints]
     for key, waypoint in (("from", given.take), ("to", given.leave)):
         if waypoint not in names:
-            raise reader.document.error(
+            raise reader.places.error(
                 (*place, key), f"there is no waypoint {waypoint!r}", did_you_mean(waypoint, names)
             )
     if names.index(given.leave) <= names.index(given.take):
-        raise reader.document.error(
+        raise reader.places.error(
             (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"
         )
     shape = _shape(reader, given, place, moves=True)
@@ -105,7 +104,7 @@ def _shape(
 ) -> Shape:
     """A shape in SI, placed in the frame that carries it, or if one is named in the base."""
     if moves and given.half_space is not None:
-        raise reader.document.error(
+        raise reader.places.error(
             (*place, "half_space"), "moves with the tool, which a half space can't", "a box"
         )
     placement = reader.placement(given, place)
@@ -129,11 +128,11 @@ def _shape(
 
 def _file(reader: WaypointReader, given: str, place: Location) -> Path:
     """A file that a scenario names, relative to its own."""
-    folder = reader.document.file.parent if reader.document.file is not None else Path()
+    folder = reader.places.file.parent if reader.places.file is not None else Path()
     path = folder / os.path.expanduser(given)
     if not path.is_file():
         there = f"{path} is no regular file" if path.exists() else f"there is no file {path}"
-        raise reader.document.error(place, there)
+        raise reader.places.error(place, there)
     return path
 
 
@@ -145,5 +144,4 @@ def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, .
     for turned in (given.cylinder, given.capsule, given.cone):
         if isinstance(turned, Turned):
             return turned.radius, turned.length
-    edges = given.box or given.ellipsoid or ([given.sphere] if given.sphere is not None else [])
-    return tuple(edges)
+    return tuple(given.box or given.ellipsoid or (given.sphere or 0.0,))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import Document, Location
+from knotwork.documents import Location, Places
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
 from knotwork.task import (
@@ -42,20 +42,20 @@ class WaypointReader:
 
     Args:
         file: What the file says, in SI but for joint values.
-        document: Where it says it, for errors.
+        places: Where it says it, for errors.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
     """
 
-    def __init__(self, file: Task, document: Document, length: float, angle: float) -> None:
-        self.file, self.document, self.length, self.angle = file, document, length, angle
+    def __init__(self, file: Task, places: Places, length: float, angle: float) -> None:
+        self.file, self.places, self.length, self.angle = file, places, length, angle
         self.indices: tuple[int, ...] = ()
 
     def joint_values(
         self, values: Mapping[str, Any] | float | str, location: Location
     ) -> JointValues:
         """Joint values of the file, to be read once the joints are known."""
-        return JointValues(values, self.length, self.angle, self.document, location)
+        return JointValues(values, self.length, self.angle, self.places, location)
 
     def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
         """All waypoints in order, the start first if there is one, and the paths between them.
@@ -70,12 +70,12 @@ class WaypointReader:
         names = self._names()
         offset = 1 if self.file.start is not None else 0
         if len(given) + offset < 2:
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints",),
                 "a motion needs at least two waypoints, and there is one",
                 "two or more, or one with start: where the motion begins",
             )
-        check_places(self.file, self.document)
+        check_places(self.file, self.places)
         poses = self._poses()
         times, paths = self._times(poses)
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
@@ -84,11 +84,11 @@ class WaypointReader:
         waypoints: list[ScenarioWaypoint] = []
         if self.file.start is not None:
             joints = self.joint_values(self.file.start, ("start",))
-            where = self.document.where(("start",))
+            where = self.places.where(("start",))
             waypoints.append(JointTarget(START, 0.0, joints, None, where))
             indices.append(-1)
         for i, waypoint in enumerate(given):
-            where = self.document.where(("waypoints", i))
+            where = self.places.where(("waypoints", i))
             inner = 0 < i + offset < len(given) + offset - 1
             if isinstance(waypoint, JointWaypoint):
                 velocity = self._joint_velocity(i, waypoint, inner)
@@ -117,7 +117,7 @@ class WaypointReader:
         taken |= {_after_wait(names[i]) for i, one in enumerate(given) if one.wait is not None}
         for i, name in enumerate(names):
             if name in taken:
-                raise self.document.error(
+                raise self.places.error(
                     ("waypoints", i, "name"),
                     f"{name!r} is the name of another waypoint",
                     "a name of its own",
@@ -150,14 +150,14 @@ class WaypointReader:
             elif before is None:
                 time = 0.0
             else:
-                raise self.document.error(
+                raise self.places.error(
                     location,
                     "has no time",
                     "time (since 0), after (since the one before) [s], or after: fastest",
                 )
             if before is not None and time <= before:
                 earlier = "start" if i == 0 else "the waypoint before it"
-                raise self.document.error(
+                raise self.places.error(
                     location,
                     f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
                     f"a time greater than {before:g} s",
@@ -178,7 +178,7 @@ class WaypointReader:
         from knotwork.scenario.path_reader import PathReader
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        curves = PathCurves(self.file, self.document, self.length, frames, axes, poses)
+        curves = PathCurves(self.file, self.places, self.length, frames, axes, poses)
         return PathReader(curves, self._stops)
 
     def _poses(self) -> dict[int, pin.SE3]:
@@ -204,14 +204,14 @@ class WaypointReader:
         """A placement of the file, in its parent frame, in SI."""
         from knotwork.scenario.geometry import placed
 
-        return placed(given, self.document, location)
+        return placed(given, self.places, location)
 
     @cached_property
     def frames(self) -> Frames:
         """The named frames, placed in the base."""
         from knotwork.scenario.geometry import Frames
 
-        return Frames(self.file.frames, self.document)
+        return Frames(self.file.frames, self.places)
 
     def _frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
         if waypoint.frame is not None:
@@ -272,7 +272,7 @@ class WaypointReader:
         at_start = i == 0 and self.file.start is None
         at_end = i == len(self.file.waypoints) - 1
         if (first == i and not at_start) or (last == i and not at_end) or first == last:
-            raise self.document.error(
+            raise self.places.error(
                 location,
                 "the path's direction is not known, because a neighbouring waypoint is given by "
                 "joint values",
@@ -283,7 +283,7 @@ class WaypointReader:
         try:
             return passing_twist([poses[k] for k in range(first, last + 1)], i - first, speed)
         except NoDirectionError as error:
-            raise self.document.error(
+            raise self.places.error(
                 location, str(error), "velocity: {linear, angular} or stop: true instead"
             ) from error
 
@@ -298,7 +298,7 @@ class WaypointReader:
     def _check_stop(self, i: int, inner: bool, accepted: str) -> None:
         waypoint = self.file.waypoints[i]
         if inner and not (waypoint.stop or waypoint.wait):
-            raise self.document.error(
+            raise self.places.error(
                 ("waypoints", i),
                 "is passed in motion and gives no speed",
                 f"{accepted}, or stop: true",

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from knotwork.documents import Document
+from knotwork.documents import Places
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Scene, Shape
@@ -43,7 +43,7 @@ def robot_collision_model(robot: Robot) -> CollisionModel:
     >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
     (8, 'base_link', 'a joint joins them')
     """
-    return _Builder(robot, Scene(), None).model()
+    return _Builder(robot, Scene(), Places()).model()
 
 
 class Hold(NamedTuple):
@@ -103,7 +103,7 @@ def collision_model(scenario: Scenario, robot: Robot, holds: Mapping[str, Hold])
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    return _Builder(robot, scenario.scene, scenario.document, holds).model()
+    return _Builder(robot, scenario.scene, scenario.places, holds).model()
 
 
 class _Builder:
@@ -113,10 +113,10 @@ class _Builder:
         self,
         robot: Robot,
         scene: Scene,
-        document: Document | None,
+        places: Places,
         holds: Mapping[str, Hold] | None = None,
     ) -> None:
-        self.robot, self.scene, self.document = robot, scene, document
+        self.robot, self.scene, self.places = robot, scene, places
         self.geometry = robot_geometry(robot)
         self.joints, self.links = self.geometry.joints, self.geometry.links
         self.holds = holds or {}
@@ -134,7 +134,7 @@ class _Builder:
             bodies += self._held(held.name, held.shape)
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
-        given = given_rules(scene, self.robot, bodies, self.document)
+        given = given_rules(scene, self.robot, bodies, self.places)
         pairing = Pairing(self.robot, scene, self.geometry, given.reasons)
         pairs, ignored = pairing.pairs(bodies)
         return CollisionModel(
@@ -177,9 +177,7 @@ class _Builder:
             if shape.path is not None:
                 self._check_size(made, shape)
         except InputError as error:
-            if self.document is not None:
-                raise self.document.error((*shape.place, shape.kind), str(error)) from error
-            raise
+            raise self.places.error((*shape.place, shape.kind), str(error)) from error
         return made
 
     def _check_size(self, made: Solid, shape: Shape) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from knotwork.documents import Document
+from knotwork.documents import Places
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.robot import Robot
 from knotwork.scenario import Scene
@@ -31,15 +31,13 @@ class GivenRules(NamedTuple):
     notes: list[tuple[NoteKind, str]]
 
 
-def given_rules(
-    scene: Scene, robot: Robot, bodies: Sequence[Body], document: Document | None
-) -> GivenRules:
+def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> GivenRules:
     """Find what the names in `allow` and `ignore` mean.
 
     Raises:
         InputError: A name means nothing or more than one body, or an object has the name of a link.
     """
-    names = _Names(robot, bodies, document)
+    names = _Names(robot, bodies, places)
     reasons: Reasons = {}
     given = [(("scene", "objects", one.name), one.name, one.allow) for one in scene.objects]
     given += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
@@ -65,8 +63,8 @@ def given_rules(
 class _Names:
     """What names mean: links of the robot, and what the scenario has."""
 
-    def __init__(self, robot: Robot, bodies: Sequence[Body], document: Document | None) -> None:
-        self.document = document
+    def __init__(self, robot: Robot, bodies: Sequence[Body], places: Places) -> None:
+        self.places = places
         self.notes: list[tuple[NoteKind, str]] = []
         self.meanings: dict[str, set[str]] = {}
         for body in bodies:
@@ -84,7 +82,7 @@ class _Names:
             also: One more name that may stand there, whether or not it has shapes.
         """
         found = []
-        where = self.document.where(place) if self.document is not None else ""
+        where = self.places.where(place)
         for name in given:
             meanings = sorted(self.meanings.get(name, ()))
             if len(meanings) > 1:
@@ -101,6 +99,4 @@ class _Names:
 
     def wrong(self, place: Place, fault: str, accepted: str) -> InputError:
         """The error for a field of the scenario."""
-        if self.document is not None:
-            return self.document.error(place, fault, accepted)
-        return InputError(f"{'.'.join(map(str, place))}: {fault} ({accepted})")
+        return self.places.error(place, fault, accepted)

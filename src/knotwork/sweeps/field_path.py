@@ -6,8 +6,10 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from knotwork.documents import Document, Location, field_path
+from knotwork.documents import Document, Edits, Location, edited, field_path, validate
 from knotwork.errors import InputError, did_you_mean
+from knotwork.scenario import Scenario, resolved
+from knotwork.task import Task
 
 _KINDS: dict[type, tuple[str, str]] = {
     dict: ("a mapping", ".key"),
@@ -51,6 +53,19 @@ def location_of(path: str, document: Document) -> Location:
             )
         location = (*location, here)
     return location
+
+
+def varied(document: Document, edits: Edits) -> Scenario:
+    """The scenario of a task with other values.
+
+    Args:
+        document: The task that is varied.
+        edits: The values by their place in it.
+
+    Raises:
+        DocumentError: Some are wrong.
+    """
+    return resolved(validate(Task, edited(document, edits)), document.places)
 
 
 def _parts(path: str) -> list[tuple[str, bool]]:

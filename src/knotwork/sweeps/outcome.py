@@ -7,9 +7,9 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from knotwork import errors
-from knotwork.documents import Document, Edits, Location, edited
+from knotwork.documents import Document, Edits, Location
 from knotwork.pipeline import Plan, plan
-from knotwork.scenario import scenario_of
+from knotwork.sweeps.field_path import varied
 from knotwork.sweeps.reach import out_of_reach
 from knotwork.sweeps.shared_rest import row_figures
 
@@ -60,7 +60,7 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
     """Plan a document with other values, if its poses are not out of reach."""
     begin = time.perf_counter()
     try:
-        scenario = scenario_of(edited(document, edits))
+        scenario = varied(document, edits)
         if message := out_of_reach(scenario):
             return Outcome(REFUSED, OUT_OF_REACH, message)
         made = plan(scenario)

@@ -18,6 +18,7 @@ from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import Child, refuse_own_checks
 from knotwork.sweeps.executors import Chunk, Planned, chunk_of
+from knotwork.sweeps.field_path import varied
 from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.rows import arrow, to_parquet
@@ -226,12 +227,10 @@ def _refuse_wrong_values(spec: StudySpec) -> None:
     Raises:
         InputError: What is wrong with the first.
     """
-    from knotwork.scenario import scenario_of
-
     wrong: list[tuple[int, InputError]] = []
     for row in _spread(len(spec), 3):
         try:
-            scenario_of(spec.document_of(row))
+            varied(spec.document, spec.edits(row))
             return
         except InputError as error:
             wrong.append((row, error))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork import resources
-from knotwork.documents import REMOVED, Document, Edits, Location, edited, field_path, read
+from knotwork.documents import REMOVED, Document, Edits, Location, field_path, read
 from knotwork.documents.edits import differences
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario, load_scenario
@@ -86,10 +86,6 @@ class StudySpec:
                 varied[name] = _kind(values)
         return {"row": "int64", **varied, **kinds}
 
-    def document_of(self, row: int) -> Document:
-        """The scenario's document with the values of a row."""
-        return edited(self.document, self.edits(row))
-
     @cached_property
     def _files(self) -> dict[str, str]:
         """The files that the study stands on, each read once."""
@@ -139,12 +135,7 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
         return read(path.absolute())
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.document is None:
-        raise InputError(
-            f"{scenario.name}: was made in Python and has no document to vary; accepted: a name, a "
-            "path, a mapping or a scenario that was loaded from one"
-        )
-    return scenario.document
+    return Document(scenario.task.to_dict(), scenario.source)
 
 
 def first_difference(one: Any, other: Any) -> str | None:

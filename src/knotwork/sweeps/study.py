@@ -14,7 +14,8 @@ from knotwork import storage
 from knotwork.documents import Location, description_of
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
-from knotwork.scenario import Scenario, scenario_of
+from knotwork.scenario import Scenario
+from knotwork.sweeps.field_path import varied
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
@@ -160,7 +161,7 @@ class Study:
             InputError: The study has no such row, or its scenario is wrong.
         """
         self._check_row(row)
-        return scenario_of(self.spec.document_of(row))
+        return varied(self.spec.document, self.spec.edits(row))
 
     def freeze(self, row: int, path: str | Path) -> Path:
         """Write the scenario of a row, comments kept as far as its file still has them.
@@ -176,16 +177,12 @@ class Study:
             InputError: The study has no such row, no motion was found whose times could be written,
                 or the file can't be written.
         """
-        from knotwork.choosing.freezing import text_anew, text_with
+        from knotwork.choosing import saved_text
 
         scenario, target = self.scenario(row), Path(path)
         chosen = plan(scenario).chosen if scenario.free is not None else None
-        document, edits = self.spec.document_of(row), chosen.edits if chosen is not None else {}
-        try:
-            text = text_with(document, edits, target.parent)
-        except InputError as error:
-            text = text_anew(document, edits, target.parent, str(error))
-        return storage.write_file(target, text)
+        with_numbers = scenario if chosen is None else chosen.scenario
+        return storage.write_file(target, saved_text(with_numbers, target.parent))
 
     def _check_row(self, row: int) -> None:
         if not 0 <= row < len(self.spec):

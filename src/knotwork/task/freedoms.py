@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, JointMap, Number, Positive, by_kind
+from knotwork.documents.values import LARGEST, Items, JointMap, Number, Positive, by_kind
 from knotwork.task.part import TaskPart
 
 
@@ -74,10 +74,10 @@ class Weights(TaskPart):
 class ChosenMotion(TaskPart):
     """A run of waypoints whose times were chosen: its knots and the accelerations there."""
 
-    times: Annotated[list[Number], Field(min_length=4)] = Field(
+    times: Annotated[Items[Number], Field(min_length=4)] = Field(
         description="Of the knots, among them those of the run's waypoints [s]"
     )
-    accelerations: Annotated[dict[Text, list[Number]], Field(min_length=1)] = Field(
+    accelerations: Annotated[dict[Text, Items[Number]], Field(min_length=1)] = Field(
         description="At the knots, a list for each joint [angle/s² or length/s²]"
     )
     velocities: dict[Text, JointMap] = Field(

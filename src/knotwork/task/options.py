@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from knotwork.documents.values import Number, Positive, by_kind
+from knotwork.documents.values import Items, Number, Positive, by_kind
 from knotwork.task.part import TaskPart
 
 
@@ -52,7 +52,7 @@ class Branch(TaskPart):
         return self
 
 
-PerWaypoint = Annotated[list[dict[str, Number]], Field(min_length=1)]
+PerWaypoint = Annotated[Items[dict[str, Number]], Field(min_length=1)]
 
 
 class Presets(TaskPart):
@@ -87,7 +87,7 @@ class Presets(TaskPart):
     transition_time: (
         Annotated[
             Annotated[Positive, Tag("number")]
-            | Annotated[Annotated[list[Positive], Field(min_length=2)], Tag("list")],
+            | Annotated[Annotated[Items[Positive], Field(min_length=2)], Tag("list")],
             by_kind("a positive number of seconds, or a list of one for each waypoint"),
         ]
         | None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from pydantic import ConfigDict
@@ -66,7 +66,8 @@ class TaskPart(StrictModel):
 
     def to_dict(self) -> dict[str, Any]:
         """What was given as plain data, with the keys of a scenario file."""
-        return self.model_dump(by_alias=True, exclude_unset=True)
+        dumped = self.model_dump(by_alias=True, exclude_unset=True)
+        return cast(dict[str, Any], plain(dumped))
 
 
 def plain(value: Any, depth: int = 0) -> Any:

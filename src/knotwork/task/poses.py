@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import Vector3, Vector4
+from knotwork.documents.values import Items, Vector3, Vector4
 from knotwork.task.part import TaskPart
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
@@ -64,7 +64,7 @@ class Placement(TaskPart):
     rotation_vector: Vector3 | None = Field(
         default=None, description="Unit axis times angle [angle]"
     )
-    rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
+    rotation_matrix: Annotated[Items[Vector3], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="Three rows of three numbers; orthonormal, right-handed"
     )
 
@@ -93,8 +93,8 @@ class Frame(Placement):
 class Velocity(TaskPart):
     """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
 
-    linear: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the TCP [length/s]")
-    angular: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the tool [angle/s]")
+    linear: Vector3 = Field(default=(0.0, 0.0, 0.0), description="Of the TCP [length/s]")
+    angular: Vector3 = Field(default=(0.0, 0.0, 0.0), description="Of the tool [angle/s]")
     axes: Text | None = Field(
         default=None,
         validation_alias="in",

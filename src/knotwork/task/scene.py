@@ -7,11 +7,11 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, Tag, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import LARGEST, Items, Number, Positive, Vector3, by_kind
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
 
-Size3 = Annotated[list[Positive], Field(min_length=3, max_length=3)]
+Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
 Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
@@ -31,7 +31,7 @@ class Turned(TaskPart):
     )
 
 
-def _a_direction(vector: list[float]) -> list[float]:
+def _a_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
     if not any(vector):
         raise ValueError("must not be zero: it says which way is out of the solid")
     return vector
@@ -63,7 +63,7 @@ class PointCloud(TaskPart):
 
 class _Shape(Placement):
     position: Vector3 = Field(
-        default=[0.0, 0.0, 0.0], description="Of the shape's middle; of a file's origin [length]"
+        default=(0.0, 0.0, 0.0), description="Of the shape's middle; of a file's origin [length]"
     )
     box: Size3 | None = Field(default=None, description="Size along x, y and z [length]")
     sphere: Positive | None = Field(default=None, description="Its radius [length]")
@@ -112,8 +112,8 @@ class SceneObject(_Shape):
         serialization_alias="in",
         description="base or the name of a frame",
     )
-    allow: list[Text] = Field(
-        default_factory=list,
+    allow: Items[Text] = Field(
+        default_factory=tuple,
         description="What may touch it: links of the robot, tool, or the name of a held object",
     )
     visual: Flag = Field(default=False, description="Only shown, never checked")
@@ -143,8 +143,8 @@ class HeldObject(_Shape):
         serialization_alias="to",
         description="Name of the waypoint where the tool leaves it",
     )
-    allow: list[Text] = Field(
-        default_factory=list,
+    allow: Items[Text] = Field(
+        default_factory=tuple,
         description="What it may touch: objects of the scene that it is taken from or put on, "
         "links. The tool may touch it anyway",
     )
@@ -152,7 +152,7 @@ class HeldObject(_Shape):
 
 Shapes = Annotated[
     Annotated[ToolShape, Tag("mapping")]
-    | Annotated[Annotated[list[ToolShape], Field(min_length=1)], Tag("list")],
+    | Annotated[Annotated[Items[ToolShape], Field(min_length=1)], Tag("list")],
     by_kind("a mapping with a shape, or a list of them"),
 ]
 
@@ -166,8 +166,8 @@ class Collisions(TaskPart):
         serialization_alias="self",
         description="Whether the robot is checked against itself and its tool",
     )
-    ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
-        default_factory=list,
+    ignore: Items[Annotated[Items[Text], Field(min_length=2, max_length=2)]] = Field(
+        default_factory=tuple,
         description="Pairs that are not checked: names of links and objects, or tool; `link:NAME` "
         "and `scenario:NAME` say which where both have the name",
     )

@@ -11,7 +11,7 @@ from pydantic import Field, Tag
 from knotwork import storage
 from knotwork.documents import Document, Text, edited, validate
 from knotwork.documents.edits import block
-from knotwork.documents.values import JointsOrName, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import Items, JointsOrName, Number, Positive, Vector3, by_kind
 from knotwork.task.freedoms import ChosenMotion, Weights
 from knotwork.task.options import (
     Balanced,
@@ -134,7 +134,7 @@ class Task(TaskPart):
     knots: Annotated[
         Annotated[Literal["paper", "balanced", "optimal"], Tag("text")]
         | Annotated[Balanced, Tag("mapping")]
-        | Annotated[list[Number], Tag("list")],
+        | Annotated[Items[Number], Tag("list")],
         by_kind(
             "paper, balanced, optimal, {balanced: c} or a list of knot times",
             ["paper", "balanced", "optimal"],
@@ -173,7 +173,7 @@ class Task(TaskPart):
         "integral of jerk, effort or acceleration squared, or the greatest jerk or acceleration; "
         "left out: the duration, or jerk where that is given",
     )
-    chosen: Annotated[list[ChosenMotion], Field(min_length=1)] | None = Field(
+    chosen: Annotated[Items[ChosenMotion], Field(min_length=1)] | None = Field(
         default=None,
         description="Knots and accelerations of runs whose times were chosen, as `knotwork plan "
         "--freeze` writes them",
@@ -207,7 +207,7 @@ class Task(TaskPart):
         default=PathOptions.model_construct(), description="How the tool moves along paths"
     )
     rate: Positive = Field(default=100.0, description="Samples per second in samples.csv [Hz]")
-    waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
+    waypoints: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
         description="Two at least, or one after a start, in order of time"
     )
 
@@ -229,6 +229,19 @@ class Task(TaskPart):
         moved = moved_paths(document.data, document.file.parent.resolve(), None)
         task = validate(cls, edited(document, moved))
         return task if task.name else task.replace(name=document.file.stem)
+
+    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> Task:
+        """A copy in which some waypoints have other values, checked like any.
+
+        Args:
+            changes: By the index of the waypoint values by the name of the field, as `replace`
+                takes them.
+
+        Raises:
+            DocumentError: A value is unknown or wrong.
+        """
+        given = enumerate(self.waypoints)
+        return self.replace(waypoints=[one.replace(**changes.get(i, {})) for i, one in given])
 
     def save(self, path: str | Path) -> Path:
         """Write a scenario file that gives this task again.

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, LimitsFile, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import LARGEST, Items, LimitsFile, Number, Positive, Vector3, by_kind
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
 from knotwork.task.scene import HeldObject, Shapes
@@ -84,7 +84,7 @@ class Limits(TaskPart, LimitsFile):
     frame_speed: (
         Annotated[
             Annotated[FrameSpeed, Tag("mapping")]
-            | Annotated[Annotated[list[FrameSpeed], Field(min_length=1)], Tag("list")],
+            | Annotated[Annotated[Items[FrameSpeed], Field(min_length=1)], Tag("list")],
             by_kind("a mapping with frame and speed, or a list of them"),
         ]
         | None

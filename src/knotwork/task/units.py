@@ -54,7 +54,7 @@ def _numbers(
 ) -> Iterator[tuple[Location, str, float]]:
     if isinstance(value, TaskPart):
         yield from numbers(value, units, place)
-    elif isinstance(value, dict | list):
+    elif isinstance(value, dict | tuple):
         for key, one in value.items() if isinstance(value, dict) else enumerate(value):
             if unit in units or not isinstance(one, float):
                 yield from _numbers(one, units, (*place, key), unit)
@@ -83,8 +83,8 @@ def in_si(part: PartT, length: float, angle: float) -> PartT:
             return in_si(value, length, angle)
         if isinstance(value, dict):
             return {key: scaled(one, factor) for key, one in value.items()}
-        if isinstance(value, list):
-            return [scaled(one, factor) for one in value]
+        if isinstance(value, tuple):
+            return tuple(scaled(one, factor) for one in value)
         return factor * value if isinstance(value, float) and factor != 1.0 else value
 
     if length == angle == 1.0:

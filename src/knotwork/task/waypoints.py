@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import (
+    Items,
     JointMap,
     JointsOrName,
     Number,
@@ -138,7 +139,7 @@ class AlongPoints(TaskPart):
 
     points: Annotated[
         Annotated[Text, Tag("text")]
-        | Annotated[Annotated[list[Vector3], Field(min_length=1)], Tag("list")],
+        | Annotated[Annotated[Items[Vector3], Field(min_length=1)], Tag("list")],
         by_kind("the name of a CSV file, or a list of points x, y, z"),
     ] = Field(
         description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
