@@ -92,22 +92,21 @@ def _objects(scene: Any) -> Iterator[tuple[str, dict[str, Any]]]:
         parts = zip(one["primitives"], one["primitive_poses"], strict=True)
         for k, (primitive, pose) in enumerate(parts):
             placed, size = base * _placement(pose), primitive["dimensions"]
-            shapes = {
-                "box": lambda size: {"box": [float(length) for length in size]},
-                "cylinder": lambda size: {
-                    "cylinder": {"length": float(size[0]), "radius": float(size[1])}
-                },
-                "sphere": lambda size: {"sphere": float(size[0])},
-            }
             name = one["id"].replace(" ", "_") + (f"_{k}" if k else "")
             yield (
                 name,
                 {
-                    **shapes[primitive["type"]](size),
+                    **_shape(primitive["type"], [float(length) for length in size]),
                     "position": placed.translation.tolist(),
                     "quaternion_xyzw": pin.Quaternion(placed.rotation).coeffs().tolist(),
                 },
             )
+
+
+def _shape(kind: str, size: list[float]) -> dict[str, Any]:
+    if kind == "box":
+        return {"box": size}
+    return {"cylinder": {"length": size[0], "radius": size[1]}}
 
 
 def _placement(given: Any) -> Any:

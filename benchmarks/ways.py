@@ -118,8 +118,7 @@ def knotwork(problem: Problem, row: dict[str, Any]) -> Motion | None:
     begun = clock.process_time()
 
     def progress(step: Any) -> None:
-        if step.duration is not None and not first:
-            first.append(clock.process_time() - begun)
+        first.append(clock.process_time() - begun)
 
     try:
         plan = kw.plan(problem.scenario(), progress=progress)
@@ -129,8 +128,9 @@ def knotwork(problem: Problem, row: dict[str, Any]) -> Motion | None:
     row["seconds"] = round(clock.process_time() - begun, 3)
     row["first"] = round(first[0], 3) if first else row["seconds"]
     row["ok"] = plan.report.ok
-    (way,) = plan.chosen.ways if plan.chosen else ()
-    row["line"] = round(toppra_duration(_dense(way.line)), 4)
+    (line,) = [one.line for one in plan.chosen.segments] if plan.chosen else [None]
+    if line is not None:
+        row["line"] = round(toppra_duration(_dense(line)), 4)
     motion = plan.trajectory
     along = motion.position(np.linspace(0.0, motion.end_time, 300))
     row["curve"] = round(toppra_duration(along), 4)

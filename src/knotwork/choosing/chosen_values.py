@@ -37,11 +37,13 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
             changes = waypoints[scenario.index[i]]
             if place and free.duration[i - 1]:
                 changes["after"] = float(motion.time[place] - motion.time[place - 1])
+            if place and segment.way is not None:
+                changes["way"] = None
             q = task.waypoints.position[segment.rows[place]]
             changes |= _speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"
     given = scenario.task.with_waypoints(waypoints).replace(
-        times=None, duration=None, objective=None, **({"knots": None} if optimal else {})
+        times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
     timed = resolved(given, scenario.places)
     if not found:

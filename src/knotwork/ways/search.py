@@ -58,6 +58,7 @@ class Way:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         line: The polyline that it was made from, shape (n, d).
         goal: Which of the goals it leads to.
+        through: The problem with the polyline's corners as waypoints.
         resting: How long the motion lasts that rests at each corner of the polyline [s].
         checks: Number of configurations looked at.
     """
@@ -65,6 +66,7 @@ class Way:
     curve: PiecewisePolynomial
     line: FloatArray
     goal: int
+    through: TimingProblem
     resting: float
     checks: int
 
@@ -143,6 +145,51 @@ def find_way(
         NoWayError: None was found.
     """
     return _Search(problem, room, late, found).best_of(tries)
+
+
+def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
+    """A way that lasts longer than it has to, or `None` where the arm can't go so slowly.
+
+    Args:
+        problem: As for `find_way`.
+        way: The fastest.
+        duration: How long it is to last [s], no less than the fastest.
+    """
+    timing = problem.timing
+    if not timing.velocity.any() and not timing.acceleration.any():
+        slower = duration / way.duration
+        scale = slower ** -np.arange(3.0, -1.0, -1.0)
+        return PiecewisePolynomial(way.curve.c * scale[:, None, None], slower * way.curve.x)
+    rests = resting(replace(way.through, total=duration), "resting")
+    if rests is None or not_clear(problem.model, rests.found.curve):
+        return None
+    return rests.found.curve
+
+
+def to_blame(problem: WayProblem, checks: int) -> list[str]:
+    """The objects without each of which alone a way is found, by name.
+
+    Args:
+        problem: A problem for which none was found.
+        checks: Number of configurations looked at, for all objects together.
+    """
+    model, limits = problem.model, problem.timing.limits
+    names = dict.fromkeys(one.name for one in model.bodies if one.kind == "object")
+    start, *_ = problem.timing.position
+    found = []
+    for name in names:
+        others = [
+            pair
+            for pair in model.pairs
+            if name not in (model.bodies[pair.first].name, model.bodies[pair.second].name)
+        ]
+        without = replace(model, pairs=tuple(others))
+        space = Configurations(problem.robot, without, limits.lower, limits.upper)
+        goals = [q for q in problem.goals if space.free(q)]
+        rng, most = np.random.default_rng(0), checks // len(names)
+        if goals and connect(space, start, goals, rng, CARES[0].step, most) is not None:
+            found.append(name)
+    return found
 
 
 class _Search:
@@ -231,11 +278,11 @@ class _Search:
         first = rests.found.curve
         lasting = float(first.x[-1])
         if best is None:
-            self.found(Way(first, line, goal, lasting, self.space.checks))
+            self.found(Way(first, line, goal, timing, lasting, self.space.checks))
         pieces = min(max(PIECES_AN_EDGE * (len(line) - 1), FEWEST), MOST)
         ends = self._through(line[[0, -1]], goal)
         curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late)
-        return Way(curve, line, goal, lasting, self.space.checks)
+        return Way(curve, line, goal, timing, lasting, self.space.checks)
 
     def _through(self, line: FloatArray, goal: int) -> TimingProblem:
         """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
