@@ -10,6 +10,8 @@ from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.task import PoseWaypoint
 from knotwork.timing import TimedMotion, TimingProblem
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
@@ -17,15 +19,23 @@ from knotwork.timing.budget import Watch
 from knotwork.timing.infeasible_values import rounded_up, with_room
 from knotwork.timing.objective_terms import terms
 from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 from knotwork.ways.configurations import at_time
 from knotwork.ways.search import NoWayError, Way, WayProblem, find_way, lasting, to_blame
+
+MOST_GOALS = 12
+"""Solutions of a pose that a way may end at."""
 
 BLAMED_CHECKS = 20_000
 """Configurations looked at, object by object, to see which of them is in the way."""
 
 
 def clear_motion(
-    task: FreeTask, segment: Segment, problem: TimingProblem, watch: Watch
+    task: FreeTask,
+    segment: Segment,
+    problem: TimingProblem,
+    watch: Watch,
+    start: FloatArray | None = None,
 ) -> TimedMotion:
     """The fastest motion found for a segment that keeps clear of everything, proved.
 
@@ -34,6 +44,7 @@ def clear_motion(
         segment: A segment that finds its way.
         problem: What is known of it.
         watch: What follows the solution of all segments.
+        start: Joint positions where the way before it has ended, shape (d,), or `None`.
 
     Raises:
         NoWayFoundError: None was found, or one of its ends is not clear.
@@ -42,10 +53,12 @@ def clear_motion(
     if asked is None or robot is None:
         raise TypeError("the segment does not find its way")
     _check_velocities(task, segment, problem)
+    if start is not None:
+        problem = replace(problem, position=np.stack((start, problem.position[1])))
     when = float(np.mean(task.waypoints.time[segment.rows]))
     wanted = WayProblem(
         replace(problem, duration=np.array([np.nan]), at_least=np.zeros(1), total=None),
-        problem.position[1:],
+        _goals(task, segment, problem, robot),
         robot.model,
         at_time(task.collision_model, when),
     )
@@ -81,6 +94,33 @@ def clear_motion(
         seconds=watch.now() - begun,
         line=way.line,
     )
+
+
+def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot) -> FloatArray:
+    """Joint positions that a way may end at, the nearest first, shape (m, d).
+
+    They are all solutions of the pose where nothing else depends on which it is: the arm stops
+    there, and what follows, if anything, is a way as well.
+    """
+    scenario, last = task.scenario, segment.waypoints[1]
+    chosen, waypoint = problem.position[1], scenario.waypoints[last]
+    given = scenario.task.waypoints[scenario.index[last]]
+    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
+        return np.array(chosen[None])
+    fixed = (
+        given.near is not None
+        or scenario.task.near is not None
+        or scenario.branch != "free"
+        or problem.velocity[1].any()
+        or (last + 1 < len(scenario.waypoints) and last + 1 not in task.free.ways)
+    )
+    if fixed:
+        return np.array(chosen[None])
+    solutions = [q for one in robot.solve_pose_ik_all(waypoint.pose) for q in one.turns]
+    found = np.array([chosen, *solutions])
+    far = (np.abs(found - problem.position[0]) / problem.limits.velocity).max(axis=1)
+    order = np.argsort(far, kind="stable")[:MOST_GOALS]
+    return np.concatenate((chosen[None], found[order[order > 0]]))
 
 
 def _slowed(

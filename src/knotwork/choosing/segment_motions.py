@@ -116,7 +116,8 @@ def _motions(
             if one.way is None:
                 found[one] = solved(problem, watch, starts.get(one))
             else:
-                found[one] = clear_motion(task, one, problem, watch)
+                ends = (m.trajectory.position(m.duration) for s, m in found.items() if s.meets(one))
+                found[one] = clear_motion(task, one, problem, watch, next(ends, None))
         except NoMotionError as error:
             failed[one] = error
     if failed:

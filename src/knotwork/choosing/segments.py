@@ -34,6 +34,10 @@ class Segment:
     rows: IndexArray
     way: FreeWay | None = None
 
+    def meets(self, other: Segment) -> bool:
+        """Whether it is a way that ends where another one begins."""
+        return self.way is not None and self.waypoints[-1] == other.waypoints[0]
+
 
 def find_segments(task: FreeTask) -> list[Segment]:
     """The segments of a task in which something is chosen, in order of time.

@@ -57,7 +57,6 @@ class Way:
     Attributes:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         line: The polyline that it was made from, shape (n, d).
-        goal: Which of the goals it leads to.
         through: The problem with the polyline's corners as waypoints.
         resting: How long the motion lasts that rests at each corner of the polyline [s].
         checks: Number of configurations looked at.
@@ -65,7 +64,6 @@ class Way:
 
     curve: PiecewisePolynomial
     line: FloatArray
-    goal: int
     through: TimingProblem
     resting: float
     checks: int
@@ -217,7 +215,8 @@ class _Search:
         start = timing.position[0]
         self._check("start", start[None], first)
         self._check("goal", goals, last)
-        return start + first, [q + last for q in goals if self.space.free(q)]
+        self.ends = [q for q in goals if self.space.free(q)]
+        return start + first, [q + last for q in self.ends]
 
     def _check(self, end: str, ends: FloatArray, move: FloatArray) -> None:
         """Raise an error where the arm is too near to something at an end, or stopping there."""
@@ -236,7 +235,9 @@ class _Search:
     def best_of(self, tries: int) -> Way:
         best: Way | None = None
         for seed in range(tries):
-            if best is not None and self.late():
+            if best is not None:
+                self._leave_out_far_goals(best.duration)
+            if best is not None and (self.late() or not self.goals):
                 break
             line = self._line(seed)
             if line is None:
@@ -248,6 +249,15 @@ class _Search:
         if best is None:
             raise NoWayError(checks=self.space.checks)
         return best
+
+    def _leave_out_far_goals(self, duration: float) -> None:
+        """Leave out goals that no motion reaches in less than a time, however it goes."""
+        velocity = self.problem.timing.limits.velocity
+        first = self.problem.timing.position[0]
+        least = [float((np.abs(q - first) / velocity).max()) for q in self.ends]
+        near = [k for k, time in enumerate(least) if time < duration]
+        self.goals = [self.goals[k] for k in near]
+        self.ends = [self.ends[k] for k in near]
 
     def _line(self, seed: int) -> FloatArray | None:
         """A polyline that is proved clear."""
@@ -278,18 +288,18 @@ class _Search:
         first = rests.found.curve
         lasting = float(first.x[-1])
         if best is None:
-            self.found(Way(first, line, goal, timing, lasting, self.space.checks))
+            self.found(Way(first, line, timing, lasting, self.space.checks))
         pieces = min(max(PIECES_AN_EDGE * (len(line) - 1), FEWEST), MOST)
         ends = self._through(line[[0, -1]], goal)
         curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late)
-        return Way(curve, line, goal, timing, lasting, self.space.checks)
+        return Way(curve, line, timing, lasting, self.space.checks)
 
     def _through(self, line: FloatArray, goal: int) -> TimingProblem:
         """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
         timing = self.problem.timing
         n, d = line.shape
         position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
-        position[0], position[-1] = timing.position[0], self.problem.goals[goal]
+        position[0], position[-1] = timing.position[0], self.ends[goal]
         velocity[[0, -1]], acceleration[[0, -1]] = timing.velocity, timing.acceleration
         return replace(
             timing,
