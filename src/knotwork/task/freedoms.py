@@ -45,7 +45,7 @@ class ClearWay(TaskPart):
 
     clear: Literal[True] = Field(description="The motion keeps clear of everything, proved")
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        default=3, description="Number of ways that are looked for; the fastest is taken"
+        default=2, description="Number of ways that are looked for; the fastest is taken"
     )
     room: Positive | None = Field(
         default=None,

@@ -75,8 +75,13 @@ class Exchange:
         self._reference = _sampled(first, pieces, problem.limits.acceleration)
         self._improved = False
 
-    def run(self, late: Callable[[], bool]) -> PiecewisePolynomial:
-        """Go on until there is nothing to gain, or it is too late; the best motion."""
+    def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
+        """Go on until there is nothing to gain; the best motion.
+
+        Args:
+            late: Whether it is to end now.
+            beat: A motion that is not shorter than this is of no use [s].
+        """
         radius, failed, tried = RADIUS, 0, 0
         guess, start = self._reference, Start.FAR
         rows, cuts = self._rows_along(guess), list[Row]()
@@ -94,6 +99,8 @@ class Exchange:
                 radius, cuts, tried, guess = 0.4 * radius, [], 0, self._reference
                 start = Start.NEAR if self._improved else Start.FAR
                 continue
+            if found.duration > beat:
+                break  # rows only make it longer
             hits = not_clear(self.space.model, found.curve)
             if not hits:
                 gain = 1.0 - found.duration / self._reference.duration

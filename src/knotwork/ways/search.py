@@ -291,7 +291,8 @@ class _Search:
             self.found(Way(first, line, timing, lasting, self.space.checks))
         pieces = min(max(PIECES_AN_EDGE * (len(line) - 1), FEWEST), MOST)
         ends = self._through(line[[0, -1]], goal)
-        curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late)
+        beat = np.inf if best is None else best.duration
+        curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late, beat)
         return Way(curve, line, timing, lasting, self.space.checks)
 
     def _through(self, line: FloatArray, goal: int) -> TimingProblem:
