@@ -46,7 +46,7 @@ SEEDS = 3
 """Number of polylines tried with each before the next."""
 
 PIECES_AN_EDGE = 4
-FEWEST, MOST = 12, 28
+FEWEST, MOST = 12, 20
 """Pieces of the motion for each edge of the polyline, and of the whole."""
 
 
