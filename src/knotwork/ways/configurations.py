@@ -86,7 +86,6 @@ class Configurations:
         self._found = self._geometry.createData()
         for request in self._found.distanceRequests:
             request.enable_signed_distance = True
-            request.enable_nearest_points = True
             request.gjk_tolerance = TOLERANCE
         for request in self._found.collisionRequests:
             request.enable_contact = False
