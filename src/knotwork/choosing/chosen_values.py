@@ -30,18 +30,24 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
     """
     scenario, free, units = task.scenario, task.free, _Units(task)
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-    for k, near in _solutions(task, units):
+    positions = np.array(task.waypoints.position)
+    for segment, motion in found:
+        if segment.way is not None:  # it has chosen where it ends
+            positions[segment.rows] = motion.trajectory.position(motion.time)
+    for k, near in _solutions(task, positions, units):
         waypoints[k]["near"] = near
     for segment, motion in found:
         for place, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
             if place and free.duration[i - 1]:
                 changes["after"] = float(motion.time[place] - motion.time[place - 1])
-            q = task.waypoints.position[segment.rows[place]]
+            if place and segment.way is not None:
+                changes["way"] = None
+            q = positions[segment.rows[place]]
             changes |= _speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"
     given = scenario.task.with_waypoints(waypoints).replace(
-        times=None, duration=None, objective=None, **({"knots": None} if optimal else {})
+        times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
     timed = resolved(given, scenario.places)
     if not found:
@@ -66,7 +72,9 @@ class _Units:
         }
 
 
-def _solutions(task: FreeTask, units: _Units) -> Iterator[tuple[int, dict[str, float]]]:
+def _solutions(
+    task: FreeTask, positions: FloatArray, units: _Units
+) -> Iterator[tuple[int, dict[str, float]]]:
     """The solutions of the poses, by waypoint of the task, so that they are the same ones again."""
     index, paths = task.scenario.index, task.scenario.paths
     # in the task, where the end of a path and of the wait there are one waypoint
@@ -74,7 +82,7 @@ def _solutions(task: FreeTask, units: _Units) -> Iterator[tuple[int, dict[str, f
     for i, waypoint in enumerate(task.scenario.waypoints):
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in done:
             done.add(index[i])
-            yield index[i], units.by_joint(task.waypoints.position[task.rows[i]])
+            yield index[i], units.by_joint(positions[task.rows[i]])
 
 
 def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from knotwork.choosing.clear_motions import clear_motion
 from knotwork.choosing.segments import Segment, timing_problem
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, TimingError, together
@@ -112,7 +113,11 @@ def _motions(
         if objective.only_time and one not in totals and not problem.free.any():
             problem = replace(problem, objective=SMOOTHEST)
         try:
-            found[one] = solved(problem, watch, starts.get(one))
+            if one.way is None:
+                found[one] = solved(problem, watch, starts.get(one))
+            else:
+                ends = (m.trajectory.position(m.duration) for s, m in found.items() if s.meets(one))
+                found[one] = clear_motion(task, one, problem, watch, next(ends, None))
         except NoMotionError as error:
             failed[one] = error
     if failed:

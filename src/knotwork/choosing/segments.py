@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace
-from knotwork.scenario import FreeTimes, Scenario
+from knotwork.scenario import FreeTimes, FreeWay, Scenario
 from knotwork.timing import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray, IndexArray
 
@@ -27,10 +27,16 @@ class Segment:
     Attributes:
         waypoints: Their indices in the scenario.
         rows: Their rows in its joint waypoints, shape (n,).
+        way: What is asked of it if it finds its way; it has two waypoints then.
     """
 
     waypoints: range
     rows: IndexArray
+    way: FreeWay | None = None
+
+    def meets(self, other: Segment) -> bool:
+        """Whether it is a way that ends where another one begins."""
+        return self.way is not None and self.waypoints[-1] == other.waypoints[0]
 
 
 def find_segments(task: FreeTask) -> list[Segment]:
@@ -52,21 +58,29 @@ def find_segments(task: FreeTask) -> list[Segment]:
                 )
     for path in scenario.paths:
         closed.update(range(path.first, path.last))
+    ends = way_ends(free)
     segments: list[Segment] = []
     first = 0
     for i in range(n):
-        if i + 1 < n and i not in closed:
+        if i + 1 < n and i not in closed and i not in ends:
             continue
         if i > first and _chosen(free, first, i):
-            segments.append(Segment(range(first, i + 1), task.rows[first : i + 1]))
+            own = Segment(range(first, i + 1), task.rows[first : i + 1], free.ways.get(i))
+            segments.append(own)
         first = i + 1 if i in closed else i
     return segments
+
+
+def way_ends(free: FreeTimes) -> set[int]:
+    """Waypoints where ways begin or end: position, velocity and acceleration are known there."""
+    return {i for end in free.ways for i in (end - 1, end)}
 
 
 def _chosen(free: FreeTimes, first: int, last: int) -> bool:
     """Whether something is chosen between two waypoints."""
     return bool(
-        free.optimal_knots
+        way_ends(free) & {first, last}
+        or free.optimal_knots
         or free.duration[first:last].any()
         or any(kind != "given" for kind in free.speed[first : last + 1])
     )
@@ -116,7 +130,7 @@ def timing_problem(
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
         most=free.at_most[list(segment.waypoints)],
-        acceleration=_accelerations(task, rows),
+        acceleration=_accelerations(task, segment),
         duration=duration,
         at_least=free.at_least[inner],
         total=total,
@@ -140,13 +154,14 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(task: FreeTask, rows: IndexArray) -> FloatArray:
+def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
     """Accelerations at the ends of a segment.
 
     At the ends of the motion they are as asked for; else none where times are chosen, and chosen
-    where only knots are.
+    where only knots are. Where a way begins or ends there is none.
     """
-    space, waypoints = task.space, task.waypoints
+    space, waypoints, rows = task.space, task.waypoints, segment.rows
+    still = way_ends(task.free)
     known = np.full((len(rows), len(space.joint_names)), np.nan)
     ends = space.end_acceleration
     for place, row, last in ((0, rows[0], 0), (-1, rows[-1], len(waypoints.time) - 1)):
@@ -155,7 +170,7 @@ def _accelerations(task: FreeTask, rows: IndexArray) -> FloatArray:
             known[place] = given[row]
         elif row == last and ends is not None:
             known[place] = ends[place]
-        elif row == last and task.free.duration.any():
+        elif (row == last and task.free.duration.any()) or segment.waypoints[place] in still:
             known[place] = 0.0
     return known
 

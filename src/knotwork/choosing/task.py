@@ -16,6 +16,7 @@ from knotwork.task_to_joint import TaskSolution
 from knotwork.waypoints import IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.scene.model import CollisionModel
     from knotwork.timing import Dynamics
 
 
@@ -68,6 +69,15 @@ class FreeTask:
         from knotwork.timing import Dynamics
 
         return Dynamics(self.space.robot)
+
+    @cached_property
+    def collision_model(self) -> CollisionModel:
+        """Bodies of the robot and the scene, each there at its provisional times."""
+        from knotwork.task_to_joint.obstacles import Obstacles
+
+        if self.space.robot is None:
+            raise TypeError("without a robot there are no bodies")
+        return Obstacles(self.scenario, self.space, self.space.robot).model
 
     def located(self, error: InputError, i: int, *key: str) -> InputError:
         """The error with its place in the file: a key of waypoint i of the scenario."""

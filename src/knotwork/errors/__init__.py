@@ -26,6 +26,7 @@ from knotwork.errors.paths import SlowStretchError as SlowStretchError
 from knotwork.errors.paths import StretchTimeError as StretchTimeError
 from knotwork.errors.tasks import BranchError as BranchError
 from knotwork.errors.tasks import FollowingError as FollowingError
+from knotwork.errors.tasks import NoWayFoundError as NoWayFoundError
 from knotwork.errors.tasks import OutOfReachError as OutOfReachError
 from knotwork.errors.tasks import OutsideLimitsError as OutsideLimitsError
 from knotwork.errors.tasks import SingularityError as SingularityError

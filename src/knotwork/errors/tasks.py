@@ -124,6 +124,21 @@ class FollowingError(TaskError):
     starts: tuple[tuple[float, ...], ...] = ()
 
 
+class NoWayFoundError(InputError):
+    """No motion that keeps clear was found to a waypoint, which is no proof that there is none.
+
+    Attributes:
+        end: `"start"` or `"goal"` where the fault is known to be at one of them; else empty.
+        names: The two bodies that are too near one another there, or without each of which alone a
+            way was found.
+        depth: How far bodies are within the margin there [m].
+    """
+
+    end: str = ""
+    names: Sequence[str] = ()
+    depth: float = 0.0
+
+
 class TimingError(InputError):
     """A motion for which there are no durations that keep its limits.
 

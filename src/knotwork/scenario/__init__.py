@@ -1,6 +1,6 @@
 """Scenarios: a task for a robot arm in one YAML file, or as a mapping in Python."""
 
-from knotwork.scenario.free_times import FreeTimes
+from knotwork.scenario.free_times import FreeTimes, FreeWay
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
     JointTarget,
@@ -21,6 +21,7 @@ __all__ = [
     "AskedTiming",
     "CollisionRules",
     "FreeTimes",
+    "FreeWay",
     "HeldObject",
     "JointTarget",
     "JointValues",

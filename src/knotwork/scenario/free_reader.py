@@ -9,8 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.documents import Location, Places
-from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, SpeedKind
-from knotwork.task import AtMost, Fastest, PathWaypoint, Task, Weights
+from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
+from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, Task, Weights
+
+ROOM = 1e-3
+"""Clearance beyond the margins that ways keep where they can [m]."""
 
 _Fault = tuple[bool, Location, str, str]
 """Whether there is one, where it is, what is wrong, and what is accepted."""
@@ -25,7 +28,19 @@ def least_time(file: Task, i: int) -> float | None:
         return waypoint.after.at_least or 0.0
     first = i == 0 and file.start is None
     left = waypoint.after is None and waypoint.time is None and not first
-    return 0.0 if waypoint.after == "fastest" or (left and file.times) else None
+    chosen = file.times is not None or clear_way(file, i) is not None
+    return 0.0 if waypoint.after == "fastest" or (left and chosen) else None
+
+
+def clear_way(file: Task, i: int) -> FreeWay | None:
+    """What is asked of the motion to a waypoint, if it finds its way; in SI as the file is."""
+    waypoint = file.waypoints[i]
+    if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
+        return None
+    given = waypoint.way or file.ways
+    if isinstance(given, ClearWay):
+        return FreeWay(given.tries, given.room or ROOM)
+    return FreeWay(ClearWay.model_fields["tries"].default, ROOM) if given else None
 
 
 def provisional_time(file: Task, i: int) -> float | None:
@@ -80,6 +95,11 @@ def read_free_times(file: Task, places: Places, index: tuple[int, ...]) -> FreeT
         speed=tuple(speed),
         at_most=at_most,
         path_speed=paths,
+        ways={
+            i: way
+            for i, k in enumerate(index)
+            if i and k != index[i - 1] and k >= 0 and (way := clear_way(file, k))
+        },
         objective=_objective(file),
         total=file.duration,
         optimal_knots=_optimal_knots(file),
@@ -144,6 +164,18 @@ def _misplaced(file: Task) -> Iterator[_Fault]:
             (*place, "time"),
             f"the time since 0 can't be given, because the time to {free} before it is chosen",
             "after: the time since the waypoint before [s], or after: fastest",
+        )
+        yield (
+            along and waypoint.way is not None,
+            (*place, "way"),
+            "the motion to here follows a tool path, so it has no other way",
+            "way at a waypoint without along",
+        )
+        yield (
+            at_start and waypoint.way is not None,
+            (*place, "way"),
+            "the first waypoint has none before it, so there is no motion to it",
+            "way at a later waypoint, or start: where the motion begins",
         )
         yield (
             getattr(waypoint, "velocity", None) == "free" and (at_start or i == last),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,18 @@ PROVISIONAL_SPEED = 0.01
 SpeedKind = Literal["given", "along", "free"]
 
 
+class FreeWay(NamedTuple):
+    """A motion that finds its own way.
+
+    Attributes:
+        tries: Number of ways that are looked for.
+        room: Clearance beyond the margins that it keeps where it can [m].
+    """
+
+    tries: int
+    room: float
+
+
 @dataclass(frozen=True, eq=False)
 class FreeTimes:
     """What a scenario leaves to be chosen.
@@ -34,6 +46,7 @@ class FreeTimes:
         at_most: The greatest speed of the tool there [m/s], shape (n,), infinite without one.
         path_speed: Greatest speed [m/s] by the waypoint at the end of each path stretch whose
             constant speed is chosen, infinite without one.
+        ways: What is asked of motions that find their way, by the waypoint where they end.
         objective: Weights of `"time"`, `"jerk"`, `"effort"`, `"acceleration"`, `"peak_jerk"` and
             `"peak_acceleration"`.
         total: Duration of the whole motion that is given [s], or `None`.
@@ -49,6 +62,7 @@ class FreeTimes:
     speed: tuple[SpeedKind, ...]
     at_most: FloatArray
     path_speed: Mapping[int, float] = field(default_factory=dict)
+    ways: Mapping[int, FreeWay] = field(default_factory=dict)
     objective: Mapping[str, float] = field(default_factory=dict)
     total: float | None = None
     optimal_knots: bool = False
@@ -60,6 +74,7 @@ class FreeTimes:
             self.duration.any()
             or set(self.speed) != {"given"}
             or self.path_speed
+            or self.ways
             or self.optimal_knots
         )
 

@@ -147,6 +147,10 @@ class _Resolver:
                     "a pose needs a robot",
                     "robot: the name of one (`knotwork robots` lists them) or a path",
                 )
+            if waypoint.way is not None:
+                raise self.places.error(
+                    ("waypoints", i, "way"), "needs a robot, and the file names none"
+                )
         named: list[tuple[Location, Any]] = [(("start",), self.file.start)]
         named += [
             (("waypoints", i, "joints"), waypoint.joints)
@@ -162,7 +166,7 @@ class _Resolver:
                 )
         places: list[Location] = [
             (key,)
-            for key in ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle")
+            for key in ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways")
             if getattr(self.file, key) not in (None, "free", "travel")
         ]
         places += [(key,) for key in ("scene", "collisions") if key in self.file.model_fields_set]

@@ -40,6 +40,26 @@ Speed = Annotated[
 ]
 
 
+class ClearWay(TaskPart):
+    """A motion that finds its own way past everything that it may not touch."""
+
+    clear: Literal[True] = Field(description="The motion keeps clear of everything, proved")
+    tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        default=2, description="Number of ways that are looked for; the fastest is taken"
+    )
+    room: Positive | None = Field(
+        default=None,
+        description="Clearance beyond the margins that it keeps where it can [length]; left out: "
+        "1 mm",
+    )
+
+
+Way = Annotated[
+    Annotated[Literal["clear"], Tag("text")] | Annotated[ClearWay, Tag("mapping")],
+    by_kind("clear, or {clear: true, tries: a number, room: a length}", ["clear"]),
+]
+
+
 Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 

@@ -12,7 +12,7 @@ from knotwork import storage
 from knotwork.documents import Document, Text, edited, validate
 from knotwork.documents.edits import block
 from knotwork.documents.values import Items, JointsOrName, Number, Positive, Vector3, by_kind
-from knotwork.task.freedoms import ChosenMotion, Weights
+from knotwork.task.freedoms import ChosenMotion, Way, Weights
 from knotwork.task.options import (
     Balanced,
     Branch,
@@ -148,6 +148,9 @@ class Task(TaskPart):
     times: Literal["fastest"] | None = Field(
         default=None,
         description="fastest: for every waypoint that gives no time, as after: fastest there",
+    )
+    ways: Way | None = Field(
+        default=None, description="As way at every waypoint that does not end a tool path"
     )
     duration: Positive | None = Field(
         default=None,

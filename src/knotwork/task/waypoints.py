@@ -16,7 +16,7 @@ from knotwork.documents.values import (
     Vector3,
     by_kind,
 )
-from knotwork.task.freedoms import After, Speed
+from knotwork.task.freedoms import After, Speed, Way
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement, Pose, Velocity
 
@@ -32,6 +32,11 @@ class _Waypoint(TaskPart):
     after: After | None = Field(
         default=None,
         description="Time since the waypoint before [s]; fastest: the least that the limits allow",
+    )
+    way: Way | None = Field(
+        default=None,
+        description="clear: the motion from the waypoint before finds its way past everything; "
+        "without a time it is the fastest that is found",
     )
     stop: Literal[True] | None = Field(default=None, description="The arm stands still here")
     wait: Wait | None = Field(

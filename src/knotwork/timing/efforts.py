@@ -58,7 +58,7 @@ def _inside(d: int, parts: Sequence[float]) -> _Inside:
     tau, ends = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d)
     units = ca.SX.sym("units", 3 * d)
     split = ca.vertsplit(ends, d)
-    at = [_inner_state(tau, split, part) for part in parts]
+    at = [inner_state(tau, split, part) for part in parts]
     meant = [ca.vertcat(*state) * units for state in at]
     symbols = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
     return _Inside(
@@ -70,7 +70,7 @@ def _inside(d: int, parts: Sequence[float]) -> _Inside:
     )
 
 
-def _inner_state(tau: Any, states: Any, part: float) -> tuple[Any, Any, Any]:
+def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
     """State after a part of a piece, from its duration and the states at its ends."""
     q0, v0, a0, _, _, a1 = states
     t = part * tau

@@ -74,6 +74,8 @@ class TimedMotion(ReadOnlyArrays):
             integrals that have a weight.
         iterations: Steps of the solver.
         seconds: What the solution took [s].
+        line: Corners of the clear polyline that it was made from, shape (m, d); `None` for a motion
+            that does not find its way.
     """
 
     trajectory: JointTrajectory
@@ -86,6 +88,7 @@ class TimedMotion(ReadOnlyArrays):
     objective: Mapping[str, float] = field(default_factory=dict)
     iterations: int = 0
     seconds: float = 0.0
+    line: FloatArray | None = None
 
     @property
     def duration(self) -> float:

@@ -166,7 +166,7 @@ def blocks(form: Form) -> tuple[Block, ...]:
     piece = np.concatenate((at.tau[:, None], left, right), axis=1).T
     parts = at.tau.reshape(form.intervals, form.each)
     found = [
-        Block(_piece_kernel(d, form.jerk, form.position, form.smooth), piece),
+        Block(piece_kernel(d, form.jerk, form.position, form.smooth), piece),
         Block(_sum_kernel(form.each), parts[list(form.timed)].T),
         Block(
             _direction_kernel(d),
@@ -199,7 +199,7 @@ def blocks(form: Form) -> tuple[Block, ...]:
 
 
 @lru_cache(maxsize=64)
-def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
+def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     """Equations of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
 
     Constraints, d each: the velocity's equation and the position's; the velocity at two Bézier

@@ -122,6 +122,17 @@ def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phase
     return _Phases(stands, np.zeros((len(stands) + 1, len(move))), move)
 
 
+def braking_move(v: FloatArray, a: FloatArray, limits: TimingLimits) -> FloatArray:
+    """How far the joints go until `resting_knots` has them at rest [rad or m], shape (d,).
+
+    Args:
+        v: Velocities that they begin with, shape (d,).
+        a: Accelerations, shape (d,).
+        limits: Of the joints.
+    """
+    return _to_rest(v, a, limits, 1.0).move
+
+
 def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
     """The fastest motion in proportion: ramps up to one velocity and down from it.
 

@@ -84,11 +84,26 @@ def tightened(
     Returns:
         What to hold the solver to next, or `None` if every limit is kept.
     """
-    outside = _outside(problem, curve)
-    if outside and not tightening.position:
+    beyond = outside(problem, curve)
+    if beyond and not tightening.position:
         return replace(tightening, position=True)
-    if outside or _too_fast(problem, curve):
+    if beyond or too_fast(problem, curve):
         return replace(tightening, margin=10.0 * tightening.margin)
+    over = exceeded(problem, curve)
+    if over is None:
+        return None
+    name, shares = over
+    allowed = tightening.held.get(name)
+    less = _all_allowed(problem, name) if allowed is None else _less(problem, name, allowed, shares)
+    return replace(tightening, held={**tightening.held, name: less})
+
+
+def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, FloatArray] | None:
+    """The first limit of `CHECKS` that a curve is not proved to keep; `None` if it keeps them.
+
+    Returns:
+        Its name, and the part of it that each piece takes.
+    """
     for name, (sampled, proved) in CHECKS.items():
         if not np.isfinite(getattr(problem.limits, name)).any():
             continue
@@ -97,13 +112,7 @@ def tightened(
             shares = proved(problem, curve)
             if shares.max() <= 1.0:
                 continue
-        allowed = tightening.held.get(name)
-        less = (
-            _all_allowed(problem, name)
-            if allowed is None
-            else _less(problem, name, allowed, shares)
-        )
-        return replace(tightening, held={**tightening.held, name: less})
+        return name, shares
     return None
 
 
@@ -132,7 +141,7 @@ def _rows(problem: TimingProblem) -> IndexArray:
     return np.arange(intervals + 1) * 2 * pieces_each(intervals)
 
 
-def _too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
     return any(
         (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + SLACK)).any()
@@ -140,7 +149,7 @@ def _too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     )
 
 
-def _outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a position is outside its limits, by the exact extrema."""
     positions = curve.extrema(0)
     slack = SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))

@@ -1,0 +1,178 @@
+"""Collisions and distances of single configurations, all pairs in one call of Pinocchio."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.scene.distances import ROUNDING, TOLERANCE
+from knotwork.scene.model import CollisionModel
+from knotwork.waypoints import FloatArray
+
+SURFACE = 1e-9
+"""Two bodies nearer than this [m] have no nearest points; Coal's normal is taken."""
+
+
+class NearPair(NamedTuple):
+    """A pair of solids that is near at a configuration.
+
+    Attributes:
+        gap: Distance beyond the margin [m]; negative where it is not kept.
+        gradient: How the gap changes with each joint [m/rad or m/m], shape (d,).
+    """
+
+    gap: float
+    gradient: FloatArray
+
+
+def at_time(model: CollisionModel, time: float) -> CollisionModel:
+    """The bodies that are there at a time [s], as if they were always there."""
+    there = [body.start <= time <= body.end for body in model.bodies]
+    return replace(
+        model,
+        bodies=tuple(replace(one, start=-math.inf, end=math.inf) for one in model.bodies),
+        pairs=tuple(pair for pair in model.pairs if there[pair.first] and there[pair.second]),
+    )
+
+
+class Configurations:
+    """Which configurations keep the margins of a collision model, and how near bodies come.
+
+    It looks at single configurations; what holds between them is for the proof.
+
+    Args:
+        robot: Pinocchio model of the arm.
+        model: Bodies, all of them there, and their pairs.
+        lower, upper: Position limits [rad or m], shape (d,).
+
+    Attributes:
+        checks: Number of configurations looked at so far.
+    """
+
+    def __init__(
+        self, robot: Any, model: CollisionModel, lower: FloatArray, upper: FloatArray
+    ) -> None:
+        self.robot, self.model, self.lower, self.upper = robot, model, lower, upper
+        self.checks = 0
+        self._data = robot.createData()
+        self._geometry = pin.GeometryModel()
+        solids: list[list[int]] = []
+        self._joint: list[int] = []
+        for b, body in enumerate(model.bodies):
+            solids.append([])
+            for s, one in enumerate(body.solids):
+                placed = pin.SE3(one.rotation, one.translation)
+                shape = pin.GeometryObject(f"{b} {s}", body.joint, placed, one.geometry)
+                solids[b].append(int(self._geometry.addGeometryObject(shape)))
+                self._joint.append(body.joint)
+        self._pairs: list[tuple[int, int]] = []
+        margins: list[float] = []
+        self.bodies: list[tuple[str, str]] = []
+        for pair in model.pairs:
+            for a in solids[pair.first]:
+                for b in solids[pair.second]:
+                    self._geometry.addCollisionPair(pin.CollisionPair(a, b))
+                    self._pairs.append((a, b))
+                    margins.append(pair.margin)
+                    names = model.bodies[pair.first].name, model.bodies[pair.second].name
+                    self.bodies.append(names)
+        self.margin = np.array(margins)
+        self._found = self._geometry.createData()
+        for request in self._found.distanceRequests:
+            request.enable_signed_distance = True
+            request.gjk_tolerance = TOLERANCE
+        for request in self._found.collisionRequests:
+            request.enable_contact = False
+        self.keep_away(0.0)
+
+    def keep_away(self, extra: float, ends: Sequence[FloatArray] = ()) -> None:
+        """Ask `free` for more than the margins.
+
+        Args:
+            extra: How much more [m].
+            ends: Configurations that have to pass, shape (d,) each: a pair that has less than twice
+                as much there keeps half of what it has.
+        """
+        wanted = np.full(len(self._pairs), extra)
+        for q in ends:
+            wanted = np.minimum(wanted, 0.5 * np.maximum(self.gaps(q), 0.0))
+        kept = self.margin + wanted + ROUNDING
+        for request, distance in zip(self._found.collisionRequests, kept.tolist(), strict=True):
+            request.security_margin = distance
+
+    def within_limits(self, q: FloatArray) -> bool:
+        """Whether a configuration is within the position limits."""
+        return bool((q >= self.lower).all() and (q <= self.upper).all())
+
+    def free(self, q: FloatArray) -> bool:
+        """Whether a configuration keeps every margin, and what `keep_away` asks for."""
+        self.checks += 1
+        return not pin.computeCollisions(
+            self.robot, self._data, self._geometry, self._found, q, True
+        )
+
+    def free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
+        """Whether samples between two configurations, at most a step apart, are free."""
+        count = math.ceil(float(np.linalg.norm(end - start)) / step)
+        return all(self.free(start + k / count * (end - start)) for k in _coarse_first(count))
+
+    def gaps(self, q: FloatArray) -> FloatArray:
+        """Distances of all pairs of solids beyond their margins [m]; negative where not kept."""
+        pin.computeDistances(self.robot, self._data, self._geometry, self._found, q)
+        found = [one.min_distance for one in self._found.distanceResults]
+        return np.asarray(np.array(found) - self.margin)
+
+    def worst(self, q: FloatArray) -> tuple[float, tuple[str, str]]:
+        """The least gap at a configuration [m], and the two bodies."""
+        gaps = self.gaps(q)
+        k = int(np.argmin(gaps))
+        return float(gaps[k]), self.bodies[k]
+
+    def near(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
+        """The nearest pairs of solids at a configuration, and how their gaps change.
+
+        Args:
+            q: Configuration [rad or m], shape (d,).
+            within: Pairs with a larger gap than this [m] are left out.
+            most: Largest number of pairs.
+        """
+        gaps = self.gaps(q)
+        order = np.argsort(gaps, kind="stable")[:most]
+        pin.computeJointJacobians(self.robot, self._data, q)
+        return [NearPair(float(gaps[k]), self._gradient(int(k))) for k in order if gaps[k] < within]
+
+    def _gradient(self, k: int) -> FloatArray:
+        """Gradient of the distance of a pair; distances and Jacobians are those computed last."""
+        found = self._found.distanceResults[k]
+        points = np.array(found.getNearestPoint1()), np.array(found.getNearestPoint2())
+        normal = points[1] - points[0]
+        length = float(np.linalg.norm(normal))
+        if found.min_distance > SURFACE and length > SURFACE:
+            normal = normal / length
+        else:
+            normal = np.array(found.normal)
+        gradient = np.zeros(self.robot.nv)
+        for solid, point, sign in zip(self._pairs[k], points, (-1.0, 1.0), strict=True):
+            joint = self._joint[solid]
+            if joint:
+                J = pin.getJointJacobian(self.robot, self._data, joint, pin.LOCAL_WORLD_ALIGNED)
+                lever = point - self._data.oMi[joint].translation
+                gradient += sign * (normal @ J[:3] + np.cross(lever, normal) @ J[3:])
+        return gradient
+
+
+@lru_cache(maxsize=512)
+def _coarse_first(count: int) -> tuple[int, ...]:
+    """The numbers 1 to count - 1: the middle, then the quarters, and so on."""
+    order: dict[int, None] = {}
+    step = count
+    while step > 1:
+        step = (step + 1) // 2
+        order.update(dict.fromkeys(range(step, count, step)))
+    return tuple(order)

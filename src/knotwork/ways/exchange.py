@@ -1,0 +1,196 @@
+"""From a clear motion to a fast one: the exchange method of semi-infinite programming.
+
+Distances are linear rows of the program at a few places of each piece. The proof over all time is
+the oracle: where it finds a contact, rows are added there, and the program is solved again. Only
+motions that are proved clear count, and the best is kept, so that it may end at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.problem import TimingProblem
+from knotwork.timing.tightening import outside, too_fast
+from knotwork.verification.bounds.clearance import Clearance
+from knotwork.waypoints import FloatArray
+from knotwork.ways.configurations import Configurations
+from knotwork.ways.program import MotionProgram, Row, Start, States, states_of
+from knotwork.ways.proof import not_clear
+
+PLACES = (0.0, 1 / 3, 2 / 3)
+"""Where in each piece distances are rows."""
+
+NEAR = 0.08
+"""Pairs with a larger gap than this [m] are left out."""
+
+MOST = 5
+MOST_CUTS = 3
+"""Largest numbers of pairs at a place of the reference, and where the proof finds a contact."""
+
+RADIUS = 0.6
+LEAST_RADIUS = 0.01
+"""Trust region: how far breaks may be from the reference [rad or m], first and at last."""
+
+GAIN = 0.01
+"""It ends where a round makes the motion shorter by less than this part."""
+
+ROUNDS = 25
+LOOKS = 30
+"""Largest numbers of rounds, and of times in each at which contacts become rows."""
+
+DEEP = 5e-3
+"""Coal's directions out of a contact deeper than this [m] are useless."""
+
+HALVINGS = 7
+
+
+class Exchange:
+    """Looks for the fastest motion near a clear one.
+
+    Args:
+        space: Distances at single configurations.
+        problem: The states at both ends, and the limits.
+        first: A motion that keeps them and is proved clear.
+        pieces: Number of pieces of the motions to be found.
+        room: Clearance beyond the margins that rows ask for [m].
+
+    Attributes:
+        best: The shortest motion so far.
+    """
+
+    def __init__(
+        self,
+        space: Configurations,
+        problem: TimingProblem,
+        first: PiecewisePolynomial,
+        pieces: int,
+        room: float,
+    ) -> None:
+        self.space, self.problem, self.room = space, problem, room
+        self.program = MotionProgram(problem)
+        self.best = states_of(first)
+        self._reference = _sampled(first, pieces, problem.limits.acceleration)
+        self._improved = False
+
+    def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
+        """Go on until there is nothing to gain; the best motion.
+
+        Args:
+            late: Whether it is to end now.
+            beat: A motion that is not shorter than this is of no use [s].
+        """
+        radius, failed, tried = RADIUS, 0, 0
+        guess, start = self._reference, Start.FAR
+        rows, cuts = self._rows_along(guess), list[Row]()
+        for _ in range(ROUNDS):
+            if late() or radius < LEAST_RADIUS:
+                break
+            held = self.program.held
+            found = self.program.solve(guess, self._reference, rows + cuts, radius, start)
+            if found is None or not self._keeps_limits(found.curve):
+                if found is not None and self.program.held != held:
+                    continue  # now with the limits that it exceeds
+                failed += 1
+                if failed > 2 and self._improved:
+                    break
+                radius, cuts, tried, guess = 0.4 * radius, [], 0, self._reference
+                start = Start.NEAR if self._improved else Start.FAR
+                continue
+            if found.duration > beat:
+                break  # rows only make it longer
+            hits = not_clear(self.space.model, found.curve)
+            if not hits:
+                gain = 1.0 - found.duration / self._reference.duration
+                if found.duration < self.best.duration:
+                    self.best = found
+                self._reference, self._improved = found, True
+                if gain < GAIN:
+                    break
+                rows, cuts, failed, tried = self._rows_along(found), [], 0, 0
+                radius = min(1.5 * radius, RADIUS)
+            elif self._improved and found.duration > (1.0 - GAIN) * self.best.duration:
+                break  # rows only make it longer
+            else:
+                new, tried = self._rows_at_contacts(found, hits), tried + 1
+                cuts = cuts + new
+                if tried == 3:
+                    radius, cuts, tried, found = 0.5 * radius, new, 0, self._reference
+            guess, start = found, Start.NEAR
+        return self.best.curve
+
+    def _keeps_limits(self, curve: PiecewisePolynomial) -> bool:
+        """Whether a motion keeps every limit; the program gets those that it has left out."""
+        if outside(self.problem, curve):
+            self.program.position = True
+            return False
+        return not too_fast(self.problem, curve) and self.program.keeps_efforts(curve)
+
+    def _rows_along(self, states: States) -> list[Row]:
+        """Rows at the places of all pieces."""
+        return [
+            row
+            for piece in range(len(states.span))
+            for place in PLACES
+            if piece or place
+            for row in self._rows_at(piece, place, states.at(piece, place), MOST)
+        ]
+
+    def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Row]:
+        """Rows at one place, from the distances at a configuration near it."""
+        return [
+            # what is nearer than the room in the reference keeps half of what it has
+            Row(
+                piece,
+                place,
+                one.gradient,
+                float(one.gradient @ q)
+                + min(self.room, 0.5 * one.gap if one.gap > 0.0 else self.room)
+                - one.gap,
+            )
+            for one in self.space.near(q, NEAR, most)
+        ]
+
+    def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Row]:
+        """Rows where the proof finds contacts: at the worst time, and across each contact."""
+        times = {one.time for one in hits}
+        for one in hits:
+            for low, high in one.contacts or ([one.interval] if one.interval else []):
+                count = 3 if high - low > 1e-3 else 1
+                times.update(np.linspace(low, high, count + 2)[1:-1].tolist())
+        chosen = sorted(times)
+        if len(chosen) > LOOKS:
+            chosen = [chosen[k] for k in np.linspace(0, len(chosen) - 1, LOOKS).astype(int)]
+        rows = []
+        for time in chosen:
+            x = states.curve.x
+            piece = min(max(int(np.searchsorted(x, time, side="right")) - 1, 0), len(x) - 2)
+            place = float((time - x[piece]) / states.span[piece])
+            q, clear = states.curve(time), self._reference.at(piece, place)
+            rows += self._rows_at(piece, place, self._at_surface(q, clear), MOST_CUTS)
+        return rows
+
+    def _at_surface(self, q: FloatArray, clear: FloatArray) -> FloatArray:
+        """A configuration pulled back from deep inside a body, towards one that is clear."""
+        if self.space.worst(q)[0] > -DEEP:
+            return q
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            gap = self.space.worst(clear + middle * (q - clear))[0]
+            if -DEEP < gap < 0.0:
+                return np.asarray(clear + middle * (q - clear))
+            low, high = (middle, high) if gap >= 0.0 else (low, middle)
+        return np.asarray(clear + low * (q - clear))
+
+
+def _sampled(curve: PiecewisePolynomial, pieces: int, most: FloatArray) -> States:
+    """Few pieces that follow a motion roughly: a first guess, no motion by itself."""
+    t = np.linspace(0.0, curve.x[-1], pieces + 1)
+    q = curve(t)
+    v = np.gradient(q, t, axis=0)
+    a = np.clip(np.gradient(v, t, axis=0), -0.5 * most, 0.5 * most)
+    v[[0, -1]], a[[0, -1]] = curve(t[[0, -1]], 1), curve(t[[0, -1]], 2)
+    return States(np.diff(t), q, v, a, curve)

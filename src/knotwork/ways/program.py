@@ -1,0 +1,386 @@
+"""The program of one motion between two states: pieces, limits, and planes to stay beyond.
+
+The pieces, their equations and the limits are those of `timing.spline`; all breaks are free. A
+distance d that falls at the rate -g per joint position becomes a row for one place s of one piece,
+
+    d + g · (q(s) - q₀) >= margin,
+
+which holds near q₀, the place where d and g were measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.efforts import (
+    EFFORT_PARTS,
+    TOOL_PARTS,
+    effort_kernel,
+    inner_state,
+    tool_kernel,
+)
+from knotwork.timing.exact_curve import Knots, rebuilt
+from knotwork.timing.problem import TimingProblem
+from knotwork.timing.program import Block, Kernel, Program
+from knotwork.timing.spline import piece_kernel
+from knotwork.timing.tightening import BETWEEN, exceeded
+from knotwork.waypoints import FloatArray, IndexArray
+
+MARGIN = 3e-5
+"""Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
+
+INSIDE = 1e-6
+"""Breaks stay this far from position limits [rad or m]."""
+
+EVEN = 1.5e-4
+CALM = 1e-4
+"""Weights of uneven pieces and of accelerations, where the duration does not decide them."""
+
+SHORTEST = 2e-3
+"""No piece is shorter than this part of the mean."""
+
+BATCH = 6
+"""Rows of a piece are padded to a multiple of this, so that few programs are set up."""
+
+LENGTH = 0.1
+"""Unit of distances in the program [m]."""
+
+
+class Start(Enum):
+    """What a program starts from: a first guess, or a motion that is nearly the solution."""
+
+    FAR = auto()
+    NEAR = auto()
+
+
+OPTIONS: dict[Start, dict[str, Any]] = {
+    Start.FAR: {
+        "ipopt.mu_strategy": "adaptive",
+        "ipopt.max_iter": 100,
+        "ipopt.tol": 1e-6,
+        "ipopt.acceptable_tol": 1e-4,
+        "ipopt.acceptable_iter": 4,
+    },
+    Start.NEAR: {
+        "ipopt.mu_init": 1e-3,
+        "ipopt.max_iter": 70,
+        "ipopt.tol": 1e-5,
+        "ipopt.acceptable_tol": 1e-3,
+        "ipopt.acceptable_iter": 3,
+        "ipopt.acceptable_constr_viol_tol": 1e-8,
+    },
+}
+"""Of IPOPT."""
+
+
+class Row(NamedTuple):
+    """A plane that the motion stays beyond: normal · q >= offset at one place.
+
+    Attributes:
+        piece: Index of the piece.
+        place: Where in it, from 0 to 1.
+        normal: [m/rad or m/m], shape (d,).
+        offset: [m].
+    """
+
+    piece: int
+    place: float
+    normal: FloatArray
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """A motion by its pieces.
+
+    Attributes:
+        span: Durations of the pieces [s], shape (n,).
+        q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
+        curve: The motion that they are of; a first guess follows it only roughly.
+    """
+
+    span: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    curve: PiecewisePolynomial
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.span.sum())
+
+    def at(self, piece: int, place: float) -> FloatArray:
+        """Joint positions at a place of a piece, from 0 to 1."""
+        time = float(self.span[:piece].sum()) + place * float(self.span[piece])
+        return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
+
+
+def states_of(curve: PiecewisePolynomial) -> States:
+    """The states at the breaks of a cubic motion that begins at time 0."""
+    last = np.minimum(curve.x, curve.x[-1])
+    return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)
+
+
+class Shape(NamedTuple):
+    """What programs have in common that differ in numbers only.
+
+    Attributes:
+        pieces, joints: Number of pieces, and of joints.
+        rows: Number of rows of each piece.
+        position: Whether positions between the breaks are limited.
+        dynamics: Inertias of the arm where efforts or the tool's speed are limited.
+        effort, tool: Whether these are.
+    """
+
+    pieces: int
+    joints: int
+    rows: int
+    position: bool
+    dynamics: Any = None
+    effort: bool = False
+    tool: bool = False
+
+
+class _Layout:
+    """Where the variables stand: the state at each break, then the duration of the next piece."""
+
+    def __init__(self, shape: Shape) -> None:
+        d, n = shape.joints, shape.pieces
+        start = (3 * d + 1) * np.arange(n + 1)
+        state = start[:, None] + np.arange(3 * d)
+        self.span: IndexArray = start[:-1] + 3 * d
+        self.q, self.v, self.a = state[:, :d], state[:, d : 2 * d], state[:, 2 * d :]
+        self.state: IndexArray = state.T
+        self.size = int(start[-1]) + 3 * d
+        self.piece: IndexArray = np.vstack((self.span, self.state[:, :-1], self.state[:, 1:]))
+        row = np.vstack((self.span, self.state[:, :-1], self.a[1:].T))
+        self.rows: IndexArray = np.repeat(row, shape.rows, axis=1)
+
+
+@lru_cache(maxsize=8)
+def _row_kernel(d: int) -> Kernel:
+    """Normal · q(s) - offset in one piece. Parameters: s, normal, offset."""
+    import casadi as ca
+
+    span, state, last = ca.SX.sym("span"), ca.SX.sym("state", 3 * d), ca.SX.sym("last", d)
+    s, normal, offset = ca.SX.sym("s"), ca.SX.sym("normal", d), ca.SX.sym("offset")
+    q, _, _ = inner_state(span, (*ca.vertsplit(state, d), None, None, last), s)
+    return Kernel(
+        ca.vertcat(span, state, last),
+        ca.vertcat(s, normal, offset),
+        ca.dot(normal, q) - offset,
+    )
+
+
+@lru_cache(maxsize=64)
+def _program(shape: Shape, start: Start) -> Program:
+    at, d = _Layout(shape), shape.joints
+    blocks = [
+        Block(piece_kernel(d, True, shape.position, False), at.piece),
+        Block(_row_kernel(d), at.rows),
+    ]
+    if shape.effort:
+        blocks.append(Block(effort_kernel(shape.dynamics, inside=False), at.state))
+        blocks.append(Block(effort_kernel(shape.dynamics, inside=True), at.piece))
+    if shape.tool:
+        blocks.append(Block(tool_kernel(shape.dynamics, inside=False), at.state))
+        blocks.append(Block(tool_kernel(shape.dynamics, inside=True), at.piece))
+    return Program(at.size, blocks, options={"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start])
+
+
+class MotionProgram:
+    """The shortest motion between the states of a problem, beyond planes.
+
+    Args:
+        problem: Two waypoints whose velocities and accelerations are known, and the limits; the
+            jerk of every joint is limited.
+
+    Attributes:
+        position: Whether positions between the breaks are limited as well.
+        allowed: Part of the limits of `"effort"` and `"tool_speed"` that is allowed, by name;
+            those that are not in it are left out.
+        iterations: Steps of the solver so far.
+    """
+
+    def __init__(self, problem: TimingProblem) -> None:
+        self.problem = problem
+        self.position = False
+        self.allowed: dict[str, float] = {}
+        self.iterations = 0
+
+    @property
+    def held(self) -> tuple[bool, dict[str, float]]:
+        """Which limits it has besides those of velocity, acceleration and jerk."""
+        return self.position, dict(self.allowed)
+
+    def keeps_efforts(self, curve: PiecewisePolynomial) -> bool:
+        """Whether a motion is proved to keep the limits of effort and tool speed.
+
+        Where it does not, the program has them from now on, or allows less of them.
+        """
+        over = exceeded(self.problem, curve)
+        if over is None:
+            return True
+        name, shares = over
+        part = self.allowed.get(name, float(shares.max()))  # at first nearly all is allowed
+        self.allowed[name] = part * (1.0 - BETWEEN) / max(float(shares.max()), 1.0)
+        return False
+
+    def solve(
+        self, guess: States, near: States, rows: Sequence[Row], radius: float, start: Start
+    ) -> States | None:
+        """Solve it.
+
+        Args:
+            guess: Where the solver starts.
+            near: The breaks stay near to those of this motion.
+            rows: The planes.
+            radius: How far each joint may be from `near` [rad or m].
+            start: What the guess is.
+
+        Returns:
+            The motion, or `None` where the solver found none.
+        """
+        n, d = len(near.span), near.q.shape[1]
+        most = int(np.bincount([row.piece for row in rows], minlength=n).max()) if rows else 0
+        shape = Shape(
+            n,
+            d,
+            max(1, -(-most // BATCH)) * BATCH,
+            self.position,
+            self.problem.dynamics if self.allowed else None,
+            "effort" in self.allowed,
+            "tool_speed" in self.allowed,
+        )
+        unit = _Units(self.problem, near)
+        at = _Layout(shape)
+        low, high = self._bounds(at, near, radius, unit)
+        x = np.zeros(at.size)
+        x[at.span] = guess.span / unit.time
+        for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
+            x[places] = values / unit.of(order)
+        parameters = [self._piece_parameters(near, unit), _row_parameters(shape, rows, unit)]
+        limits = [
+            self._piece_limits(shape, unit),
+            (np.zeros((1, n * shape.rows)), np.full((1, n * shape.rows), np.inf)),
+        ]
+        for name, parts in (("effort", EFFORT_PARTS), ("tool_speed", TOOL_PARTS)):
+            if name not in self.allowed:
+                continue
+            limit = np.atleast_1d(self.allowed[name] * getattr(self.problem.limits, name))
+            scales = np.concatenate([unit.of(0), unit.of(1), unit.of(2), 1.0 / limit])
+            for count, width in ((n + 1, 1), (n, len(parts))):
+                parameters.append(np.repeat(scales[:, None], count, axis=1))
+                ones = np.ones((width * len(limit), count))
+                limits.append((-ones, ones))
+        found = _program(shape, start).solve(np.clip(x, low, high), (low, high), parameters, limits)
+        self.iterations += found.iterations
+        if not found.solved:
+            return None
+        return self._rebuilt(found.x[at.span] * unit.time, found.x[at.a] * unit.of(2))
+
+    def _rebuilt(self, span: FloatArray, a: FloatArray) -> States:
+        """The exact curve of durations and accelerations; it meets both ends to rounding."""
+        problem, total = self.problem, float(span.sum())
+        a[[0, -1]] = problem.acceleration
+        knots = Knots(
+            np.array([0.0, total]),
+            (span / total)[None],
+            problem.position,
+            problem.velocity,
+            a[None],
+        )
+        return states_of(rebuilt(knots))
+
+    def _bounds(
+        self, at: _Layout, near: States, radius: float, unit: _Units
+    ) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest values of the variables."""
+        problem, limits = self.problem, self.problem.limits
+        low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
+        low[at.span] = SHORTEST * near.duration / len(near.span) / unit.time
+        for places, limit, order in ((at.v, limits.velocity, 1), (at.a, limits.acceleration, 2)):
+            high[places] = (1.0 - MARGIN) * limit / unit.of(order)
+            low[places] = -high[places]
+        inside = limits.lower + INSIDE, limits.upper - INSIDE
+        low[at.q] = np.clip(near.q - radius, *inside) / unit.of(0)
+        high[at.q] = np.clip(near.q + radius, *inside) / unit.of(0)
+        for places, values, order in (
+            (at.q, problem.position, 0),
+            (at.v, problem.velocity, 1),
+            (at.a, problem.acceleration, 2),
+        ):
+            low[places[[0, -1]]] = high[places[[0, -1]]] = values / unit.of(order)
+        return low, high
+
+    def _piece_parameters(self, near: States, unit: _Units) -> FloatArray:
+        """Scales of the equations, inverse limits of jerk, weights of the cost."""
+        limits, n, d = self.problem.limits, len(near.span), near.q.shape[1]
+        total = near.duration
+        h = np.maximum(near.span, 0.05 * total / n) / unit.time
+        jerk = (1.0 - MARGIN) * limits.jerk / unit.of(3)
+        most = np.minimum(limits.acceleration, unit.of(2))
+        even = EVEN * unit.time / (float(h.mean()) * total)
+        calm = CALM * unit.of(2) ** 2 * unit.time / (most**2 * total * d)
+        weights = np.concatenate(([unit.time / total, even], calm))
+        fixed = np.repeat(np.concatenate((1.0 / jerk, weights))[:, None], n, axis=1)
+        return np.vstack((1.0 / h, 1.0 / (h * h), fixed))
+
+    def _piece_limits(self, shape: Shape, unit: _Units) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest values of the constraints of the pieces."""
+        problem, n, d = self.problem, shape.pieces, shape.joints
+        zero = np.zeros((2 * d, n))
+        fastest = np.repeat(
+            ((1.0 - MARGIN) * problem.limits.velocity / unit.of(1))[:, None], n, axis=1
+        )
+        low = [zero, -fastest, -fastest, np.full((2 * d, n), -np.inf)]
+        high = [zero, fastest, fastest, zero]
+        if shape.position:
+            ends = problem.position
+            least, most = problem.limits.lower + INSIDE, problem.limits.upper - INSIDE
+            lower, upper = (np.repeat(one[:, None], n, axis=1) for one in (least, most))
+            # an end may lie on a limit: then only the piece next to it may come up to it
+            lower[:, [0, -1]] = np.minimum(lower[:, [0, -1]], ends.T)
+            upper[:, [0, -1]] = np.maximum(upper[:, [0, -1]], ends.T)
+            low += [lower / unit.of(0)[:, None]] * 4
+            high += [upper / unit.of(0)[:, None]] * 4
+        return np.vstack(low), np.vstack(high)
+
+
+class _Units:
+    """Units in which all numbers of a program are near one."""
+
+    def __init__(self, problem: TimingProblem, near: States) -> None:
+        limits = problem.limits
+        self.time = 5.0 * float(np.median(near.span))
+        moves = (
+            limits.velocity * self.time,
+            limits.acceleration * self.time**2,
+            limits.jerk * self.time**3,
+        )
+        self._position = np.min(moves, axis=0)
+
+    def of(self, order: int) -> FloatArray:
+        """Of the derivative of a position, shape (d,)."""
+        return np.asarray(self._position / self.time**order)
+
+
+def _row_parameters(shape: Shape, rows: Sequence[Row], unit: _Units) -> FloatArray:
+    """Places, normals and offsets of the rows; those that pad a piece are always kept."""
+    found = np.zeros((shape.joints + 2, shape.pieces * shape.rows))
+    found[-1] = -1.0
+    used = np.zeros(shape.pieces, dtype=int)
+    for row in rows:
+        k = row.piece * shape.rows + used[row.piece]
+        used[row.piece] += 1
+        normal = row.normal * unit.of(0) / LENGTH
+        found[:, k] = np.concatenate(([row.place], normal, [row.offset / LENGTH]))
+    return found

@@ -1,0 +1,177 @@
+"""Polylines between configurations that are free at samples: RRT-Connect, shortcuts.
+
+RRT-Connect: Kuffner and LaValle, ICRA 2000. Trees are balanced, and the tree of the goal has a root
+for each of its solutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from knotwork.waypoints import FloatArray
+from knotwork.ways.configurations import Configurations
+
+EXTENSION = 1.0
+"""Length of an extension of a tree [rad or m]."""
+
+BEYOND = np.pi
+"""Joints go no farther beyond the ends than this while a way is looked for [rad or m]."""
+
+SHORTCUTS = 150
+FAILURES = 40
+"""Number of shortcuts tried, and of those that fail in a row before it ends."""
+
+
+class _Tree:
+    """Configurations, each with its parent; roots have parent -1."""
+
+    def __init__(self, roots: Sequence[FloatArray]) -> None:
+        self.parent: list[int] = []
+        self._q = np.empty((256, len(roots[0])))
+        for root in roots:
+            self.add(root, -1)
+
+    def __getitem__(self, i: int) -> FloatArray:
+        return np.asarray(self._q[i])
+
+    def add(self, q: FloatArray, parent: int) -> int:
+        if len(self.parent) == len(self._q):
+            self._q = np.concatenate((self._q, np.empty_like(self._q)))
+        self._q[len(self.parent)] = q
+        self.parent.append(parent)
+        return len(self.parent) - 1
+
+    def nearest(self, q: FloatArray) -> int:
+        gap = self._q[: len(self.parent)] - q
+        return int(np.argmin(np.einsum("ij,ij->i", gap, gap)))
+
+    def branch(self, i: int) -> list[FloatArray]:
+        """Configurations from one to its root."""
+        found = []
+        while i >= 0:
+            found.append(self[i].copy())
+            i = self.parent[i]
+        return found
+
+
+def connect(
+    space: Configurations,
+    start: FloatArray,
+    goals: Sequence[FloatArray],
+    rng: np.random.Generator,
+    step: float,
+    most: int,
+) -> FloatArray | None:
+    """Find a polyline from a configuration to one of several.
+
+    Args:
+        space: Which configurations are free.
+        start: Where it begins [rad or m], shape (d,).
+        goals: Where it may end, each of shape (d,).
+        rng: Random numbers.
+        step: Edges are sampled at this [rad or m].
+        most: Number of configurations to look at, about; then it gives up.
+
+    Returns:
+        Its corners, shape (n, d), or `None`.
+    """
+    for goal in sorted(goals, key=lambda q: float(np.linalg.norm(q - start))):
+        if space.free_edge(start, goal, step):
+            return np.stack((start, goal))
+    ends = np.stack((start, *goals))
+    lower = np.maximum(space.lower, ends.min(axis=0) - BEYOND)
+    upper = np.minimum(space.upper, ends.max(axis=0) + BEYOND)
+    here, there = _Tree([start]), _Tree(goals)
+    swapped, end = False, space.checks + most
+    while space.checks < end:
+        reached = _extended(space, here, rng.uniform(lower, upper), step)
+        if reached is not None:
+            target = here[reached]
+            other, met = _connected(space, there, target, step)
+            if met:
+                line = here.branch(reached)[::-1] + there.branch(other)[1:]
+                return np.array(line[::-1] if swapped else line)
+        if len(here.parent) > len(there.parent):
+            here, there, swapped = there, here, not swapped
+    return None
+
+
+def _extended(
+    space: Configurations, tree: _Tree, target: FloatArray, step: float, parent: int | None = None
+) -> int | None:
+    """Add a configuration towards a target, from the nearest one or a given one of a tree."""
+    near = tree.nearest(target) if parent is None else parent
+    move = target - tree[near]
+    length = float(np.linalg.norm(move))
+    q = target if length <= EXTENSION else tree[near] + move * (EXTENSION / length)
+    if space.free(q) and space.free_edge(tree[near], q, step):
+        return tree.add(q, near)
+    return None
+
+
+def _connected(
+    space: Configurations, tree: _Tree, target: FloatArray, step: float
+) -> tuple[int, bool]:
+    """Go as far towards a target as it is free: where that is, and whether it is the target."""
+    here: int | None = tree.nearest(target)
+    while here is not None:
+        last = here
+        if np.array_equal(tree[last], target):
+            return last, True
+        here = _extended(space, tree, target, step, last)
+    return last, False
+
+
+def shortened(
+    space: Configurations,
+    line: FloatArray,
+    rng: np.random.Generator,
+    step: float,
+    weights: FloatArray,
+) -> FloatArray:
+    """Shorten a polyline by straight edges between random places of it, where these are free.
+
+    Args:
+        space: Which configurations are free.
+        line: Its corners [rad or m], shape (n, d).
+        rng: Random numbers.
+        step: Edges are sampled at this [rad or m].
+        weights: Lengths are measured in joint positions times these, shape (d,).
+    """
+    points, failed = list(line), 0
+    for _ in range(SHORTCUTS):
+        if len(points) < 3 or failed > FAILURES:
+            break
+        edges = np.linalg.norm(np.diff(points, axis=0) * weights, axis=1)
+        along = np.concatenate(([0.0], np.cumsum(edges)))
+        places = np.sort(rng.uniform(0.0, along[-1], 2))
+        i, j = np.clip(np.searchsorted(along, places, side="right") - 1, 0, len(edges) - 1).tolist()
+        if i == j:
+            continue
+        start, end = (
+            points[k] + (s - along[k]) / edges[k] * (points[k + 1] - points[k])
+            for k, s in zip((i, j), places.tolist(), strict=True)
+        )
+        shorter = np.linalg.norm((end - start) * weights) < 0.999 * (places[1] - places[0])
+        if shorter and space.free_edge(start, end, step):
+            points[i + 1 : j + 1] = [start, end]
+            failed = 0
+        else:
+            failed += 1
+    return np.array(_straightened(space, points, step))
+
+
+def _straightened(space: Configurations, points: list[FloatArray], step: float) -> list[FloatArray]:
+    """Leave out corners as long as the straight edges past them are free."""
+    moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
+    points = [points[0], *(q for q, far in zip(points[1:], moved, strict=True) if far)]
+    k = 1
+    while k < len(points) - 1:
+        if space.free_edge(points[k - 1], points[k + 1], step):
+            del points[k]
+            k = max(k - 1, 1)
+        else:
+            k += 1
+    return points

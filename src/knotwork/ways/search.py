@@ -1,0 +1,315 @@
+"""`find_way`: a motion between two states that keeps every margin, proved, and as fast as found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.scene.model import CollisionModel
+from knotwork.timing.attempts import resting
+from knotwork.timing.problem import TimingLimits, TimingProblem
+from knotwork.timing.stop_to_stop import braking_move
+from knotwork.waypoints import FloatArray
+from knotwork.ways.configurations import Configurations
+from knotwork.ways.exchange import Exchange
+from knotwork.ways.proof import is_clear, not_clear
+from knotwork.ways.rrt import connect, shortened
+
+
+class Care(NamedTuple):
+    """How carefully a polyline is looked for.
+
+    Attributes:
+        step: Edges are sampled at this [rad or m].
+        extra: Clearance that samples keep beyond the margins [m].
+        checks: Number of configurations looked at before it gives up.
+    """
+
+    step: float
+    extra: float
+    checks: int
+
+
+CARES = (
+    Care(0.05, 5e-3, 20_000),
+    Care(0.025, 5e-3, 20_000),
+    Care(0.025, 1e-3, 20_000),
+    Care(0.0125, 0.0, 40_000),
+)
+"""Tried in turn until a polyline is proved clear."""
+
+SEEDS = 3
+"""Number of polylines tried with each before the next."""
+
+PIECES_AN_EDGE = 4
+FEWEST, MOST = 12, 20
+"""Pieces of the motion for each edge of the polyline, and of the whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A motion between two states that is proved clear.
+
+    Attributes:
+        curve: Joint positions over time, from time 0 on: cubic, C2.
+        line: The polyline that it was made from, shape (n, d).
+        through: The problem with the polyline's corners as waypoints.
+        resting: How long the motion lasts that rests at each corner of the polyline [s].
+        checks: Number of configurations looked at.
+    """
+
+    curve: PiecewisePolynomial
+    line: FloatArray
+    through: TimingProblem
+    resting: float
+    checks: int
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.curve.x[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class WayProblem:
+    """Two states, and what the motion between them has to keep.
+
+    Attributes:
+        timing: Two waypoints whose velocities and accelerations are known, and the limits; jerk is
+            limited.
+        goals: Solutions of the second one, the first of which `timing` has, shape (m, d); more than
+            one only where the arm is at rest there.
+        robot: Pinocchio model of the arm.
+        model: Bodies that are there, and their pairs.
+    """
+
+    timing: TimingProblem
+    goals: FloatArray
+    robot: object
+    model: CollisionModel
+
+
+class NoWayError(Exception):
+    """No way was found. That is no proof that there is none.
+
+    Attributes:
+        end: `"start"` or `"goal"` where the arm is too near to something, or can't come to rest
+            along its velocity without being so; empty where both ends are free.
+        bodies: Names of the two bodies that are too near there.
+        depth: By how much [m], or how far the joint goes beyond its limit [rad or m].
+        moving: Whether it is the motion to rest that is not clear.
+        joint: Index of the joint that goes beyond its position limit until the arm is at rest.
+        checks: Number of configurations looked at.
+    """
+
+    def __init__(
+        self,
+        end: str = "",
+        bodies: tuple[str, str] = ("", ""),
+        depth: float = 0.0,
+        moving: bool = False,
+        joint: int | None = None,
+        checks: int = 0,
+    ) -> None:
+        super().__init__()
+        self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
+        self.joint, self.checks = joint, checks
+
+
+def find_way(
+    problem: WayProblem,
+    *,
+    tries: int = 1,
+    room: float = 1e-3,
+    late: Callable[[], bool] = lambda: False,
+    found: Callable[[Way], None] = lambda way: None,
+) -> Way:
+    """Find a fast motion between two states that keeps every margin and limit, proved.
+
+    The same problem gives the same motion. More tries can only make it faster.
+
+    Args:
+        problem: The states, the limits and the bodies.
+        tries: Number of ways that are looked for; the fastest motion is taken.
+        room: Clearance beyond the margins that the motion keeps where it can [m].
+        late: Whether the time is over; then the best so far is taken, once there is one.
+        found: Called with each motion that is better than the ones before.
+
+    Raises:
+        NoWayError: None was found.
+    """
+    return _Search(problem, room, late, found).best_of(tries)
+
+
+def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
+    """A way that lasts longer than it has to, or `None` where the arm can't go so slowly.
+
+    Args:
+        problem: As for `find_way`.
+        way: The fastest.
+        duration: How long it is to last [s], no less than the fastest.
+    """
+    timing = problem.timing
+    if not timing.velocity.any() and not timing.acceleration.any():
+        slower = duration / way.duration
+        scale = slower ** -np.arange(3.0, -1.0, -1.0)
+        return PiecewisePolynomial(way.curve.c * scale[:, None, None], slower * way.curve.x)
+    rests = resting(replace(way.through, total=duration), "resting")
+    if rests is None or not_clear(problem.model, rests.found.curve):
+        return None
+    return rests.found.curve
+
+
+def to_blame(problem: WayProblem, checks: int) -> list[str]:
+    """The objects without each of which alone a way is found, by name.
+
+    Args:
+        problem: A problem for which none was found.
+        checks: Number of configurations looked at, for all objects together.
+    """
+    model, limits = problem.model, problem.timing.limits
+    names = dict.fromkeys(one.name for one in model.bodies if one.kind == "object")
+    start, *_ = problem.timing.position
+    found = []
+    for name in names:
+        others = [
+            pair
+            for pair in model.pairs
+            if name not in (model.bodies[pair.first].name, model.bodies[pair.second].name)
+        ]
+        without = replace(model, pairs=tuple(others))
+        space = Configurations(problem.robot, without, limits.lower, limits.upper)
+        goals = [q for q in problem.goals if space.free(q)]
+        rng, most = np.random.default_rng(0), checks // len(names)
+        if goals and connect(space, start, goals, rng, CARES[0].step, most) is not None:
+            found.append(name)
+    return found
+
+
+class _Search:
+    def __init__(
+        self,
+        problem: WayProblem,
+        room: float,
+        late: Callable[[], bool],
+        found: Callable[[Way], None],
+    ) -> None:
+        self.problem, self.room, self.late, self.found = problem, room, late, found
+        timing = problem.timing
+        limits = timing.limits
+        self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
+        self.start, self.goals = self._rests(limits)
+        self.care = 0
+
+    def _rests(self, limits: TimingLimits) -> tuple[FloatArray, list[FloatArray]]:
+        """Where the arm is at rest, after the start and before each goal."""
+        timing, goals = self.problem.timing, self.problem.goals
+        first, last = (
+            braking_move(sign * v, a, limits)
+            for sign, v, a in zip((1.0, -1.0), timing.velocity, timing.acceleration, strict=True)
+        )
+        start = timing.position[0]
+        self._check("start", start[None], first)
+        self._check("goal", goals, last)
+        self.ends = [q for q in goals if self.space.free(q)]
+        return start + first, [q + last for q in self.ends]
+
+    def _check(self, end: str, ends: FloatArray, move: FloatArray) -> None:
+        """Raise an error where the arm is too near to something at an end, or stopping there."""
+        free = [q for q in ends if self.space.free(q)]
+        if not free:
+            gap, bodies = self.space.worst(ends[0])
+            raise NoWayError(end, bodies, -gap)
+        rest = free[0] + move
+        if move.any() and not self.space.within_limits(rest):
+            beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
+            raise NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+        if move.any() and not is_clear(self.problem.model, np.stack((free[0], rest))):
+            gap, bodies = self.space.worst(rest)
+            raise NoWayError(end, bodies, -gap, moving=True)
+
+    def best_of(self, tries: int) -> Way:
+        best: Way | None = None
+        for seed in range(tries):
+            if best is not None:
+                self._leave_out_far_goals(best.duration)
+            if best is not None and (self.late() or not self.goals):
+                break
+            line = self._line(seed)
+            if line is None:
+                break
+            way = self._fast(line, best)
+            if way is not None and (best is None or way.duration < best.duration):
+                best = way
+                self.found(way)
+        if best is None:
+            raise NoWayError(checks=self.space.checks)
+        return best
+
+    def _leave_out_far_goals(self, duration: float) -> None:
+        """Leave out goals that no motion reaches in less than a time, however it goes."""
+        velocity = self.problem.timing.limits.velocity
+        first = self.problem.timing.position[0]
+        least = [float((np.abs(q - first) / velocity).max()) for q in self.ends]
+        near = [k for k, time in enumerate(least) if time < duration]
+        self.goals = [self.goals[k] for k in near]
+        self.ends = [self.ends[k] for k in near]
+
+    def _line(self, seed: int) -> FloatArray | None:
+        """A polyline that is proved clear."""
+        weights = 1.0 / self.problem.timing.limits.velocity
+        weights = weights / weights.mean()
+        while self.care < len(CARES):
+            step, extra, checks = CARES[self.care]
+            room = max(extra, self.room) if extra else 0.0
+            self.space.keep_away(room, (self.start, *self.goals))
+            for k in range(SEEDS):
+                rng = np.random.default_rng([seed, k])
+                line = connect(self.space, self.start, self.goals, rng, step, checks)
+                if line is None:
+                    break
+                for one in (shortened(self.space, line, rng, step, weights), line):
+                    if is_clear(self.problem.model, one):
+                        return one
+            self.care += 1
+        return None
+
+    def _fast(self, line: FloatArray, best: Way | None) -> Way | None:
+        """The fastest motion near a polyline."""
+        goal = int(np.argmin([np.abs(q - line[-1]).max() for q in self.goals]))
+        timing = self._through(line, goal)
+        rests = resting(timing, "resting")
+        if rests is None or not_clear(self.problem.model, rests.found.curve):
+            return None
+        first = rests.found.curve
+        lasting = float(first.x[-1])
+        if best is None:
+            self.found(Way(first, line, timing, lasting, self.space.checks))
+        pieces = min(max(PIECES_AN_EDGE * (len(line) - 1), FEWEST), MOST)
+        ends = self._through(line[[0, -1]], goal)
+        beat = np.inf if best is None else best.duration
+        curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late, beat)
+        return Way(curve, line, timing, lasting, self.space.checks)
+
+    def _through(self, line: FloatArray, goal: int) -> TimingProblem:
+        """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
+        timing = self.problem.timing
+        n, d = line.shape
+        position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
+        position[0], position[-1] = timing.position[0], self.ends[goal]
+        velocity[[0, -1]], acceleration[[0, -1]] = timing.velocity, timing.acceleration
+        return replace(
+            timing,
+            position=position,
+            velocity=velocity,
+            acceleration=acceleration,
+            names=(),
+            along=np.zeros(n, dtype=bool),
+            most=np.full(n, np.inf),
+            duration=np.full(n - 1, np.nan),
+            at_least=np.zeros(n - 1),
+        )

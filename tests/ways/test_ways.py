@@ -1,0 +1,315 @@
+"""Motions that find their own way: clear, fast, and like any other motion afterwards."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from command_line import Command
+from judged import judged
+from knotwork.errors import InputError, NoWayFoundError
+from knotwork.scene.building import robot_collision_model
+from knotwork.ways.configurations import Configurations
+
+DOWN, FRONT = [180, 0, 0], [0, 90, 0]
+
+
+def box(size: list[float], position: list[float]) -> dict[str, Any]:
+    return {"box": size, "position": position}
+
+
+WALL = {"wall": box([500, 30, 400], [450, 0, 190]), "beam": box([500, 30, 300], [450, 0, 850])}
+
+
+def past(objects: dict[str, Any] | None = None, *others: Any, **keys: Any) -> dict[str, Any]:
+    """A UR5 from one side of a wall to the other, or through other objects."""
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "tool": {
+            "offset": {"position": [0, 0, 120]},
+            "shape": {"cylinder": {"radius": 20, "length": 120}, "position": [0, 0, 60]},
+        },
+        "limits": {"acceleration": 460, "jerk": 11500},
+        "scene": {"margin": 5, "objects": WALL if objects is None else objects},
+        "waypoints": [
+            {"name": "here", "pose": {"position": [450, -250, 100], "rpy": DOWN}, "stop": True},
+            {
+                "name": "there",
+                "pose": {"position": [450, 250, 100], "rpy": DOWN},
+                "stop": True,
+                "way": "clear",
+            },
+            *others,
+        ],
+        **keys,
+    }
+
+
+def planned(given: dict[str, Any]) -> kw.Plan:
+    """A plan that passes its check and the judge."""
+    made = kw.plan(given)
+    made.report.raise_if_failed()
+    assert judged(made, copy.deepcopy(given)) == []
+    return made
+
+
+def without_way(given: dict[str, Any], seconds: float) -> dict[str, Any]:
+    plain = copy.deepcopy(given)
+    del plain["waypoints"][1]["way"]
+    plain["waypoints"][1]["after"] = seconds
+    return plain
+
+
+def test_the_motion_leads_past_the_wall_where_the_direct_one_collides() -> None:
+    made = planned(past())
+    direct = kw.plan(without_way(past(), made.trajectory.duration))
+    assert not direct.report.ok
+    assert made.chosen is not None
+    assert made.chosen.lower_bound <= made.trajectory.duration < 1.0
+
+
+def test_the_same_task_gives_the_same_motion() -> None:
+    one, other = (kw.plan(past()).trajectory for _ in range(2))
+    assert one.polynomial.c.tobytes() == other.polynomial.c.tobytes()
+
+
+def test_a_frozen_way_gives_the_same_motion(tmp_path: Path) -> None:
+    made = kw.plan(past())
+    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
+    assert again.report.ok
+    assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
+    assert "way:" not in (tmp_path / "frozen.yaml").read_text()
+
+
+def test_ways_of_the_file_are_ways_at_every_waypoint() -> None:
+    given = past(ways="clear")
+    del given["waypoints"][1]["way"]
+    assert planned(given).trajectory.duration == kw.plan(past()).trajectory.duration
+
+
+def test_several_ways_in_a_row_end_where_the_next_one_begins() -> None:
+    back = {
+        "name": "back",
+        "pose": {"position": [450, -250, 150], "rpy": DOWN},
+        "stop": True,
+        "way": {"clear": True, "tries": 1},
+    }
+    made = planned(past(None, back))
+    assert made.report.ok
+    assert len(made.scenario.waypoints) == 3
+
+
+def test_a_way_may_take_a_given_time() -> None:
+    given = past()
+    given["waypoints"][1]["after"] = 2
+    assert planned(given).trajectory.duration == pytest.approx(2, abs=1e-12)
+
+
+def test_a_way_may_take_a_least_time() -> None:
+    given = past()
+    given["waypoints"][1]["after"] = {"fastest": True, "at_least": 1.5}
+    assert planned(given).trajectory.duration == pytest.approx(1.5, abs=1e-12)
+
+
+def test_a_time_that_is_too_short_is_refused() -> None:
+    given = past()
+    given["waypoints"][1]["after"] = 0.72  # enough without a wall
+    with pytest.raises(InputError, match="shorter than the fastest way found"):
+        kw.plan(given)
+
+
+MOVING = {"linear": [0, 0, 100]}
+
+
+def test_velocities_at_both_ends_are_kept() -> None:
+    given = past()
+    given["waypoints"][0] |= {"velocity": MOVING}
+    given["waypoints"][1] |= {"velocity": {"linear": [0, 0, -100]}}
+    del given["waypoints"][0]["stop"], given["waypoints"][1]["stop"]
+    made = planned(given)
+    for time, z in ((0.0, 0.1), (made.trajectory.end_time, -0.1)):
+        q, v = made.trajectory.position(time), made.trajectory.velocity(time)
+        twist = made.space.robot.twist(q, v)
+        assert np.abs(twist.linear - [0, 0, z]).max() < 1e-9
+        assert np.abs(twist.angular).max() < 1e-9
+
+
+def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
+    along = {
+        "name": "along",
+        "pose": {"position": [450, -250, 200]},
+        "along": "line",
+        "speed": 50,
+    }
+    given = past()
+    given["waypoints"].insert(1, along)
+    made = planned(given)
+    end = made.scenario.times[1]
+    q, v = made.trajectory.position(end), made.trajectory.velocity(end)
+    assert np.linalg.norm(made.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
+
+
+def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
+    given = past()
+    given["limits"] = {**given["limits"], "tool_speed": 800}
+    assert planned(given).trajectory.duration > kw.plan(past()).trajectory.duration
+
+
+def test_limits_of_torque_are_kept() -> None:
+    given = past()
+    given["limits"] = {**given["limits"], "effort": {"shoulder_lift_joint": 60}}
+    assert planned(given).trajectory.duration >= kw.plan(past()).trajectory.duration
+
+
+def test_what_the_arm_holds_keeps_clear_too() -> None:
+    given = past()
+    given["tool"]["holds"] = {
+        "bar": {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
+    }
+    assert planned(given).trajectory.duration > kw.plan(past()).trajectory.duration
+
+
+def test_an_object_that_is_left_stands_in_the_next_way() -> None:
+    """The bar left across the gap is in the way back, which leads past it."""
+    given = past(
+        {},
+        {
+            "name": "up",
+            "pose": {"position": [450, 250, 260], "rpy": DOWN},
+            "stop": True,
+            "after": 1,
+        },
+        {
+            "name": "back",
+            "pose": {"position": [450, 250, 60], "rpy": DOWN},
+            "stop": True,
+            "way": "clear",
+        },
+    )
+    given["tool"]["holds"] = {
+        "bar": {"from": "here", "to": "there", "box": [200, 30, 30], "position": [0, 0, 16]}
+    }
+    with pytest.raises(NoWayFoundError) as caught:
+        kw.plan(given)
+    assert caught.value.end == "goal"
+    assert "bar" in caught.value.names
+
+
+def test_room_beyond_the_margin_is_kept_where_it_can_be() -> None:
+    given = past()
+    given["waypoints"][1]["way"] = {"clear": True, "room": 15}
+    least = [
+        min(
+            one.margin
+            for one in made.report.findings
+            if one.quantity == "clearance" and one.margin is not None
+        )
+        for made in (planned(past()), planned(given))
+    ]
+    assert least[1] > least[0]
+
+
+CLOSED = {
+    "right": box([2000, 30, 3000], [1100, 0, 1000]),
+    "left": box([2000, 30, 3000], [-1100, 0, 1000]),
+}
+
+
+def test_where_no_way_is_found_the_objects_to_blame_are_named() -> None:
+    crate = {"crate": box([100, 100, 100], [-400, 400, 50])}
+    with pytest.raises(NoWayFoundError, match="this is no proof that there is none") as caught:
+        kw.plan(past(crate | CLOSED))
+    assert set(caught.value.names) == {"right", "left"} or "right" in caught.value.names
+    assert "crate" not in caught.value.names
+    assert "waypoints[1]" in str(caught.value)
+
+
+def test_an_end_in_something_names_the_pair_and_the_depth() -> None:
+    block = {"block": box([100, 100, 100], [450, 250, 130])}
+    with pytest.raises(NoWayFoundError) as caught:
+        kw.plan(past(block))
+    assert caught.value.end == "goal"
+    assert "block" in caught.value.names
+    assert caught.value.depth > 0.02
+    assert " mm within the margin of " in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"way": {"clear": True, "tries": 0}}, "must be at least 1"),
+        ({"way": {"clear": True, "room": 0}}, "room"),
+        ({"way": "free"}, "clear"),
+        ({"along": "line", "speed": 50}, "follows a tool path"),
+    ],
+)
+def test_a_wrong_way_is_refused_with_its_place(change: dict[str, Any], said: str) -> None:
+    given = past()
+    given["waypoints"][1] |= change
+    if "along" in change:
+        del given["waypoints"][1]["stop"]
+    with pytest.raises(InputError, match=said) as caught:
+        kw.plan(given)
+    assert "waypoints[1]" in str(caught.value)
+
+
+def test_a_way_to_the_first_waypoint_is_refused() -> None:
+    given = past()
+    given["waypoints"][0]["way"] = "clear"
+    with pytest.raises(InputError, match=r"waypoints\[0\]\.way: the first waypoint"):
+        kw.plan(given)
+
+
+def test_a_way_needs_a_robot() -> None:
+    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "way": "clear"}]
+    with pytest.raises(InputError, match="needs a robot"):
+        kw.plan({"limits": {"acceleration": 4}, "waypoints": ends})
+
+
+def test_a_velocity_that_is_chosen_is_refused_at_an_end_of_a_way() -> None:
+    last = {"name": "on", "pose": {"position": [450, 300, 150], "rpy": DOWN}, "after": "fastest"}
+    given = past(None, last)
+    given["waypoints"][1] |= {"velocity": "free"}
+    del given["waypoints"][1]["stop"]
+    with pytest.raises(InputError, match="a way begins or ends here"):
+        kw.plan(given)
+
+
+def test_a_short_budget_gives_a_motion_that_is_proved() -> None:
+    made = kw.plan(past(), budget=1e-3)
+    made.report.raise_if_failed()
+    assert made.chosen is not None
+    assert made.chosen.duration >= kw.plan(past()).trajectory.duration
+
+
+def test_the_command_line_plans_a_way_and_freezes_it(tmp_path: Path, knotwork: Command) -> None:
+    kw.Task(**past()).save(tmp_path / "wall.yaml")
+    frozen = tmp_path / "frozen.yaml"
+    assert knotwork("plan", str(tmp_path / "wall.yaml"), "--freeze", str(frozen)).code == 0
+    assert knotwork("plan", str(frozen)).code == 0
+
+
+def test_gaps_change_with_the_joints_as_finite_differences_say() -> None:
+    robot = kw.load_robot("panda")
+    limits = robot.lower_position_limit, robot.upper_position_limit
+    space = Configurations(robot.model, robot_collision_model(robot), *limits)
+    rng, step, compared = np.random.default_rng(5), 1e-5, 0
+    for _ in range(20):
+        q = rng.uniform(*limits)
+        gaps = space.gaps(q)
+        order = np.argsort(gaps, kind="stable")[:3]
+        near = space.near(q, np.inf, 3)
+        moves = np.eye(robot.dof) * step
+        ahead, behind = (np.array([space.gaps(q + s * m)[order] for m in moves]) for s in (1, -1))
+        for k, one in enumerate(near):
+            slope, bend = (ahead - behind)[:, k] / (2 * step), (ahead + behind)[:, k] - 2 * one.gap
+            if one.gap > 1e-3 and np.abs(bend).max() < 1e-8:  # else the nearest points jump
+                assert np.abs(one.gradient - slope).max() < 1e-3
+                compared += 1
+    assert compared > 20
