@@ -9,6 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from knotwork.errors import InputError
+from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.task_to_joint import Step, TaskSolution
 from knotwork.verification.collisions import (
     MARGIN_PRECISION,
@@ -16,7 +17,8 @@ from knotwork.verification.collisions import (
     least_margin,
     motion_finding,
 )
-from knotwork.verification.finding import TRIED
+from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.motion import AT_WAYPOINT
 
 PlanT = TypeVar("PlanT", bound=Any)
 """A plan, of which scenario, space, trajectory, report and solution are looked at."""
@@ -45,7 +47,7 @@ def best_of_sequences(
     Where the motion of a sequence collides between two waypoints, the solutions that it has at both
     are not taken together again, and the next best sequence is planned, as long as one may be
     feasible and clear. If all of them collide, the one with the fewest colliding pairs is given,
-    and its report says how many were tried.
+    and its report says how many were tried, and which motions could find their way.
 
     Where the scenario prefers clearance, a few more are planned then, each without the solutions
     between which the one before comes nearest to something, and the one whose whole motion keeps
@@ -64,8 +66,15 @@ def best_of_sequences(
     ):
         current = other
         best = min(best, current, key=_worth)
-    if sequences.tried > 1 or (failed and sequences.late):
-        best = replace(_with_collision_note(best, sequences), sequences=sequences.tried)
+    if sequences.tried > 1 and not failed_pairs(best.report.findings):
+        best = _with_finding(
+            best,
+            "the motion of the best sequence of solutions collides; of "
+            f"{sequences.tried} sequences tried this is the first that does not",
+        )
+    elif told := "; ".join(filter(None, (_proposed_ways(best), sequences.in_vain(failed)))):
+        best = _with_finding(best, told, TRIED)
+    best = replace(best, sequences=sequences.tried)
     if current.scenario.prefers_clearance and not failed:
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
         return _with_most_room(best, current, sequences)
@@ -119,6 +128,20 @@ class _Sequences(Generic[PlanT]):
         self.tried += not self.late
         return made
 
+    def in_vain(self, failed: Sequence[Finding]) -> str:
+        """How many were tried that all collide, in words; empty where no other one was looked for.
+
+        Args:
+            failed: What fails of the last one.
+        """
+        late = " when the budget ended" if self.late else ""
+        if self.tried > 1:
+            return (
+                f"tried: {self.tried} sequences of solutions{late}, all of which collide; this one "
+                "has the fewest colliding pairs"
+            )
+        return f"tried: one sequence of solutions{late}, which collides" if failed and late else ""
+
 
 def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
     """Of a plan that is clear, and the next best ones, the one with the most clearance."""
@@ -158,23 +181,28 @@ def _worth(plan: Any) -> tuple[int, int]:
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _with_collision_note(plan: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
-    """The plan that says how many sequences were tried because the best one collides."""
-    tried = sequences.tried
-    if not failed_pairs(plan.report.findings):
-        return _with_finding(
-            plan,
-            f"the motion of the best sequence of solutions collides; of {tried} sequences tried "
-            "this is the first that does not",
-        )
-    late = " when the budget ended" if sequences.late else ""
-    text = (
-        f"{tried} sequences of solutions{late}, all of which collide; this one has the fewest "
-        "colliding pairs"
-        if tried > 1
-        else f"one sequence of solutions{late}, which collides"
-    )
-    return _with_finding(plan, f"tried: {text}", TRIED)
+def _proposed_ways(plan: Any) -> str:
+    """Which motions collide that could find their way, in words; empty where none could.
+
+    These lie between two waypoints that collide with nothing, and are no tool path.
+    """
+    scenario = plan.scenario
+    asked = scenario if plan.chosen is None else plan.chosen.asked
+    planner, _ = planner_and_rule(asked.planner)
+    if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
+        return ""
+    fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
+    fixed |= set(plan.space.waits) | {end - 1 for end in (asked.free.ways if asked.free else ())}
+    hit: set[int] = set()
+    for start, end in (span for one in failed_pairs(plan.report.findings) for span in one.spans):
+        first, last = np.searchsorted(scenario.times, (start - AT_WAYPOINT, end + AT_WAYPOINT))
+        hit.add(int(first) - 1)
+        fixed.update(range(int(first) - 1, int(last)) if last > first else ())
+    ends = [repr(scenario.waypoints[i + 1].name) for i in sorted(hit - fixed)]
+    if not ends:
+        return ""
+    motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
+    return f"way: clear at {' and '.join(ends)} lets {motions} (not tried)"
 
 
 def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:

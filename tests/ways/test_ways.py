@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from pathlib import Path
 from typing import Any
 
@@ -117,11 +118,19 @@ def test_a_way_may_take_a_least_time() -> None:
     assert planned(given).trajectory.duration == pytest.approx(1.5, abs=1e-12)
 
 
-def test_a_time_that_is_too_short_is_refused() -> None:
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (0.72, "shorter than the fastest way found"),  # enough without a wall
+        (0.5, "without a time, the motion finds its way"),
+    ],
+)
+def test_a_time_that_is_too_short_is_refused(seconds: float, said: str) -> None:
     given = past()
-    given["waypoints"][1]["after"] = 0.72  # enough without a wall
-    with pytest.raises(InputError, match="shorter than the fastest way found"):
+    given["waypoints"][1]["after"] = seconds
+    with pytest.raises(InputError, match=said) as caught:
         kw.plan(given)
+    assert "there is a motion that rests" not in str(caught.value)
 
 
 MOVING = {"linear": [0, 0, 100]}
@@ -237,7 +246,49 @@ def test_an_end_in_something_names_the_pair_and_the_depth() -> None:
     assert caught.value.end == "goal"
     assert "block" in caught.value.names
     assert caught.value.depth > 0.02
-    assert " mm within the margin of " in str(caught.value)
+    assert " mm too near to " in str(caught.value)
+
+
+OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
+    ("shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"), -90
+)
+
+
+@pytest.mark.parametrize(
+    ("place", "change", "said"),
+    [
+        ((), {"scene": {"margin": 200, "objects": WALL}}, "waypoints[0]: no way from 'here'"),
+        ((1,), {"joints": OUTSIDE}, "waypoints[1]: waypoint 'there': joint 'shoulder_pan_joint'"),
+        ((1,), {"way": {"clear": True, "tries": 0}}, "waypoints[1].way.tries: 0: must be at least"),
+        ((1,), {"after": 0.1}, "waypoints[1]: from 'here' to 'there' 0.1 s are given"),
+        (
+            (),
+            {"scene": {"objects": {"block": box([100, 100, 100], [450, -250, 130])}}},
+            "waypoints[0]: no way from 'here' to 'there': at 'here', tool comes 70 mm too near to "
+            "block; accepted: another pose",
+        ),
+    ],
+)
+def test_a_way_that_can_not_be_is_an_error_of_the_command_line(
+    place: tuple[int, ...], change: dict[str, Any], said: str, tmp_path: Path, knotwork: Command
+) -> None:
+    given = past()
+    part = given["waypoints"][place[0]] if place else given
+    if "joints" in change:
+        del part["pose"], part["stop"]
+    part |= change
+    file = tmp_path / "task.json"
+    file.write_text(json.dumps(given), encoding="utf-8")
+    ran = knotwork("plan", file)
+    assert ran.code == 2
+    assert f"{file}: line " in ran.err
+    assert said in ran.err
+
+
+def test_no_budget_at_all_is_refused(knotwork: Command) -> None:
+    ran = knotwork("plan", "ur5_wall", "--budget", 0)
+    assert ran.code == 2
+    assert "'0' is not accepted; give a positive time" in ran.err
 
 
 @pytest.mark.parametrize(

@@ -244,8 +244,7 @@ def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) 
     errors += waypoints_near_tool_speed(task)
     for one in segments:
         if not unknown & {one.waypoints[0], one.waypoints[-1]}:
-            errors += located_in_segment(
-                impossible(timing_problem(task, one, Objective())), task, one
-            )
+            problem = timing_problem(task, one, Objective())
+            errors += located_in_segment(impossible(problem, direct=one.way is None), task, one)
     if errors:
         raise together(errors)

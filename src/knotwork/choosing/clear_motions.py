@@ -75,6 +75,13 @@ def clear_motion(
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
+    return _timed(way, curve, problem, watch.now() - begun)
+
+
+def _timed(
+    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, seconds: float
+) -> TimedMotion:
+    """The motion along a way, found in some seconds, as that of any other segment."""
     time = np.array([0.0, float(curve.x[-1])])
     return TimedMotion(
         JointTrajectory(
@@ -91,7 +98,7 @@ def clear_motion(
         status="resting" if way.duration >= way.resting else "optimal",
         binding=binding_limits(problem, time, curve),
         objective=terms(problem, curve),
-        seconds=watch.now() - begun,
+        seconds=seconds,
         line=way.line,
     )
 
@@ -147,7 +154,7 @@ def _slowed(
 
 
 def _check_velocities(task: FreeTask, segment: Segment, problem: TimingProblem) -> None:
-    """Refuse a velocity at an end of a way that is to be chosen, or positions beyond limits."""
+    """Refuse a velocity at an end of a way that is to be chosen."""
     for place, i in enumerate(segment.waypoints):
         if not problem.velocity_known[place]:
             raise task.located(
@@ -161,33 +168,36 @@ def _check_velocities(task: FreeTask, segment: Segment, problem: TimingProblem) 
 
 def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment) -> InputError:
     """The error for a way that was not found, at the waypoint where the fault is."""
-    text = task.scenario.units.text
+    names = [task.scenario.waypoints[i].name for i in segment.waypoints]
     start, goal = segment.waypoints
-    where = "where the way begins" if none.end == "start" else "where it ends"
+    message = f"no way from {names[0]!r} to {names[1]!r}"
+    if not none.end:
+        blamed = to_blame(wanted, BLAMED_CHECKS)
+        message += (
+            f" was found among {none.checks} configurations; this is no proof that there is none"
+        )
+        if blamed:
+            message += f". There is one without {' and one without '.join(map(repr, blamed))}"
+        message += "; accepted: more space, a waypoint in between, or a smaller scene.margin"
+        return task.located(NoWayFoundError(message, names=tuple(blamed)), goal)
     depth, unit = none.depth, "m"
     if none.joint is not None:
         joint, unit = task.space.joint_names[none.joint], task.space.joint_units[none.joint]
-        message = (
-            f"with the velocity {where} {joint} goes {text(depth, unit)} beyond its position limit "
-            "until the arm is at rest; give a lower velocity, or a stop"
+    much = task.scenario.units.text(depth, unit, ".4g")
+    at_start = none.end == "start"
+    stopping = "stopping after" if at_start else "coming from rest to"
+    where = f"{stopping if none.moving or none.joint is not None else 'at'} {names[not at_start]!r}"
+    if none.joint is not None:
+        message += (
+            f": {where}, {joint} goes {much} beyond its position limit; accepted: a lower velocity "
+            "there, or a stop"
         )
-    elif none.end:
-        first, second = none.bodies
-        coming = ", when the arm has come to rest from the velocity there" if none.moving else ""
-        message = (
-            f"no way: {where}{coming}, {second} is {text(depth, unit)} within the margin of {first}"
-            "; move one of them, or give a smaller margin"
-        )
-        message += " or a lower velocity" if none.moving else ""
     else:
-        blamed = to_blame(wanted, BLAMED_CHECKS)
-        message = (
-            f"no way found from {task.scenario.waypoints[start].name!r}, after {none.checks} "
-            "configurations were looked at; this is no proof that there is none"
+        first, second = none.bodies
+        message += (
+            f": {where}, {second} comes {much} too near to {first}; accepted: "
+            f"{'a lower velocity or ' if none.moving else ''}another pose there, a smaller "
+            "scene.margin, or objects elsewhere"
         )
-        if blamed:
-            message += f". There is one without {' and one without '.join(blamed)}"
-        message += "; give more tries, a waypoint on the way, or more space"
-        return task.located(NoWayFoundError(message, names=tuple(blamed)), goal)
     error = NoWayFoundError(message, end=none.end, names=none.bodies, depth=none.depth)
-    return task.located(error, start if none.end == "start" else goal)
+    return task.located(error, start if at_start else goal)

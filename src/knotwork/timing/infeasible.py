@@ -34,8 +34,14 @@ SPARE = 1e-4
 NOTHING = "no motion was found that keeps all limits"
 
 
-def impossible(problem: TimingProblem) -> list[TimingError]:
-    """An error for each thing that is given and that no motion within the limits has."""
+def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
+    """An error for each thing that is given and that no motion within the limits has.
+
+    Args:
+        problem: The task.
+        direct: The motion may lead straight through its waypoints; else no longer duration is known
+            to suffice where one is too short.
+    """
     outside, faults = list(_outside(problem)), _faults(problem)
     errors = sorted([*outside, *faults.values()], key=lambda one: one.waypoint or 0)
     errors = _overloads(problem, certain=True) + errors
@@ -46,7 +52,7 @@ def impossible(problem: TimingProblem) -> list[TimingError]:
         changed: Any = np.array(getattr(problem, name))
         changed[i] *= _part(one) * (1.0 - ROUNDING)
         problem = replace(problem, **{name: changed})
-    return errors + (list(_unlimited(problem)) or list(_impossible_durations(problem)))
+    return errors + (list(_unlimited(problem)) or list(_impossible_durations(problem, direct)))
 
 
 def unsolved(problem: TimingProblem) -> list[TimingError]:
@@ -208,7 +214,7 @@ def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
         )
 
 
-def _impossible_durations(problem: TimingProblem) -> Iterator[TimingError]:
+def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
     """Durations that are too short, that no joint can wait for, or that have no least value."""
     least = least_durations(problem)
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
@@ -239,7 +245,7 @@ def _impossible_durations(problem: TimingProblem) -> Iterator[TimingError]:
     for i in np.flatnonzero(~problem.free).tolist():
         wrong[i] |= bool(_no_wait(problem, i))
     if wrong.any():
-        yield from _given_durations(problem, wrong, "")
+        yield from _given_durations(problem, wrong, "", direct=direct)
 
 
 def _no_wait(problem: TimingProblem, i: int) -> str:
@@ -264,13 +270,16 @@ def _resting_durations(problem: TimingProblem) -> FloatArray:
     return np.diff(rest.found.knots.time)
 
 
-def _given_durations(problem: TimingProblem, wrong: BoolArray, what: str) -> list[TimingError]:
+def _given_durations(
+    problem: TimingProblem, wrong: BoolArray, what: str, *, direct: bool = True
+) -> list[TimingError]:
     """Errors for given durations, with those in which the arm can come to rest.
 
     Args:
         problem: The task.
         wrong: Which they are.
         what: What was found of them, in words.
+        direct: As for `impossible`.
     """
     takes, least = _resting_durations(problem), least_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
@@ -281,7 +290,9 @@ def _given_durations(problem: TimingProblem, wrong: BoolArray, what: str) -> lis
             f"under the limits of velocity and acceleration {slowest(problem, i)} takes more "
             f"than {rounded_up(bound):.6g} s"
         )
-        if np.isfinite(takes[i]):
+        if not direct:
+            reason += "; without a time, the motion finds its way in the least that it needs"
+        elif np.isfinite(takes[i]):
             bound = with_room(float(takes[i]))
             reason += f"; with {bound:.6g} s{together} there is a motion that rests"
         errors.append(

@@ -42,6 +42,9 @@ CARES = (
 )
 """Tried in turn until a polyline is proved clear."""
 
+PAIRS = 220
+"""With more pairs of solids, fewer configurations are looked at, in the same time."""
+
 SEEDS = 3
 """Number of polylines tried with each before the next."""
 
@@ -184,10 +187,15 @@ def to_blame(problem: WayProblem, checks: int) -> list[str]:
         without = replace(model, pairs=tuple(others))
         space = Configurations(problem.robot, without, limits.lower, limits.upper)
         goals = [q for q in problem.goals if space.free(q)]
-        rng, most = np.random.default_rng(0), checks // len(names)
+        rng, most = np.random.default_rng(0), _affordable(checks, space) // len(names)
         if goals and connect(space, start, goals, rng, CARES[0].step, most) is not None:
             found.append(name)
     return found
+
+
+def _affordable(checks: int, space: Configurations) -> int:
+    """How many configurations are looked at, of a number that few pairs allow."""
+    return checks * PAIRS // max(PAIRS, len(space.bodies))
 
 
 class _Search:
@@ -269,7 +277,8 @@ class _Search:
             self.space.keep_away(room, (self.start, *self.goals))
             for k in range(SEEDS):
                 rng = np.random.default_rng([seed, k])
-                line = connect(self.space, self.start, self.goals, rng, step, checks)
+                most = _affordable(checks, self.space)
+                line = connect(self.space, self.start, self.goals, rng, step, most)
                 if line is None:
                     break
                 for one in (shortened(self.space, line, rng, step, weights), line):

@@ -1,0 +1,94 @@
+"""What a report proposes where a motion collides that could find its own way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import knotwork as kw
+from command_line import Command
+
+DOWN = [180, 0, 0]
+ONE = "way: clear at 'there' lets the motion find its way (not tried)"
+
+
+def at(name: str, y: float, **more: Any) -> dict[str, Any]:
+    pose = {"position": [450, y, 100], "rpy": DOWN}
+    return {"name": name, "pose": pose, "stop": True, **more}
+
+
+def across(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """The tool of a UR5 goes through a wall, to 'there' and wherever else."""
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "limits": {"acceleration": 460, "jerk": 11500},
+        "tool": {
+            "offset": {"position": [0, 0, 120]},
+            "shape": {"cylinder": {"radius": 20, "length": 120}, "position": [0, 0, 60]},
+        },
+        "scene": {
+            "objects": {
+                "wall": {"box": [500, 30, 400], "position": [450, 0, 190]},
+                "beam": {"box": [500, 30, 300], "position": [450, 0, 850]},
+            }
+        },
+        "waypoints": [at("here", -250), at("there", 250, after=3), *others],
+        **more,
+    }
+
+
+def told(given: dict[str, Any], **options: Any) -> list[str]:
+    report = kw.plan(given, **options).report
+    assert not report.ok
+    return [str(one) for one in report.tried]
+
+
+@pytest.mark.parametrize("more", [{"branch": "fixed"}, {}, {"times": "fastest"}])
+def test_a_motion_that_collides_between_two_waypoints_is_told_of_ways(more: dict[str, Any]) -> None:
+    given = across(**more)
+    if "times" in more:
+        del given["waypoints"][1]["after"]
+    (line,) = told(given)
+    assert line.startswith(ONE)
+    given["waypoints"][1] |= {"way": "clear"}
+    given["waypoints"][1].pop("after", None)
+    assert kw.plan(given).report.ok
+
+
+def test_all_motions_concerned_are_in_one_line() -> None:
+    (line,) = told(across(at("back", -250, after=3), at("still", -250, after=1)))
+    assert "way: clear at 'there' and 'back' lets these motions find their way (not tried)" in line
+
+
+def test_nothing_is_proposed_where_a_waypoint_collides_itself() -> None:
+    given = across()
+    given["scene"]["objects"]["wall"]["box"][1] = 500
+    assert not any("way: clear" in line for line in told(given))
+
+
+def test_nothing_is_proposed_to_a_planner_that_takes_no_way() -> None:
+    assert not any("way: clear" in line for line in told(across(), planner="quintic"))
+
+
+def test_only_plans_propose_ways(tmp_path: Path, knotwork: Command) -> None:
+    """A motion from elsewhere does not come from the scenario that would have the way."""
+    file = tmp_path / "across.yaml"
+    kw.Task(**across()).save(file)
+    planned = knotwork("plan", file, "--out", tmp_path / "out")
+    assert planned.code == 1
+    assert ONE in " ".join(planned.out.split())
+    checked = knotwork("check", tmp_path / "out", "--scenario", file)
+    assert checked.code == 1
+    assert "way: clear" not in checked.out
+
+
+def test_what_can_be_found_is_not_proposed_again() -> None:
+    """The way is clear, the motion that follows is not."""
+    back = at("back", -250, after=3)
+    given = across(back, branch="fixed")
+    given["waypoints"][1]["way"] = "clear"
+    (line,) = told(given)
+    assert "way: clear at 'back' lets the motion find its way (not tried)" in line
