@@ -21,6 +21,7 @@ import planner_tables
 import results
 import speed
 import timing
+import ways
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -75,6 +76,13 @@ def timing_benchmarks() -> dict[str, Any]:
     return {"tasks": data["tasks"], **tables}
 
 
+def ways_benchmarks() -> dict[str, Any]:
+    """What the page on ways round obstacles shows."""
+    data = results.load("ways")
+    names = ("solved", "durations", "times", "judged")
+    return {"f": ways.figures(data), **dict(zip(names, ways.tables(data), strict=True))}
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "planners": planners,
     "planner_benchmarks": planners,
@@ -83,6 +91,7 @@ PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "timing_benchmarks": timing_benchmarks,
     "collision_benchmarks": collision_benchmarks,
     "speed_benchmarks": speed_benchmarks,
+    "ways_benchmarks": ways_benchmarks,
 }
 
 

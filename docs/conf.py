@@ -91,7 +91,8 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
     (r"py:.*", r"(knotwork\.robot\.description\.)?Description"),
     (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
-    (r"py:.*", r"EndAcceleration"),
+    (r"py:.*", r"EndAcceleration|Status"),
+    (r"py:.*", r"(knotwork\.robot\.joint_tree\.)?JointTree"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
     # Arrays of NumPy under shorter names.
     (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),

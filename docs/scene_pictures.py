@@ -31,7 +31,14 @@ SMALL = (560, 332)
 MOVING = (800, 475)
 FRAMES = 66
 # Of the duration, where the tool would hide behind its part.
-MOMENTS = {"ur10_weld": 0.12}
+MOMENTS = {"ur10_weld": 0.12, "ur5_machine_door": 0.34, "panda_bookshelf": 0.95}
+# The camera turns about the scene by this [rad], where something hides the arm from the front.
+TURNS = {"panda_bookshelf": 2.4}
+TURN = """angle => {
+    const {camera, controls} = window.viewer;
+    camera.position.sub(controls.target).applyAxisAngle(camera.up, angle).add(controls.target);
+    controls.update();
+}"""
 CONTROLS = ".dg, #bar, #shown, #joints { display: none !important; }"
 WORDS = "#head, #legend, #labels, #leaders { display: none !important; }"
 
@@ -102,6 +109,7 @@ def draw_gallery(tab: Any, names: list[str]) -> None:
             _keep(_drawn(plan), name)
             continue
         with scene(tab, plan, CONTROLS + WORDS) as taken:
+            tab.evaluate(TURN, TURNS.get(name, 0.0))
             start, end = plan.trajectory.start_time, plan.trajectory.end_time
             _keep(taken(start + MOMENTS.get(name, 0.72) * (end - start)), name)
     for name in kw.robot_names():

@@ -38,6 +38,7 @@ TITLES = {
     "JointWaypoint": "A waypoint by joints",
     "Fastest": "after: fastest",
     "AtMost": "speed: at_most",
+    "ClearWay": "way: clear",
     "Pose": "pose",
     "Placement": "offset",
     "Euler": "euler",

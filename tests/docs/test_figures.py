@@ -137,7 +137,40 @@ def test_the_deburring_ur5_is_as_the_page_says() -> None:
     assert f"{lower:.0f} % lower and its peak jerk {times:.1f} times that of" in page
 
 
-SAVING = ["collision", "ik", "paths", "planners", "speed", "sweep", "timing"]
+def test_the_page_on_ways_counts_what_was_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    def motion(duration: float, collides: bool, acceleration: float) -> dict[str, Any]:
+        return {"duration": duration, "collides": collides, "acceleration": acceleration}
+
+    took = {"seconds": 1.5, "first": 0.25, "ok": True, "line": 2.5, "curve": 1.6}
+    rows = [
+        {"kind": "box", "number": 1, **took}
+        | {"knotwork": motion(1.5, False, 1.0), "roboplan": motion(3.0, True, 6.2)},
+        {"kind": "box", "number": 2, **took}
+        | {"knotwork": motion(2.0, False, 1.0), "roboplan": None},
+        {"kind": "cage", "number": 1, "knotwork": None, "roboplan": motion(2.0, False, 1.0)}
+        | {"error": "joint 'panda_joint4' stands at 0 rad, outside its limits"},
+        {"kind": "cage", "number": 2, "error": "no way", "knotwork": None, "roboplan": None},
+    ]
+    solved, durations, times, judged = importlib.import_module("ways").tables({"rows": rows})
+    assert solved.rows == [
+        ["box", "2", "0", "2 of 2"],
+        ["cage", "2", "1", "0 of 1"],
+        ["all", "4", "1", "2 of 3"],
+    ]
+    assert durations.rows[-1] == ["all", "1.50", "3.00", "0.50", "0.70 / 0.80", "1.09 / 1.25"]
+    assert durations.rows[1] == ["cage", "–", "–", "–", "–", "–"]
+    assert times.rows[-1] == ["all", "0.25 / 0.25", "1.50 / 1.50"]
+    assert judged.rows == [
+        ["Knotwork", "2", "0", "0", "–"],
+        ["roboplan", "2", "1", "1", "6.20"],
+    ]
+    monkeypatch.setattr("results.load", lambda name: {"rows": rows})
+    assert "2 of 3 problems are solved" in importlib.import_module("pages").render(
+        "ways_benchmarks"
+    )
+
+
+SAVING = ["collision", "ik", "paths", "planners", "speed", "sweep", "timing", "ways"]
 
 
 @pytest.mark.parametrize("name", SAVING)
