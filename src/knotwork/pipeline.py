@@ -68,12 +68,9 @@ class Plan:
     chosen: ChosenTimes | None = None
     sequences: int = 1
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         """The report in short."""
         return str(self.report)
-
-    def __repr__(self) -> str:
-        return str(self)
 
     def _repr_html_(self) -> str:
         return self.report._repr_html_()
@@ -287,10 +284,8 @@ def _with_chosen_times(
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
     def another(solution: TaskSolution) -> Plan | None:
-        left = time.left()
-        if left <= 0.0:
-            return None
-        return timed(solution, None if budget is None else left)
+        left = None if budget is None else time.left()
+        return timed(solution, left) if left is None or left > 0.0 else None
 
     def solve(avoided: Sequence[Step]) -> TaskSolution:
         return solve_task(scenario, joint_space(scenario), knots_of(scenario), avoided)

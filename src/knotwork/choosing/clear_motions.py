@@ -16,8 +16,8 @@ from knotwork.timing import TimedMotion, TimingProblem
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.budget import Watch
-from knotwork.timing.infeasible import rounded_up, with_room
 from knotwork.timing.objective_terms import terms
+from knotwork.timing.rounding import rounded_up, with_room
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 from knotwork.ways.configurations import at_time

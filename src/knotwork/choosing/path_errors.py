@@ -21,8 +21,8 @@ from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import InputError, together
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
-from knotwork.timing.infeasible import rounded_down, rounded_up
 from knotwork.timing.problem import with_margin
+from knotwork.timing.rounding import rounded_down, rounded_up
 from knotwork.waypoints import FloatArray
 
 ROUNDING = 1e-9

@@ -14,7 +14,7 @@ from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, TimingError, together
 from knotwork.timing import Objective, TimedMotion
 from knotwork.timing.budget import Watch
-from knotwork.timing.infeasible import rounded_up, with_room
+from knotwork.timing.rounding import rounded_up, with_room
 from knotwork.timing.solving import NoMotionError, solved
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)

@@ -139,10 +139,7 @@ def _shape_parts(
             continue
         # a placement that mirrors turns the triangles inside out
         order = slice(None, None, -1 if np.linalg.det(turn) < 0 else 1)
-        normals = corner_normals = uv = None
-        if faces.normal is not None:
-            normals = faces.normal @ np.linalg.inv(turn)
-            corner_normals = faces.normal_index[:, order].astype(np.int64)
+        uv = None
         if faces.texcoordset:
             uv = faces.texcoordset[0][faces.texcoord_indexset[0]][:, order, :2]
         material = shape.materialnodebysymbol.get(primitive.material)
@@ -155,7 +152,7 @@ def _shape_parts(
             image, fault = _image(diffuse.sampler.surface.image.path, folder, inside)
         points = faces.vertex @ turn.T + placement[:3, 3]
         triangles = faces.vertex_index[:, order].astype(np.int64)
-        yield MeshPart(points, triangles, normals, corner_normals, uv, colour, image, fault)
+        yield MeshPart(points, triangles, uv, colour, image, fault)
 
 
 def _image(address: str, folder: Path, inside: Path) -> tuple[Path | None, str]:

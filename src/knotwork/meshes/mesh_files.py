@@ -8,7 +8,6 @@ Python: Coal's reader, which is in C++, ends the process on broken files.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -94,28 +93,19 @@ def _check(parts: tuple[MeshPart, ...]) -> None:
     if not any(len(part.triangles) for part in parts):
         raise InputError("it holds no triangles")
     for part in parts:
-        if not all(array.ndim == 2 and array.shape[1] == 3 for array in _rows(part)):
-            raise InputError("it has points, normals or triangles that are not three numbers each")
+        if any(a.ndim != 2 or a.shape[1] != 3 for a in (part.points, part.triangles)):
+            raise InputError("it has points or triangles that are not three numbers each")
         if not (np.abs(part.points) <= FARTHEST).all():
             raise InputError(
                 f"it has points that are not finite or farther than {FARTHEST:g} from the origin"
             )
-        pairs = ((part.triangles, part.points), (part.corner_normals, part.normals))
-        for indices, values in pairs:
-            if indices is None or values is None or not indices.size:
-                continue
-            if indices.min() < 0 or indices.max() >= len(values):
-                raise InputError(f"it has an index that is not in 0 to {len(values) - 1}")
-        for extra in (part.normals, part.uv):
-            if extra is not None and not np.isfinite(extra).all():
-                raise InputError("it has normals or places in images that are not finite")
+        indices, n = part.triangles, len(part.points)
+        if indices.size and (indices.min() < 0 or indices.max() >= n):
+            raise InputError(f"it has an index that is not in 0 to {n - 1}")
+        if part.uv is not None and not np.isfinite(part.uv).all():
+            raise InputError("it has places in images that are not finite")
     if not any(_has_area(part) for part in parts):
         raise InputError("none of its triangles has an area")
-
-
-def _rows(part: MeshPart) -> list[np.ndarray[Any, Any]]:
-    arrays = (part.points, part.triangles, part.normals, part.corner_normals)
-    return [array for array in arrays if array is not None]
 
 
 def _has_area(part: MeshPart) -> bool:

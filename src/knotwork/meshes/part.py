@@ -20,8 +20,6 @@ class MeshPart(NamedTuple):
     Attributes:
         points: [m], shape (n, 3).
         triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
-        normals: Directions, not always of length one, shape (k, 3); `None` if the file has none.
-        corner_normals: Indices of normals, shape (m, 3), or `None`.
         uv: Place of each corner in the image, from the lower left, shape (m, 3, 2), or `None`.
         colour: Red, green, blue and opacity in 0 … 1; `None` if the file gives none.
         image: File of the image that colours it, or `None`.
@@ -30,8 +28,6 @@ class MeshPart(NamedTuple):
 
     points: FloatArray
     triangles: IndexArray
-    normals: FloatArray | None = None
-    corner_normals: IndexArray | None = None
     uv: FloatArray | None = None
     colour: Colour | None = None
     image: Path | None = None

@@ -85,7 +85,7 @@ def _estimated(
 
 
 def largest_near(values: FloatArray, steps: int, axis: int = 0) -> FloatArray:
-    """The largest of each value and its neighbours up to so many steps away along an axis."""
+    """The largest of each value and its neighbours within some steps along an axis."""
     from scipy.ndimage import maximum_filter1d
 
     return np.asarray(maximum_filter1d(values, 2 * steps + 1, axis=axis, mode="nearest"))

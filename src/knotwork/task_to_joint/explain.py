@@ -89,7 +89,7 @@ def _infeasibility(
         first: Index of the waypoint.
         last: That of the one where the interval ends, or the same.
         speed: Of each joint [rad/s or m/s], shape (d,).
-        others: What other choices would do, in words.
+        others: Effects of other choices, in words.
     """
     robot, times = search.robot, search.scenario.provisional_times
     names = [search.scenario.waypoints[i].name for i in (first, last)]

@@ -17,6 +17,7 @@ from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.task_to_joint.inserted import KnownWay
+    from knotwork.task_to_joint.search import Search
 
 
 def solve_task(
@@ -29,23 +30,16 @@ def solve_task(
 
     Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
 
-    1. that is feasible: the joint speeds that the twists ask for, and the mean speed of each
-       interval, within the velocity limits; if that can be had, also the speeds halfway between
-       waypoints of cubics that join them;
-    2. among those, one that changes its branch, if at all, between waypoints where the tool rests;
-    3. among those, of least joint travel: the sum over the intervals of the norm of the joint
-       motions, each divided by the joint's velocity limit, weighted up to threefold near position
-       limits and singularities. Without a start it includes the way from the robot's home.
+    1. that is feasible: within the velocity limits at the waypoints, in the mean of each interval
+       and, if that can be had, halfway along cubics that join the waypoints;
+    2. among those, one that changes its branch, if at all, where the tool rests;
+    3. among those, of least joint travel, in shares of the velocity limits and weighted up to
+       threefold near position limits and singularities.
 
-    With `near` in the scenario, the nearest to that instead of least travel, whole turns aside:
-    these are the nearest at the first waypoint, and then follow the motion. With `branch`, only
-    what that allows. Where nothing is feasible, the sequence that exceeds the velocity limits
-    least is taken, and what exceeds them is named in `infeasibilities`.
-
-    A redundant arm moves freely at a pose. Samples of its self-motion take the place of the
-    branches, and those chosen are then moved along it to reduce the cost of the neighbouring
-    intervals. There the nearness to limits and singularities counts between waypoints too: its
-    mean multiplies the travel, its maximum the time.
+    With `near` in the scenario, the nearest to that instead of least travel, whole turns aside.
+    With `branch`, only what that allows. Where nothing is feasible, the sequence that exceeds the
+    velocity limits least is taken, and `infeasibilities` names what exceeds them. For a redundant
+    arm, samples of its self-motion are the branches; those chosen are then moved along it.
 
     Args:
         scenario: The task.
@@ -75,23 +69,28 @@ def solve_task(
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
-    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.task_to_joint.search import Search
+
+    return _best(Search(scenario, space, space.robot, given, speeds, space.near, avoided), knots)
+
+
+def _best(search: Search, knots: Any) -> TaskSolution:
+    """The solution whose sequence is best."""
+    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.task_to_joint.unit_slips import suggest_unit
 
-    search = Search(scenario, space, space.robot, given, speeds, space.near, avoided)
     try:
         search.find()
         found = search.solve()
     except OutOfReachError as error:
-        suggest_unit(error, scenario, space.robot)
+        suggest_unit(error, search.scenario, search.robot)
         raise
     infeasibilities = find_infeasibilities(search, found)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
     hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
     values = found.positions, found.velocities
     return TaskSolution(
-        _completed(scenario, space, *values, knots, search.dependent.way),
+        _completed(search.scenario, search.space, *values, knots, search.dependent.way),
         infeasibilities,
         describe_choices(search, found),
         None if hopeless else found.sequence.q,

@@ -6,30 +6,24 @@ of velocity, acceleration and tool speed, and the motion that rests in each inte
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import TimingError
-from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
+from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
 from knotwork.timing.bounds import least_durations, slowest
 from knotwork.timing.efforts import effort_shares, tool_shares
 from knotwork.timing.exact_curve import rebuilt
+from knotwork.timing.given_values import ROUNDING, feasible_part, outside_limits, value_faults
 from knotwork.timing.problem import BoolArray, TimingProblem
+from knotwork.timing.rounding import rounded_down, rounded_up, with_room
 from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
 from knotwork.waypoints import FloatArray
-
-ROUNDING = 1e-12
-"""A given value may be beyond a limit by this part of it."""
-
-SPARE = 1e-4
-"""A duration that is named is longer than one that suffices by this part of it."""
 
 NOTHING = "no motion was found that keeps all limits"
 
@@ -42,7 +36,7 @@ def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingErr
         direct: The motion may lead straight through its waypoints; else no longer duration is known
             to suffice where one is too short.
     """
-    outside, faults = list(_outside(problem)), _faults(problem)
+    outside, faults = list(outside_limits(problem)), value_faults(problem)
     errors = sorted([*outside, *faults.values()], key=lambda one: one.waypoint or 0)
     errors = _overloads(problem, certain=True) + errors
     if outside:
@@ -50,7 +44,7 @@ def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingErr
     for (name, i), one in faults.items():
         # the checks that follow are for the nearest feasible value
         changed: Any = np.array(getattr(problem, name))
-        changed[i] *= _part(one) * (1.0 - ROUNDING)
+        changed[i] *= feasible_part(one) * (1.0 - ROUNDING)
         problem = replace(problem, **{name: changed})
     return errors + (list(_unlimited(problem)) or list(_impossible_durations(problem, direct)))
 
@@ -106,98 +100,6 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
             bound=most,
         )
     ]
-
-
-def _faults(problem: TimingProblem) -> dict[tuple[str, int], TimingError]:
-    """Velocities and accelerations that a limit rules out: at each waypoint the worst of each."""
-    found: dict[tuple[str, int], TimingError] = {}
-    for place, one in (*_beyond(problem), *_unstoppable(problem)):
-        if place not in found or _part(one) < _part(found[place]):
-            found[place] = one
-    return found
-
-
-def _part(error: TimingError) -> float:
-    """Greatest feasible part of the value given."""
-    return (error.bound or 0.0) / (error.value or 1.0)
-
-
-def _fault(
-    problem: TimingProblem, i: int, k: int, limit: str, value: float, bound: float, text: str
-) -> TimingError:
-    """The error for a value of joint k at waypoint i; the text follows the joint's name."""
-    return TimingError(
-        f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} {text}",
-        waypoint=int(i),
-        joint=problem.joint_names[k],
-        limit=limit,
-        value=value,
-        bound=bound,
-    )
-
-
-def _advice(given: str, part: float) -> str:
-    if not part:
-        return (
-            f". No part of the {given} given here is possible: stop here, or move the waypoint or "
-            "the limit"
-        )
-    return f". At most {rounded_down(part, 4):g} times the {given} given here is possible"
-
-
-def _beyond(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
-    """Velocities and accelerations beyond their limits."""
-    limits, text = problem.limits, problem.units.text
-    for name, order, article, known in (
-        ("velocity", 1, "a", problem.velocity_known),
-        ("acceleration", 2, "an", problem.acceleration_known),
-    ):
-        most, values = getattr(limits, name), getattr(problem, name)
-        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))):
-            value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
-            bound = math.copysign(float(most[k]), value)
-            message = (
-                f"is given {article} {name} of {text(value, unit)}; its limit is "
-                f"{limits.text(float(most[k]), unit, problem.units)}{_advice(name, bound / value)}"
-            )
-            yield (name, int(i)), _fault(problem, i, k, name, value, bound, message)
-
-
-def _outside(problem: TimingProblem) -> Iterator[TimingError]:
-    """Positions outside their limits."""
-    limits, text, q = problem.limits, problem.units.text, problem.position
-    slack = ROUNDING * np.maximum(1.0, np.abs(q))
-    for i, k in np.argwhere((q < limits.lower - slack) | (q > limits.upper + slack)):
-        unit, value = problem.joint_units[k], float(q[i, k])
-        lower, upper = float(limits.lower[k]), float(limits.upper[k])
-        message = (
-            f"stands at {text(value, unit)}, outside its limits "
-            f"{text(lower, unit)} to {text(upper, unit)}"
-        )
-        bound = min(max(value, lower), upper)
-        yield _fault(problem, i, k, "position", value, bound, message)
-
-
-def _unstoppable(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
-    """Joints that move towards a limit of their position and can't stop before it."""
-    limits, q, text = problem.limits, problem.position, problem.units.text
-    for sign, verb in ((1.0, "stop before"), (-1.0, "have come from inside")):
-        v = sign * np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
-        v[-1 if sign > 0.0 else 0] = 0.0  # nothing comes after the last or before the first
-        room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
-        with np.errstate(invalid="ignore"):
-            most = np.sqrt(2.0 * limits.acceleration * room)
-        for i, k in np.argwhere(np.abs(v) > most * (1.0 + 1e-9) + ROUNDING):
-            unit, value = problem.joint_units[k], float(problem.velocity[i, k])
-            needed = 0.5 * value**2 / float(limits.acceleration[k])
-            bound = math.copysign(float(most[i, k]), value)
-            message = (
-                f"moves at {text(value, rate_unit(unit, 1))} and can't {verb} its position limit, "
-                f"{text(float(room[i, k]), unit, '.4g')} away; it needs at least "
-                f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
-            )
-            place = "velocity", int(i)
-            yield place, _fault(problem, i, k, "position", value, bound, message)
 
 
 def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
@@ -387,30 +289,3 @@ def _reached(
         k = int(np.argmax(over))
         share = 1.0 + float(over[k]) / width
         yield share, "position", k, float(limit[k]), float(peak[k])
-
-
-def rounded_up(value: float, digits: int = 6) -> float:
-    """Round a number up to n digits.
-
-    >>> rounded_up(1.3833333), rounded_up(2.0)
-    (1.38334, 2.0)
-    """
-    return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(f"{value:.12g}"))
-
-
-def rounded_down(value: float, digits: int = 6) -> float:
-    """Round a number down to n digits.
-
-    >>> rounded_down(1.3833333, 3), rounded_down(0.0)
-    (1.38, 0.0)
-    """
-    return float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(f"{value:.12g}"))
-
-
-def with_room(value: float) -> float:
-    """A duration a little above one that was found, in few digits: it is possible, too.
-
-    >>> with_room(1.3833333)
-    1.384
-    """
-    return rounded_up(value * (1.0 + SPARE), 4)

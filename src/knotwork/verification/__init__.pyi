@@ -1,10 +1,7 @@
 from .bounds import Bound as Bound
 from .bounds import singular_value_bound as singular_value_bound
 from .bounds import tool_acceleration_bound as tool_acceleration_bound
-from .bounds import tool_angle_bound as tool_angle_bound
-from .bounds import tool_distance_bound as tool_distance_bound
 from .bounds import tool_speed_bound as tool_speed_bound
-from .bounds import tool_turning_bound as tool_turning_bound
 from .bounds import torque_bound as torque_bound
 from .checks import CHECKS as CHECKS
 from .checks import Check as Check

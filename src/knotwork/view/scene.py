@@ -120,13 +120,11 @@ def make_scene(
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
     still, unread = _robot_data(shown, size, before)
     same = before is not None and still["joints"] is before["joints"]
-    task = shown.task_points()
     objects = scene_objects(scenario, robot, shown.curve, report, size)
     things, labels, legend = _task_data(shown, size)
-    units = scenario.units if scenario is not None else SI
     arms = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
     return {
-        "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
+        **_description(robot, trajectory, scenario),
         **still,
         "arms": [arm_frames(name, motion, robot) for name, motion in arms.items()],
         "ghosts": shown.stops.position[shown.stops.distinct(size)].tolist(),
@@ -134,14 +132,12 @@ def make_scene(
         "labels": [*labels, *objects.labels],
         "waypoints": waypoint_times(scenario, trajectory),
         "strip": strip(robot, shown.curve, scenario, space, report),
-        "joint_panel": joint_panel(robot, units),
-        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
         "legend": legend,
         "size": size,
         "floor": float(min(shown.stops.outlines[..., 2].min(), 0.0)),
         **views(
             _thinned(np.concatenate([points, objects.points])),
-            task,
+            shown.task_points(),
             before["view"]["from"] if same and before is not None else None,
         ),
         **_verdict(report),
@@ -150,9 +146,21 @@ def make_scene(
             for name, other in others.items()
         ],
         "warnings": [*warnings, *shown.shapes.warnings, *objects.warnings, *unread],
+    }
+
+
+def _description(
+    robot: Robot, trajectory: JointTrajectory, scenario: Scenario | None
+) -> dict[str, Any]:
+    """What is shown, and its units."""
+    units = scenario.units if scenario is not None else SI
+    return {
+        "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
         "robot": robot.name,
         "planner": trajectory.planner,
         "description": scenario.description.strip() if scenario is not None else "",
+        "joint_panel": joint_panel(robot, units),
+        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
     }
 
 

@@ -24,16 +24,14 @@ from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
 
-# Every few iterations, searches that are not down to this part of their error are given up.
-CHECK_EVERY = 8
-FALLEN_TO = 0.5
-# Most searches that succeed are within `CLOSE` after `PATIENCE` iterations; to wait for
+# Most searches that succeed are within `NEAR` after `PATIENCE` iterations; to wait for
 # the others takes as long as two new starts.
 PATIENCE = 20
 NEAR = 0.03
-# The same for searches for any solution, which others follow.
-HASTY_CHECK_EVERY = 5
-HASTY_FALLEN_TO = 0.25
+# Searches not down to a part of their error every few iterations are given up: after how many, the
+# part, and the least factor of the damping. Those for any solution, which others follow, come last.
+EFFORT = 8, 0.5, USUAL.least_factor
+HASTY_EFFORT = 5, 0.25, HASTY.least_factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +104,7 @@ def solve_batch(
 ) -> BatchSolution:
     """Search from each start for the joint positions that bring the TCP to its pose.
 
-    Levenberg–Marquardt with damping in proportion to the squared error, as in `PoseSearch`, for
-    all searches in step; those that have ended or stalled leave the batch.
+    Levenberg–Marquardt as in `PoseSearch`, for all searches in step; what has ended leaves it.
 
     Args:
         robot: The arm.
@@ -117,14 +114,10 @@ def solve_batch(
         limits: To stay within; by default none.
         max_iterations: Steps at most.
         hasty: Give up soon: there are other searches for a solution, whichever it is.
-        group: Number of the group that each search belongs to, shape (n,): once one of a group
-            has converged, the others are given up.
+        group: Of each search, shape (n,): once one of a group has converged, the others end.
     """
-    check_every, fallen_to = (
-        (HASTY_CHECK_EVERY, HASTY_FALLEN_TO) if hasty else (CHECK_EVERY, FALLEN_TO)
-    )
-    n, least_factor = len(start), (HASTY if hasty else USUAL).least_factor
-    limits = no_limits(robot) if limits is None else limits
+    check_every, fallen_to, least_factor = HASTY_EFFORT if hasty else EFFORT
+    n, limits = len(start), no_limits(robot) if limits is None else limits
     q = clipped(start, limits)
     position, orientation = np.full((2, n), np.inf)
     index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -84,15 +84,7 @@ def solution_or_reason(
     closest = min(inside, key=square)
     if reached(closest):
         _refuse_tolerance(search, closest, tolerances, units)
-    held, data = (
-        _held(search, closest),
-        {
-            "closest": closest.q.tolist(),
-            "closest_distance": closest.position_error,
-            "closest_angle": closest.orientation_error,
-            "where": where,
-        },
-    )
+    held, data = _held(search, closest), {"where": where, **_left(closest)}
     at_pose = [nearest_turns(robot, s.q, near) for s in beyond if reached(s)]
     if at_pose:
         joints = _least_outside(robot, at_pose, near)
@@ -103,22 +95,32 @@ def solution_or_reason(
         raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
     # The limits may hide a minimum from the searches that ignore them.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
-    distance, angle, within = _on_point(search, [*beyond, *inside], near)
-    sentence = _missed(search, least, (distance, angle, within), units)
+    point = _on_point(search, [*beyond, *inside], near)
+    sentence = _missed(search, least, point, units)
     if square(closest) > (1.0 + AS_NEAR) ** 2 * square(least):
         sentence += _inside(closest, held, units)
     else:
         held, sentence = (), f"{sentence}; no joint limit makes it worse"
-    raise UnreachablePoseError(
-        waypoint,
-        sentence,
-        position_shortfall=least.position_error,
-        orientation_shortfall=least.orientation_error,
-        point_shortfall=distance,
-        angle_at_point=angle,
-        held=held,
-        **data,
-    )
+    raise UnreachablePoseError(waypoint, sentence, held=held, **data, **_shortfalls(least, point))
+
+
+def _left(closest: LocalSolution) -> dict[str, Any]:
+    """Data of an error: the closest pose inside the limits."""
+    return {
+        "closest": closest.q.tolist(),
+        "closest_distance": closest.position_error,
+        "closest_angle": closest.orientation_error,
+    }
+
+
+def _shortfalls(least: LocalSolution, point: tuple[float, float | None, bool]) -> dict[str, Any]:
+    """Data of an error; `point` is what `_on_point` gives."""
+    return {
+        "position_shortfall": least.position_error,
+        "orientation_shortfall": least.orientation_error,
+        "point_shortfall": point[0],
+        "angle_at_point": point[1],
+    }
 
 
 def _refuse_tolerance(

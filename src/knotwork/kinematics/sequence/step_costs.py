@@ -61,8 +61,8 @@ class Cost(NamedTuple):
         """The costs of some of the choices."""
         return Cost(*[x[index] if isinstance(x, np.ndarray) else x for x in self])
 
-    def first_least(self, axis: int = 0) -> Any:
-        """Along an axis the first choice that is as good as the least, but for rounding.
+    def first_least(self) -> Any:
+        """Along the first axis the first choice that is as good as the least, but for rounding.
 
         A level with one value along the other axis is the same for all of it; travel has all.
         """
@@ -71,9 +71,9 @@ class Cost(NamedTuple):
             if not isinstance(level, np.ndarray):
                 continue
             value = level if tied is None else np.where(tied, level, np.inf)
-            least = value.min(axis=axis, keepdims=True)
+            least = value.min(axis=0, keepdims=True)
             tied = value <= least * (1.0 + RELATIVE_TIE) + TIE
-        return tied.argmax(axis=axis)
+        return tied.argmax(axis=0)
 
     def within(self, bound: Cost) -> Any:
         """Which choices cost no more than a bound, equal to it but for rounding included."""

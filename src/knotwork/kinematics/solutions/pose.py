@@ -101,9 +101,8 @@ def solve_pose_ik(
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
     Three steps: a local search from the start; where that fails or ends far away, the nearest of
-    all solutions; where there is none, a diagnosis. That no solution is nearer was so with random
-    poses of four arms, but is not proved. Joints are taken by whole turns to where they are
-    nearest, and a redundant arm along its self-motion. The same arguments give the same answer.
+    all solutions, which is not proved; where there is none, a diagnosis. Joints are taken by whole
+    turns to where they are nearest, and a redundant arm along its self-motion.
 
     Args:
         robot: The robot.
@@ -134,15 +133,15 @@ def solve_pose_ik(
     first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     search = PoseSearch(robot, pose, MARGIN * position_tolerance, MARGIN * orientation_tolerance)
-    asked = position_tolerance, orientation_tolerance
     kept = _Nearest(search, goal, nearest)
     kept.search_from(first, HASTY)
-    kind = "nearest solution" if nearest else "first solution"
+    kind = f"{'nearest' if nearest else 'first'} solution"
     if not (kept.is_nearest() if nearest else kept.find_any(max_restarts)):
         every = solutions_within_limits(search)
         kept.take_all(every)
         kind = f"nearest of {max(len(every), 1)} solutions"
         if kept.best is None:
+            asked = position_tolerance, orientation_tolerance
             kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
     return kept.answer(kind)
 
