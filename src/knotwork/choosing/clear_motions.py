@@ -11,6 +11,7 @@ from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.scene.model import CollisionModel
 from knotwork.task import PoseWaypoint
 from knotwork.timing import TimedMotion, TimingProblem
 from knotwork.timing.binding import binding_limits
@@ -54,13 +55,17 @@ def clear_motion(
         raise TypeError("the segment does not find its way")
     _check_velocities(task, segment, problem)
     if start is not None:
-        problem = replace(problem, position=np.stack((start, problem.position[1])))
-    when = float(np.mean(task.waypoints.time[segment.rows]))
+        problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     wanted = WayProblem(
-        replace(problem, duration=np.array([np.nan]), at_least=np.zeros(1), total=None),
+        replace(
+            problem,
+            duration=np.full_like(problem.duration, np.nan),
+            at_least=np.zeros_like(problem.at_least),
+            total=None,
+        ),
         _goals(task, segment, problem, robot),
         robot.model,
-        at_time(task.collision_model, when),
+        _bodies(task, segment),
     )
     begun = watch.now()
     try:
@@ -75,7 +80,10 @@ def clear_motion(
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
-    time = np.array([0.0, float(curve.x[-1])])
+    time = way.time * (float(curve.x[-1]) / way.duration)
+    inner = time[1:-1]
+    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
+    velocity[1:-1], acceleration[1:-1] = curve(inner, 1), curve(inner, 2)
     return TimedMotion(
         JointTrajectory(
             problem.joint_names,
@@ -85,8 +93,8 @@ def clear_motion(
             waypoint_times=time,
         ),
         time,
-        problem.velocity,
-        problem.acceleration,
+        velocity,
+        acceleration,
         lower_bound(problem),
         status="resting" if way.duration >= way.resting else "optimal",
         binding=binding_limits(problem, time, curve),
@@ -96,14 +104,31 @@ def clear_motion(
     )
 
 
+def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
+    """What is there during a segment, by provisional times; it has to be the same all along."""
+    times = task.waypoints.time[segment.rows]
+    middles = (0.5 * (times[:-1] + times[1:])).tolist()
+    found = [at_time(task.collision_model, when) for when in middles]
+    for one, i in zip(found[1:], segment.waypoints[1:-1], strict=True):
+        if one.pairs != found[0].pairs:
+            raise task.located(
+                InputError(
+                    "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
+                    "velocity"
+                ),
+                i,
+            )
+    return found[0]
+
+
 def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot) -> FloatArray:
     """Joint positions that a way may end at, the nearest first, shape (m, d).
 
     They are all solutions of the pose where nothing else depends on which it is: the arm stops
     there, and what follows, if anything, is a way as well.
     """
-    scenario, last = task.scenario, segment.waypoints[1]
-    chosen, waypoint = problem.position[1], scenario.waypoints[last]
+    scenario, last = task.scenario, segment.waypoints[-1]
+    chosen, waypoint = problem.position[-1], scenario.waypoints[last]
     given = scenario.task.waypoints[scenario.index[last]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
         return np.array(chosen[None])
@@ -111,7 +136,7 @@ def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robo
         given.near is not None
         or scenario.task.near is not None
         or scenario.branch != "free"
-        or problem.velocity[1].any()
+        or problem.velocity[-1].any()
         or (last + 1 < len(scenario.waypoints) and last + 1 not in task.free.ways)
     )
     if fixed:
@@ -127,8 +152,8 @@ def _slowed(
     way: Way, wanted: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The way in the time that is given for it, if one is."""
-    given = float(problem.total or problem.duration[0])
-    least = float(problem.at_least[0])
+    given = float(problem.total or problem.duration.sum())
+    least = float(problem.at_least.sum())
     duration = max(way.duration, least) if np.isnan(given) else given
     if duration == way.duration:
         return way.curve
@@ -142,28 +167,30 @@ def _slowed(
             else f"the arm can't take {duration:g} s for its way with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-        raise task.located(error, segment.waypoints[1])
+        raise task.located(error, segment.waypoints[-1])
     return curve
 
 
 def _check_velocities(task: FreeTask, segment: Segment, problem: TimingProblem) -> None:
     """Refuse a velocity at an end of a way that is to be chosen, or positions beyond limits."""
-    for place, i in enumerate(segment.waypoints):
+    for place in (0, -1):
         if not problem.velocity_known[place]:
             raise task.located(
                 InputError(
                     "the velocity is chosen, but a way begins or ends here; accepted: stop, or a "
                     "velocity"
                 ),
-                i,
+                segment.waypoints[place],
             )
 
 
 def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment) -> InputError:
     """The error for a way that was not found, at the waypoint where the fault is."""
     text = task.scenario.units.text
-    start, goal = segment.waypoints
+    start, goal = segment.waypoints[0], segment.waypoints[-1]
     where = "where the way begins" if none.end == "start" else "where it ends"
+    if none.end.isdigit():
+        where, goal = "here", segment.waypoints[int(none.end)]
     depth, unit = none.depth, "m"
     if none.joint is not None:
         joint, unit = task.space.joint_names[none.joint], task.space.joint_units[none.joint]
