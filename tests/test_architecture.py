@@ -224,6 +224,7 @@ IMPORTED_BY_TESTS = {
         "timing.problem",
         "verification.bounds",
         "view.curves",
+        "ways.configurations",
     ),
     "files of a format: what is written is what is read, for any content": (
         "documents",

@@ -44,6 +44,7 @@ def test_there_are_scenarios_that_fail_in_every_way() -> None:
         "CornerError",
         "StretchTimeError",
         "RampError",
+        "NoWayFoundError",
         "SlowStretchError",
         "TimingError",
     }

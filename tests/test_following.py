@@ -143,7 +143,7 @@ def test_other_starts_that_lead_along_are_named(name: str) -> None:
     for start in error.value.starts:
         kw.follow_path(narrow, line, 0.05, start=start)
     if name == "ur5":
-        assert "shoulder right, elbow down, no flip [" in str(error.value)
+        assert "shoulder right, elbow down, flip [" in str(error.value)
 
 
 @pytest.mark.parametrize("reached", [0.0097, 0.0292, 0.054, 0.0793])

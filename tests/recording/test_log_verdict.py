@@ -76,7 +76,7 @@ def limited(made: Plan, share: float) -> Scenario:
     """The scenario with a limit of the tool's speed that its plan keeps or breaks."""
     (found,) = made.report.select(quantity="tool_speed")
     assert found.value is not None
-    limits = dataclasses.replace(made.scenario.motion_limits, tool_speed=share * found.value)
+    limits = made.scenario.motion_limits.model_copy(update={"tool_speed": share * found.value})
     return dataclasses.replace(made.scenario, motion_limits=limits)
 
 

@@ -355,7 +355,7 @@ def test_joint_values_that_are_varied_count(place: str) -> None:
 
 def test_a_held_part_whose_name_begins_like_an_object_is_not_taken_for_it() -> None:
     """In the name of a pair of bodies there is a comma, too."""
-    task: Any = dict(kw.load_scenario("panda_pick_place").document.data)
+    task: Any = kw.load_scenario("panda_pick_place").task.to_dict()
     vial = {"from": "pick", "to": "place", "sphere": 0.01}
     task["scene"] = {"objects": {"part": {"sphere": 0.01, "position": [3, 3, 3]}}}
     task["tool"] = {"offset": {"position": [0, 0, 0.02]}, "holds": {"part, small": vial}}

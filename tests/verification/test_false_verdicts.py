@@ -153,16 +153,16 @@ def test_a_number_that_overflows_hides_no_limit(degree: int) -> None:
     c[-4:, 0] = RISE
     c[0, 1] = 1.7e308
     c[-1, 1] = 1.0
-    with pytest.raises(kw.InputError, match=r"is 1.7e\+308; at most|degree is 60; at most 30"):
+    with pytest.raises(kw.InputError, match=r"reach 1.7e\+308 within|degree is 60; at most 30"):
         motion(c, [0.0, 2.0 - 5e-9, 2.0])
 
 
 def test_terms_that_overflow_within_a_long_piece_are_refused() -> None:
     c = np.zeros((31, 1))
     c[0] = 1.0
-    with pytest.raises(kw.InputError, match="terms of piece 0 reach inf within its 1e\\+12 s"):
+    with pytest.raises(kw.InputError, match="terms of piece 0 reach inf within 1e\\+12 s"):
         motion(c, [0.0, 1e12])
-    with pytest.raises(kw.InputError, match="a piece lasts 1e\\+250 s"):
+    with pytest.raises(kw.InputError, match="within 1e\\+250 s"):
         motion(c, [0.0, 1e250])
 
 

@@ -12,8 +12,10 @@ from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 from knotwork.verification.worst import alike, and_more, with_limits, without_use
 
-MOST_ROWS = 3
+MOST_ROWS = 4
 """Number of lines of a group, the first finding of which is printed whole."""
+MOST_LINES = 9
+"""Where there are more lines, each group has one less."""
 NOTABLE = 0.01
 """A use of a limit below this part of it is worth no row of its own."""
 NARROWEST = 20
@@ -59,7 +61,9 @@ def group_lines(
         rest = "met"
         listed = {name: found for name, found in groups.items() if _met(found)}
         rows = {name: found for name, found in groups.items() if _without_requirements(found)}
-    lines = _rows(rows, units, width)
+    lines = _rows(rows, units, width, MOST_ROWS)
+    if len(lines) > MOST_LINES:
+        lines = _rows(rows, units, width, MOST_ROWS - 1)
     if listed:
         names = ", ".join(_counted(name, found) for name, found in listed.items())
         lines += wrapped("group", f"{INDENT}{rest}: {names}", width, 2 * INDENT)
@@ -107,7 +111,9 @@ def _forms(found: Finding, units: Units) -> list[str]:
     return words if found.value is None else [*words, _described(found, units)]
 
 
-def _rows(groups: Mapping[str, list[Finding]], units: Units, width: int) -> list[BriefLine]:
+def _rows(
+    groups: Mapping[str, list[Finding]], units: Units, width: int, most: int
+) -> list[BriefLine]:
     """A row for each group: what its findings say in short of themselves, or its tightest case."""
     heads = {name: f"{INDENT}{_counted(name, found)}" for name, found in groups.items()}
     indent = max(map(len, heads.values()), default=0) + 2
@@ -118,7 +124,7 @@ def _rows(groups: Mapping[str, list[Finding]], units: Units, width: int) -> list
         for i, text in enumerate(texts):
             head = f"{'' if own else heads[name]:<{indent}}"
             row = wrapped("group", text, width, " " * indent, head)
-            if own and len(own) + len(row) > MOST_ROWS - (i + 1 < len(texts)):
+            if own and len(own) + len(row) > most - (i + 1 < len(texts)):
                 own.append(BriefLine("group", f"{'':<{indent}}and {len(texts) - i} more"))
                 break
             own += row

@@ -28,7 +28,7 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
         raise InputError("a mesh of the robot has points that are not finite")
     wide = len(mesh.vertices) > 65535
     colours = np.round(255 * np.clip(mesh.colours, 0.0, 1.0)).astype(np.uint8)
-    plain = bool((colours == colours[:1]).all())
+    plain = bool(len(colours) and (colours == colours[0]).all())
     data: dict[str, Any] = {
         "vertices": packed_numbers(mesh.vertices.astype("<f4")),
         "normals": packed_numbers(np.round(127 * mesh.normals).astype(np.int8)),

@@ -16,6 +16,8 @@ from knotwork.waypoints import FloatArray
 REPORTED = 3
 # Number of samples of the self-motion of a redundant arm.
 SPREAD = 8
+# Joint positions that agree to this many digits after the point are equal.
+DIGITS = 9
 
 
 def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) -> FloatArray:
@@ -36,7 +38,9 @@ def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) 
     turns = np.concatenate([branch.turns for branch in branches])
     back = np.repeat(np.arange(len(own)), [len(branch.turns) for branch in branches])
     rows = np.flatnonzero(found.free(robot, back, turns - own[back]))
-    rows = rows[np.argsort(np.abs(turns[rows] - start).max(axis=1), kind="stable")]
+    gap = np.abs(turns[rows] - start)
+    farthest = np.round(gap.max(axis=1), DIGITS)  # rounding must not order what is as far
+    rows = rows[np.lexsort((gap.sum(axis=1), farthest))]
     _, first = np.unique(back[rows], return_index=True)
     return np.asarray(turns[rows[np.sort(first)][:REPORTED]])
 
