@@ -120,6 +120,20 @@ def test_through_a_waypoint_at_the_limits() -> None:
     assert_kept(asked, solve(asked))
 
 
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("way", [1, -1])
+def test_from_rest_on_a_limit_through_waypoints_near_it(way: int, known: bool) -> None:
+    """A joint that rests on its limit would swing beyond it before it leaves it."""
+    limits = TimingLimits([2.0, 2.0], [10.0, 10.0], [200.0, 200.0], lower=[-1, 0], upper=[3, 1])
+    rests, free = np.zeros(2), np.full(2, np.nan)
+    speeds, still = [rests, free, rests], [rests, free, rests] if known else None
+    position = [[0, 0], [1, 0.01], [2, 1]][::way]
+    asked = TimingProblem(("a", "b"), position, speeds, limits, acceleration=still)
+    motion = solve(asked)
+    assert_kept(asked, motion)
+    assert motion.duration < solve(replace(asked, velocity=np.zeros((3, 2)))).duration
+
+
 def test_short_cuts_between_speeds_are_found() -> None:
     """Too slow for a stop, the joint would have to go back: 39 s instead of one."""
     limits = TimingLimits([2.0], [0.1], [1.0])

@@ -106,6 +106,39 @@ def test_several_ways_in_a_row_end_where_the_next_one_begins() -> None:
     assert len(made.scenario.waypoints) == 3
 
 
+def through(**keys: Any) -> dict[str, Any]:
+    """Two ways, by a pose in the gap above the wall."""
+    given = past(ways="clear")
+    pose = {"position": [450, 0, 430], "rpy": DOWN}
+    given["waypoints"].insert(1, {"name": "above", "pose": pose, **keys})
+    return given
+
+
+def test_a_pose_is_passed_at_the_best_velocity_between_two_ways(tmp_path: Path) -> None:
+    made = planned(through(velocity="free"))
+    assert made.trajectory.duration < 0.9 * kw.plan(through(stop=True)).trajectory.duration
+    q = made.trajectory.position(made.scenario.times[1])
+    assert np.abs(made.space.robot.forward(q).translation - [0.45, 0, 0.43]).max() < 1e-8
+    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
+    assert again.report.ok
+    assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
+
+
+def test_a_pose_that_ways_lead_through_must_be_clear() -> None:
+    given = through(velocity="free")
+    given["waypoints"][1]["pose"]["position"] = [450, 0, 600]
+    with pytest.raises(NoWayFoundError, match=r"waypoints\[1\]: no way: here") as caught:
+        kw.plan(given)
+    assert "beam" in caught.value.names
+
+
+def test_two_ways_are_one_only_where_the_bodies_are_the_same() -> None:
+    given = through(velocity="free")
+    given["tool"]["holds"] = {"rod": {"from": "above", "to": "there", "box": [20, 20, 20]}}
+    with pytest.raises(InputError, match="a body comes or goes here"):
+        kw.plan(given)
+
+
 def test_a_way_may_take_a_given_time() -> None:
     given = past()
     given["waypoints"][1]["after"] = 2

@@ -11,6 +11,7 @@ from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.scene.model import CollisionModel
 from knotwork.task import PoseWaypoint
 from knotwork.timing import TimedMotion, TimingProblem
 from knotwork.timing.binding import binding_limits
@@ -54,13 +55,17 @@ def clear_motion(
         raise TypeError("the segment does not find its way")
     _check_velocities(task, segment, problem)
     if start is not None:
-        problem = replace(problem, position=np.stack((start, problem.position[1])))
-    when = float(np.mean(task.waypoints.time[segment.rows]))
+        problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     wanted = WayProblem(
-        replace(problem, duration=np.array([np.nan]), at_least=np.zeros(1), total=None),
+        replace(
+            problem,
+            duration=np.full_like(problem.duration, np.nan),
+            at_least=np.zeros_like(problem.at_least),
+            total=None,
+        ),
         _goals(task, segment, problem, robot),
         robot.model,
-        at_time(task.collision_model, when),
+        _bodies(task, segment),
     )
     begun = watch.now()
     try:
@@ -82,7 +87,10 @@ def _timed(
     way: Way, curve: PiecewisePolynomial, problem: TimingProblem, seconds: float
 ) -> TimedMotion:
     """The motion along a way, found in some seconds, as that of any other segment."""
-    time = np.array([0.0, float(curve.x[-1])])
+    time = way.time * (float(curve.x[-1]) / way.duration)
+    inner = time[1:-1]
+    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
+    velocity[1:-1], acceleration[1:-1] = curve(inner, 1), curve(inner, 2)
     return TimedMotion(
         JointTrajectory(
             problem.joint_names,
@@ -92,8 +100,8 @@ def _timed(
             waypoint_times=time,
         ),
         time,
-        problem.velocity,
-        problem.acceleration,
+        velocity,
+        acceleration,
         lower_bound(problem),
         status="resting" if way.duration >= way.resting else "optimal",
         binding=binding_limits(problem, time, curve),
@@ -103,14 +111,31 @@ def _timed(
     )
 
 
+def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
+    """What is there during a segment, by provisional times; it has to be the same all along."""
+    times = task.waypoints.time[segment.rows]
+    middles = (0.5 * (times[:-1] + times[1:])).tolist()
+    found = [at_time(task.collision_model, when) for when in middles]
+    for one, i in zip(found[1:], segment.waypoints[1:-1], strict=True):
+        if one.pairs != found[0].pairs:
+            raise task.located(
+                InputError(
+                    "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
+                    "velocity"
+                ),
+                i,
+            )
+    return found[0]
+
+
 def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot) -> FloatArray:
     """Joint positions that a way may end at, the nearest first, shape (m, d).
 
     They are all solutions of the pose where nothing else depends on which it is: the arm stops
     there, and what follows, if anything, is a way as well.
     """
-    scenario, last = task.scenario, segment.waypoints[1]
-    chosen, waypoint = problem.position[1], scenario.waypoints[last]
+    scenario, last = task.scenario, segment.waypoints[-1]
+    chosen, waypoint = problem.position[-1], scenario.waypoints[last]
     given = scenario.task.waypoints[scenario.index[last]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
         return np.array(chosen[None])
@@ -118,7 +143,7 @@ def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robo
         given.near is not None
         or scenario.task.near is not None
         or scenario.branch != "free"
-        or problem.velocity[1].any()
+        or problem.velocity[-1].any()
         or (last + 1 < len(scenario.waypoints) and last + 1 not in task.free.ways)
     )
     if fixed:
@@ -134,8 +159,8 @@ def _slowed(
     way: Way, wanted: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The way in the time that is given for it, if one is."""
-    given = float(problem.total or problem.duration[0])
-    least = float(problem.at_least[0])
+    given = float(problem.total or problem.duration.sum())
+    least = float(problem.at_least.sum())
     duration = max(way.duration, least) if np.isnan(given) else given
     if duration == way.duration:
         return way.curve
@@ -149,28 +174,30 @@ def _slowed(
             else f"the arm can't take {duration:g} s for its way with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-        raise task.located(error, segment.waypoints[1])
+        raise task.located(error, segment.waypoints[-1])
     return curve
 
 
 def _check_velocities(task: FreeTask, segment: Segment, problem: TimingProblem) -> None:
     """Refuse a velocity at an end of a way that is to be chosen."""
-    for place, i in enumerate(segment.waypoints):
+    for place in (0, -1):
         if not problem.velocity_known[place]:
             raise task.located(
                 InputError(
                     "the velocity is chosen, but a way begins or ends here; accepted: stop, or a "
                     "velocity"
                 ),
-                i,
+                segment.waypoints[place],
             )
 
 
 def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment) -> InputError:
     """The error for a way that was not found, at the waypoint where the fault is."""
+    # the fault is at an end, or at a waypoint in between, by index
+    k = int(none.end) if none.end.isdigit() else {"start": 0}.get(none.end, -1)
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
-    start, goal = segment.waypoints
-    message = f"no way from {names[0]!r} to {names[1]!r}"
+    fault = segment.waypoints[k]
+    message = f"no way from {names[0]!r} to {names[-1]!r}"
     if not none.end:
         blamed = to_blame(wanted, BLAMED_CHECKS)
         message += (
@@ -179,14 +206,13 @@ def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Seg
         if blamed:
             message += f". There is one without {' and one without '.join(map(repr, blamed))}"
         message += "; accepted: more space, a waypoint in between, or a smaller scene.margin"
-        return task.located(NoWayFoundError(message, names=tuple(blamed)), goal)
+        return task.located(NoWayFoundError(message, names=tuple(blamed)), fault)
     depth, unit = none.depth, "m"
     if none.joint is not None:
         joint, unit = task.space.joint_names[none.joint], task.space.joint_units[none.joint]
     much = task.scenario.units.text(depth, unit, ".4g")
-    at_start = none.end == "start"
-    stopping = "stopping after" if at_start else "coming from rest to"
-    where = f"{stopping if none.moving or none.joint is not None else 'at'} {names[not at_start]!r}"
+    stopping = "stopping after" if k == 0 else "coming from rest to"
+    where = f"{stopping if none.moving or none.joint is not None else 'at'} {names[k]!r}"
     if none.joint is not None:
         message += (
             f": {where}, {joint} goes {much} beyond its position limit; accepted: a lower velocity "
@@ -200,4 +226,4 @@ def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Seg
             "scene.margin, or objects elsewhere"
         )
     error = NoWayFoundError(message, end=none.end, names=none.bodies, depth=none.depth)
-    return task.located(error, start if at_start else goal)
+    return task.located(error, fault)

@@ -27,7 +27,7 @@ class Segment:
     Attributes:
         waypoints: Their indices in the scenario.
         rows: Their rows in its joint waypoints, shape (n,).
-        way: What is asked of it if it finds its way; it has two waypoints then.
+        way: What is asked of it if it finds its way.
     """
 
     waypoints: range
@@ -72,8 +72,21 @@ def find_segments(task: FreeTask) -> list[Segment]:
 
 
 def way_ends(free: FreeTimes) -> set[int]:
-    """Waypoints where ways begin or end: position, velocity and acceleration are known there."""
-    return {i for end in free.ways for i in (end - 1, end)}
+    """Waypoints where ways begin or end: position, velocity and acceleration are known there.
+
+    Two ways with nothing given between them but a position are one.
+    """
+    open_time = free.duration & (free.at_least == 0.0)
+    return {
+        i
+        for end in free.ways
+        for i in (end - 1, end)
+        if not (
+            free.speed[i] == "free"
+            and free.ways.get(i) == free.ways.get(i + 1)
+            and open_time[i - 1 : i + 1].all()
+        )
+    }
 
 
 def _chosen(free: FreeTimes, first: int, last: int) -> bool:

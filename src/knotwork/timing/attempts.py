@@ -155,6 +155,8 @@ def _run(
         more = tightened(problem, tightening, found.curve)
         if more is None:
             return replace(_attempt(problem, found, "optimal"), tightening=tightening)
+        if more.margin >= 1.0:
+            return best  # nothing is left of the limits
         # with further equations the solution is a poor start
         last = solution if more.same_equations(tightening) else None
         tightening = more

@@ -141,15 +141,41 @@ class Section:
         return low, high
 
     def _position_range(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest positions in each interval, shape (n-1, d); its ends are inside."""
-        problem = self.problem
-        width = problem.limits.upper - problem.limits.lower
+        """Least and greatest positions at the breaks in each interval, shape (n-1, d).
+
+        They are a little inside the limits, but for a joint that stands on one.
+        """
+        limits, q = self.problem.limits, self.problem.position
+        width = limits.upper - limits.lower
         gap = self.margin * np.where(np.isfinite(width), width, 1.0)
-        ends = np.stack((problem.position[:-1], problem.position[1:]))
+        stands = q[:-1] == q[1:]
+        lower, upper = limits.lower + gap, limits.upper - gap
         return (
-            np.minimum(problem.limits.lower + gap, ends.min(axis=0)),
-            np.maximum(problem.limits.upper - gap, ends.max(axis=0)),
+            np.where(stands, np.minimum(lower, q[1:]), lower),
+            np.where(stands, np.maximum(upper, q[1:]), upper),
         )
+
+    def _positions_between(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest positions at four points of each piece, shape (4, d, pieces).
+
+        Next to a waypoint on a limit a piece comes up to it. Next to one at rest the points are
+        constant: no solver finds its way where such a constant is limited to what it is.
+        """
+        problem, each = self.problem, self.form.each
+        q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
+        still = rests & (problem.acceleration == 0.0).all(axis=1)
+        found = []
+        for one, extreme, none in zip(
+            self._position_range(), (np.minimum, np.maximum), (-np.inf, np.inf), strict=True
+        ):
+            points = np.broadcast_to(one[:, None], (4, len(one), each, self.form.joints)).copy()
+            points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
+            points[:, :, -1] = extreme(points[:, :, -1], q[1:])
+            for place, constant in enumerate((rests, still)):
+                points[place, constant[:-1], 0] = none
+                points[3 - place, constant[1:], -1] = none
+            found.append(points.reshape(4, self.form.pieces, -1).transpose(0, 2, 1))
+        return found[0], found[1]
 
     def parameters(self) -> list[FloatArray]:
         """Parameters of each block."""
@@ -222,12 +248,9 @@ class Section:
             high.append(np.zeros((2 * d, count)))
             low.append(np.full((2 * d, count), -np.inf))
         if form.position:
-            lower, upper = (
-                np.repeat((room / scale.unit(0)).T, form.each, axis=1)
-                for room in self._position_range()
-            )
-            high += [upper] * 4
-            low += [lower] * 4
+            lower, upper = self._positions_between()
+            high += list(upper / scale.unit(0)[:, None])
+            low += list(lower / scale.unit(0)[:, None])
         timed = list(form.timed)
         free = problem.free[timed]
         least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time

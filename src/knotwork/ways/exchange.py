@@ -52,9 +52,10 @@ class Exchange:
 
     Args:
         space: Distances at single configurations.
-        problem: The states at both ends, and the limits.
+        problem: The states at both ends, positions between them, and the limits.
         first: A motion that keeps them and is proved clear.
-        pieces: Number of pieces of the motions to be found.
+        times: When the first motion passes the waypoints of the problem [s].
+        pieces: Number of pieces from each waypoint to the next of the motions to be found.
         room: Clearance beyond the margins that rows ask for [m].
 
     Attributes:
@@ -66,13 +67,14 @@ class Exchange:
         space: Configurations,
         problem: TimingProblem,
         first: PiecewisePolynomial,
+        times: FloatArray,
         pieces: int,
         room: float,
     ) -> None:
         self.space, self.problem, self.room = space, problem, room
         self.program = MotionProgram(problem)
         self.best = states_of(first)
-        self._reference = _sampled(first, pieces, problem.limits.acceleration)
+        self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
         self._improved = False
 
     def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
@@ -186,9 +188,12 @@ class Exchange:
         return np.asarray(clear + low * (q - clear))
 
 
-def _sampled(curve: PiecewisePolynomial, pieces: int, most: FloatArray) -> States:
+def _sampled(
+    curve: PiecewisePolynomial, times: FloatArray, pieces: int, most: FloatArray
+) -> States:
     """Few pieces that follow a motion roughly: a first guess, no motion by itself."""
-    t = np.linspace(0.0, curve.x[-1], pieces + 1)
+    places = np.arange((len(times) - 1) * pieces + 1) / pieces
+    t = np.interp(places, np.arange(len(times)), times)
     q = curve(t)
     v = np.gradient(q, t, axis=0)
     a = np.clip(np.gradient(v, t, axis=0), -0.5 * most, 0.5 * most)

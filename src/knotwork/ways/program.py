@@ -1,6 +1,7 @@
 """The program of one motion between two states: pieces, limits, and planes to stay beyond.
 
-The pieces, their equations and the limits are those of `timing.spline`; all breaks are free. A
+The pieces, their equations and the limits are those of `timing.spline`; all breaks are free, but
+for the positions of waypoints between the states, each with as many pieces before it. A
 distance d that falls at the rate -g per joint position becomes a row for one place s of one piece,
 
     d + g · (q(s) - q₀) >= margin,
@@ -200,8 +201,8 @@ class MotionProgram:
     """The shortest motion between the states of a problem, beyond planes.
 
     Args:
-        problem: Two waypoints whose velocities and accelerations are known, and the limits; the
-            jerk of every joint is limited.
+        problem: Waypoints, the first and the last of whose velocities and accelerations are known,
+            and the limits; the jerk of every joint is limited.
 
     Attributes:
         position: Whether positions between the breaks are limited as well.
@@ -285,18 +286,25 @@ class MotionProgram:
         self.iterations += found.iterations
         if not found.solved:
             return None
-        return self._rebuilt(found.x[at.span] * unit.time, found.x[at.a] * unit.of(2))
+        v, a = (found.x[places] * unit.of(order) for places, order in ((at.v, 1), (at.a, 2)))
+        return self._rebuilt(found.x[at.span] * unit.time, v, a)
 
-    def _rebuilt(self, span: FloatArray, a: FloatArray) -> States:
-        """The exact curve of durations and accelerations; it meets both ends to rounding."""
-        problem, total = self.problem, float(span.sum())
-        a[[0, -1]] = problem.acceleration
+    def _rebuilt(self, span: FloatArray, v: FloatArray, a: FloatArray) -> States:
+        """The exact curve of durations and accelerations; it meets all waypoints to rounding."""
+        problem = self.problem
+        stretches = len(problem.position) - 1
+        each = len(span) // stretches
+        spans = span.reshape(stretches, each)
+        duration = spans.sum(axis=1)
+        a[[0, -1]] = problem.acceleration[[0, -1]]
+        velocity = v[::each].copy()
+        velocity[[0, -1]] = problem.velocity[[0, -1]]
         knots = Knots(
-            np.array([0.0, total]),
-            (span / total)[None],
+            np.concatenate(([0.0], np.cumsum(duration))),
+            spans / duration[:, None],
             problem.position,
-            problem.velocity,
-            a[None],
+            velocity,
+            a[each * np.arange(stretches)[:, None] + np.arange(each + 1)],
         )
         return states_of(rebuilt(knots))
 
@@ -313,12 +321,10 @@ class MotionProgram:
         inside = limits.lower + INSIDE, limits.upper - INSIDE
         low[at.q] = np.clip(near.q - radius, *inside) / unit.of(0)
         high[at.q] = np.clip(near.q + radius, *inside) / unit.of(0)
-        for places, values, order in (
-            (at.q, problem.position, 0),
-            (at.v, problem.velocity, 1),
-            (at.a, problem.acceleration, 2),
-        ):
-            low[places[[0, -1]]] = high[places[[0, -1]]] = values / unit.of(order)
+        through = at.q[:: len(near.span) // (len(problem.position) - 1)]
+        low[through] = high[through] = problem.position / unit.of(0)
+        for places, values, order in ((at.v, problem.velocity, 1), (at.a, problem.acceleration, 2)):
+            low[places[[0, -1]]] = high[places[[0, -1]]] = values[[0, -1]] / unit.of(order)
         return low, high
 
     def _piece_parameters(self, near: States, unit: _Units) -> FloatArray:
@@ -344,12 +350,16 @@ class MotionProgram:
         low = [zero, -fastest, -fastest, np.full((2 * d, n), -np.inf)]
         high = [zero, fastest, fastest, zero]
         if shape.position:
-            ends = problem.position
+            each = n // (len(problem.position) - 1)
             least, most = problem.limits.lower + INSIDE, problem.limits.upper - INSIDE
             lower, upper = (np.repeat(one[:, None], n, axis=1) for one in (least, most))
-            # an end may lie on a limit: then only the piece next to it may come up to it
-            lower[:, [0, -1]] = np.minimum(lower[:, [0, -1]], ends.T)
-            upper[:, [0, -1]] = np.maximum(upper[:, [0, -1]], ends.T)
+            # a waypoint may lie on a limit: then only pieces next to it may come up to it
+            for next_to, q in (
+                (slice(None, None, each), problem.position[:-1]),
+                (slice(each - 1, None, each), problem.position[1:]),
+            ):
+                lower[:, next_to] = np.minimum(lower[:, next_to], q.T)
+                upper[:, next_to] = np.maximum(upper[:, next_to], q.T)
             low += [lower / unit.of(0)[:, None]] * 4
             high += [upper / unit.of(0)[:, None]] * 4
         return np.vstack(low), np.vstack(high)

@@ -59,6 +59,7 @@ class Way:
 
     Attributes:
         curve: Joint positions over time, from time 0 on: cubic, C2.
+        time: When it passes the waypoints [s], shape (n,).
         line: The polyline that it was made from, shape (n, d).
         through: The problem with the polyline's corners as waypoints.
         resting: How long the motion lasts that rests at each corner of the polyline [s].
@@ -66,6 +67,7 @@ class Way:
     """
 
     curve: PiecewisePolynomial
+    time: FloatArray
     line: FloatArray
     through: TimingProblem
     resting: float
@@ -82,9 +84,9 @@ class WayProblem:
     """Two states, and what the motion between them has to keep.
 
     Attributes:
-        timing: Two waypoints whose velocities and accelerations are known, and the limits; jerk is
-            limited.
-        goals: Solutions of the second one, the first of which `timing` has, shape (m, d); more than
+        timing: Waypoints, the first and the last of whose velocities and accelerations are known,
+            and the limits; jerk is limited.
+        goals: Solutions of the last one, the first of which `timing` has, shape (m, d); more than
             one only where the arm is at rest there.
         robot: Pinocchio model of the arm.
         model: Bodies that are there, and their pairs.
@@ -100,8 +102,9 @@ class NoWayError(Exception):
     """No way was found. That is no proof that there is none.
 
     Attributes:
-        end: `"start"` or `"goal"` where the arm is too near to something, or can't come to rest
-            along its velocity without being so; empty where both ends are free.
+        end: `"start"`, `"goal"` or the number of a waypoint between them where the arm is too near
+            to something, or can't come to rest along its velocity without being so; empty where all
+            are free.
         bodies: Names of the two bodies that are too near there.
         depth: By how much [m], or how far the joint goes beyond its limit [rad or m].
         moving: Whether it is the motion to rest that is not clear.
@@ -157,7 +160,7 @@ def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
         duration: How long it is to last [s], no less than the fastest.
     """
     timing = problem.timing
-    if not timing.velocity.any() and not timing.acceleration.any():
+    if not timing.velocity[[0, -1]].any() and not timing.acceleration[[0, -1]].any():
         slower = duration / way.duration
         scale = slower ** -np.arange(3.0, -1.0, -1.0)
         return PiecewisePolynomial(way.curve.c * scale[:, None, None], slower * way.curve.x)
@@ -176,7 +179,7 @@ def to_blame(problem: WayProblem, checks: int) -> list[str]:
     """
     model, limits = problem.model, problem.timing.limits
     names = dict.fromkeys(one.name for one in model.bodies if one.kind == "object")
-    start, *_ = problem.timing.position
+    *starts, _ = problem.timing.position
     found = []
     for name in names:
         others = [
@@ -187,8 +190,15 @@ def to_blame(problem: WayProblem, checks: int) -> list[str]:
         without = replace(model, pairs=tuple(others))
         space = Configurations(problem.robot, without, limits.lower, limits.upper)
         goals = [q for q in problem.goals if space.free(q)]
-        rng, most = np.random.default_rng(0), _affordable(checks, space) // len(names)
-        if goals and connect(space, start, goals, rng, CARES[0].step, most) is not None:
+        rng, most = (
+            np.random.default_rng(0),
+            _affordable(checks, space) // len(names) // len(starts),
+        )
+        targets = [*([q] for q in starts[1:]), goals]
+        stretches = zip(starts, targets, strict=True)
+        if goals and all(
+            connect(space, q, to, rng, CARES[0].step, most) is not None for q, to in stretches
+        ):
             found.append(name)
     return found
 
@@ -210,6 +220,7 @@ class _Search:
         timing = problem.timing
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
+        self.inner = timing.position[1:-1]
         self.start, self.goals = self._rests(limits)
         self.care = 0
 
@@ -218,10 +229,14 @@ class _Search:
         timing, goals = self.problem.timing, self.problem.goals
         first, last = (
             braking_move(sign * v, a, limits)
-            for sign, v, a in zip((1.0, -1.0), timing.velocity, timing.acceleration, strict=True)
+            for sign, v, a in zip(
+                (1.0, -1.0), timing.velocity[[0, -1]], timing.acceleration[[0, -1]], strict=True
+            )
         )
         start = timing.position[0]
         self._check("start", start[None], first)
+        for k, q in enumerate(self.inner, 1):
+            self._check(f"{k}", q[None], np.zeros_like(q))
         self._check("goal", goals, last)
         self.ends = [q for q in goals if self.space.free(q)]
         return start + first, [q + last for q in self.ends]
@@ -247,10 +262,10 @@ class _Search:
                 self._leave_out_far_goals(best.duration)
             if best is not None and (self.late() or not self.goals):
                 break
-            line = self._line(seed)
-            if line is None:
+            lines = self._lines(seed)
+            if lines is None:
                 break
-            way = self._fast(line, best)
+            way = self._fast(lines, best)
             if way is not None and (best is None or way.duration < best.duration):
                 best = way
                 self.found(way)
@@ -267,18 +282,31 @@ class _Search:
         self.goals = [self.goals[k] for k in near]
         self.ends = [self.ends[k] for k in near]
 
-    def _line(self, seed: int) -> FloatArray | None:
+    def _lines(self, seed: int) -> list[FloatArray] | None:
+        """Polylines from each waypoint to the next that are proved clear."""
+        starts, targets = [self.start, *self.inner], [*([q] for q in self.inner), self.goals]
+        found = []
+        for k, ends in enumerate(zip(starts, targets, strict=True)):
+            line = self._line([seed, k] if k else [seed], *ends)
+            if line is None:
+                return None
+            found.append(line)
+        return found
+
+    def _line(
+        self, seed: list[int], start: FloatArray, goals: list[FloatArray]
+    ) -> FloatArray | None:
         """A polyline that is proved clear."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
         while self.care < len(CARES):
             step, extra, checks = CARES[self.care]
             room = max(extra, self.room) if extra else 0.0
-            self.space.keep_away(room, (self.start, *self.goals))
+            self.space.keep_away(room, (start, *goals))
             for k in range(SEEDS):
-                rng = np.random.default_rng([seed, k])
+                rng = np.random.default_rng([*seed, k])
                 most = _affordable(checks, self.space)
-                line = connect(self.space, self.start, self.goals, rng, step, most)
+                line = connect(self.space, start, goals, rng, step, most)
                 if line is None:
                     break
                 for one in (shortened(self.space, line, rng, step, weights), line):
@@ -287,8 +315,10 @@ class _Search:
             self.care += 1
         return None
 
-    def _fast(self, line: FloatArray, best: Way | None) -> Way | None:
-        """The fastest motion near a polyline."""
+    def _fast(self, lines: list[FloatArray], best: Way | None) -> Way | None:
+        """The fastest motion near polylines that follow one another."""
+        line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
+        edges = [len(one) - 1 for one in lines]
         goal = int(np.argmin([np.abs(q - line[-1]).max() for q in self.goals]))
         timing = self._through(line, goal)
         rests = resting(timing, "resting")
@@ -296,13 +326,17 @@ class _Search:
             return None
         first = rests.found.curve
         lasting = float(first.x[-1])
+        passed = np.cumsum([0, *edges])
+        times = rests.found.knots.time[passed]
         if best is None:
-            self.found(Way(first, line, timing, lasting, self.space.checks))
-        pieces = min(max(PIECES_AN_EDGE * (len(line) - 1), FEWEST), MOST)
-        ends = self._through(line[[0, -1]], goal)
+            self.found(Way(first, times, line, timing, lasting, self.space.checks))
+        pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
+        inner = self._through(line[passed], goal)
         beat = np.inf if best is None else best.duration
-        curve = Exchange(self.space, ends, first, pieces, self.room).run(self.late, beat)
-        return Way(curve, line, timing, lasting, self.space.checks)
+        curve = Exchange(self.space, inner, first, times, pieces, self.room).run(self.late, beat)
+        if curve is not first:
+            times = curve.x[::pieces]
+        return Way(curve, times, line, timing, lasting, self.space.checks)
 
     def _through(self, line: FloatArray, goal: int) -> TimingProblem:
         """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
@@ -310,7 +344,8 @@ class _Search:
         n, d = line.shape
         position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
         position[0], position[-1] = timing.position[0], self.ends[goal]
-        velocity[[0, -1]], acceleration[[0, -1]] = timing.velocity, timing.acceleration
+        velocity[[0, -1]] = timing.velocity[[0, -1]]
+        acceleration[[0, -1]] = timing.acceleration[[0, -1]]
         return replace(
             timing,
             position=position,
