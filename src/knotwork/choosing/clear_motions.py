@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def clear_motion(
         robot.model,
         at_time(task.collision_model, when),
     )
-    begun = watch.now()
+    begun, search = watch.now(), _Search(watch, asked.tries)
     try:
         with watch.part(1):
             way = find_way(
@@ -70,7 +70,8 @@ def clear_motion(
                 tries=asked.tries,
                 room=asked.room,
                 late=lambda: watch.late(found=True),
-                found=lambda one: watch.step(one.duration, 0.0),
+                found=search.found,
+                trying=search.trying,
             )
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
@@ -93,7 +94,30 @@ def clear_motion(
         objective=terms(problem, curve),
         seconds=watch.now() - begun,
         line=way.line,
+        tries=search.number,
     )
+
+
+@dataclass(eq=False)
+class _Search:
+    """Reports the progress of the search for a way: what exists already, and what is tried."""
+
+    watch: Watch
+    tries: int
+    number: int = 0
+    duration: float | None = None
+
+    def trying(self, number: int) -> None:
+        self.number = number
+        self._report()
+
+    def found(self, way: Way) -> None:
+        self.duration = way.duration
+        self._report()
+
+    def _report(self) -> None:
+        trying = f"way {self.number} of {self.tries}"
+        self.watch.step(self.duration or np.inf, 0.0, self.duration, trying)
 
 
 def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot) -> FloatArray:
