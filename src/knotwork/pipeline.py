@@ -336,7 +336,7 @@ def _planned(
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
-            known += findings(chosen, space)
+            known += findings(chosen, space, trajectory)
             # the solutions were chosen before the times were, which hold them fast
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def clear_motion(
         robot.model,
         _bodies(task, segment),
     )
-    begun = watch.now()
+    begun, search = watch.now(), _Search(watch, asked.tries)
     try:
         with watch.part(1):
             way = find_way(
@@ -75,18 +75,18 @@ def clear_motion(
                 tries=asked.tries,
                 room=asked.room,
                 late=lambda: watch.late(found=True),
-                found=lambda one: watch.step(one.duration, 0.0),
+                found=search.found,
+                trying=search.trying,
             )
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
-    return _timed(way, curve, problem, watch.now() - begun)
+    found = _timed(way, curve, problem)
+    return replace(found, seconds=watch.now() - begun, tries=search.number)
 
 
-def _timed(
-    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, seconds: float
-) -> TimedMotion:
-    """The motion along a way, found in some seconds, as that of any other segment."""
+def _timed(way: Way, curve: PiecewisePolynomial, problem: TimingProblem) -> TimedMotion:
+    """The motion along a way as that of any other segment."""
     time = way.time * (float(curve.x[-1]) / way.duration)
     inner = time[1:-1]
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
@@ -106,9 +106,30 @@ def _timed(
         status="resting" if way.duration >= way.resting else "optimal",
         binding=binding_limits(problem, time, curve),
         objective=terms(problem, curve),
-        seconds=seconds,
         line=way.line,
     )
+
+
+@dataclass(eq=False)
+class _Search:
+    """Reports the progress of the search for a way: what exists already, and what is tried."""
+
+    watch: Watch
+    tries: int
+    number: int = 0
+    duration: float | None = None
+
+    def trying(self, number: int) -> None:
+        self.number = number
+        self._report()
+
+    def found(self, way: Way) -> None:
+        self.duration = way.duration
+        self._report()
+
+    def _report(self) -> None:
+        trying = f"way {self.number} of {self.tries}"
+        self.watch.step(self.duration or np.inf, 0.0, self.duration, trying)
 
 
 def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:

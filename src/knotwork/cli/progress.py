@@ -38,16 +38,25 @@ def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None
 
     def show(at: Progress) -> None:
         if at.seconds >= SHOWN_AFTER:
-            status.update(
-                f"{name}: choosing times, {at.seconds:.0f} s, step {at.iterations}, "
-                f"{100 * at.done:.0f} % of the waypoints done, limits off by {at.violation:.1e}"
-            )
+            status.update(f"{name}: {_choosing(at)}")
             status.start()
 
     try:
         yield show
     finally:
         status.stop()
+
+
+def _choosing(at: Progress) -> str:
+    """How far the choice of times has come, in a line."""
+    done = f"{100 * at.done:.0f} % of the waypoints done"
+    if not at.trying:
+        return (
+            f"choosing times, {at.seconds:.0f} s, step {at.iterations}, {done}, limits off by "
+            f"{at.violation:.1e}"
+        )
+    exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s exists"
+    return f"{exists}; {at.trying}, {at.seconds:.0f} s, {done}"
 
 
 @contextmanager

@@ -177,6 +177,12 @@ class SolidPairs:
             most: Nothing beyond this is of interest [m]: it is the largest value given. With 0 only
                 the sign counts.
         """
+        return (gap for gap, _ in self.nearest(q, time, most))
+
+    def nearest(
+        self, q: FloatArray, time: FloatArray, most: float = math.inf
+    ) -> Iterator[tuple[float, int]]:
+        """`clearances`, each with the pair of solids that has it, or -1 without one nearer."""
         low, high = self.windows[self.pair].T
         there = (low <= time[:, None]) & (time[:, None] <= high)
         rotation, origin = place_joints(self.model.joints, np.asarray(q, dtype=float))
@@ -184,7 +190,7 @@ class SolidPairs:
         least = self.least(rotation, origin) - self.margin
         turn, shift = self.axes(rotation, origin)
         for i, row in enumerate(np.where(there, least, np.inf)):
-            result = most
+            result, nearest = most, -1
             for c in np.argsort(row).tolist():
                 if row[c] > result or (most == 0.0 and result < 0.0):
                     break
@@ -192,5 +198,7 @@ class SolidPairs:
                 apart = self.measured(c, turn[i], shift[i], result + margin + ROUNDING) - margin
                 if apart > 0.0 and self._inside(c, turn[i], shift[i]):
                     apart = -apart
-                result = min(result, apart if apart > 0.0 else min(apart, -1e-300))
-            yield result
+                apart = apart if apart > 0.0 else min(apart, -1e-300)
+                if apart < result:
+                    result, nearest = apart, c
+            yield result, nearest

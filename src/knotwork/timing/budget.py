@@ -86,12 +86,20 @@ class Watch:
         now = self.now()
         return now > self.begun + self.budget or (found and now > self._turn)
 
-    def step(self, objective: float, violation: float) -> None:
-        """Count a step and report it."""
+    def step(
+        self,
+        objective: float,
+        violation: float,
+        duration: float | None = None,
+        trying: str = "",
+    ) -> None:
+        """Count a step and report it; arguments as the attributes of `Progress`."""
         self.iterations += 1
         if self.progress is not None:
             seconds, done = self.now() - self.begun, min(self.solved / self.work, 1.0)
-            self.progress(Progress(self.iterations, seconds, objective, violation, done))
+            self.progress(
+                Progress(self.iterations, seconds, objective, violation, done, duration, trying)
+            )
 
 
 @dataclass(eq=False)

@@ -47,6 +47,8 @@ class Progress:
         objective: Value that the last step has.
         violation: How far that step is from keeping every constraint, scaled.
         done: Part of the intervals that are already solved, from 0 to 1.
+        duration: How long the best motion lasts that a search for a way has so far [s], or `None`.
+        trying: What that search tries, for example `"way 2 of 6"`; empty elsewhere.
     """
 
     iterations: int
@@ -54,6 +56,8 @@ class Progress:
     objective: float
     violation: float
     done: float
+    duration: float | None = None
+    trying: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +80,7 @@ class TimedMotion(ReadOnlyArrays):
         seconds: What the solution took [s].
         line: Corners of the clear polyline that it was made from, shape (m, d); `None` for a motion
             that does not find its way.
+        tries: Number of ways that were looked for.
     """
 
     trajectory: JointTrajectory
@@ -89,6 +94,7 @@ class TimedMotion(ReadOnlyArrays):
     iterations: int = 0
     seconds: float = 0.0
     line: FloatArray | None = None
+    tries: int = 0
 
     @property
     def duration(self) -> float:

@@ -17,6 +17,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.limits import LIMITS, derivative_limits
+from knotwork.view.clearance_curve import nearest_around
 from knotwork.view.style import DASHES
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -78,6 +79,7 @@ class Motion:
         uses: Use of each limit given, by joint and quantity.
         judged: Findings of the check on limits of tool and links.
         knots: Breaks of the motion [s], without the ends of a window.
+        whole: The motion, whatever the window is.
         window: From when to when [s] it is shown.
     """
 
@@ -90,6 +92,7 @@ class Motion:
     uses: dict[tuple[str, str], Finding]
     judged: tuple[Finding, ...]
     knots: FloatArray
+    whole: JointTrajectory
     window: tuple[float, float] = (-np.inf, np.inf)
 
     @property
@@ -176,7 +179,7 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     trajectory = getattr(plan, "trajectory", None) if plan is not None else thing
     if not isinstance(trajectory, JointTrajectory):
         raise InputError(f"can't draw {type(thing).__name__}; give a Plan or a JointTrajectory")
-    found: Iterable[Finding] = ()
+    found: Sequence[Finding] = ()
     if plan is not None:
         scenario, space, found = plan.scenario, plan.space, plan.report.findings
     if space is not None:
@@ -187,7 +190,10 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     ok = bool(plan.report.ok) if plan else None
     uses, knots = limit_uses(found), trajectory.polynomial.x
     judged = tuple(one for one in found if one.group in LIMITS and one.subject != "joint")
-    return Motion(label, trajectory, space, marks, scenario, ok, uses, judged, knots)
+    nearest = nearest_around(found)
+    if nearest is not None:
+        judged += (nearest,)
+    return Motion(label, trajectory, space, marks, scenario, ok, uses, judged, knots, trajectory)
 
 
 def _marks(

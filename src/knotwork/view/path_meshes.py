@@ -11,6 +11,7 @@ from knotwork.deviation import deviation_from_path
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.verification import Report
 from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
@@ -131,7 +132,7 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
 
 # Exact to beyond the tolerance; they differ in lightness, too.
 DEVIATION_COLOURS = np.array([[0.05, 0.4, 0.45], [0.45, 0.7, 0.45], [0.98, 0.85, 0.25]])
-ASKED = (0.1, 0.1, 0.12)
+ASKED, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
 # Dashes along a path, and points of each, and of most paths; relative to the scene's size.
 DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
 # Length of a dash in half periods: the path's colours must be visible between dashes.
@@ -166,6 +167,29 @@ def asked_path_mesh(scenario: Scenario | None, robot: Robot, size: float) -> Mes
         line_mesh(points, np.tile(ASKED, (len(points), 1)), WIDTH * size)
         for points in asked_points(scenario, robot, size)
     ]
+    drawn = [part for part in parts if part is not None]
+    return merged(drawn) if drawn else None
+
+
+def way_mesh(path: ToolTrace, report: Report | None, size: float) -> Mesh | None:
+    """Draw dashes where the motion found its way; `None` where it did not.
+
+    Args:
+        path: Of the tool.
+        report: Of the check, with the ways that were found.
+        size: Extent of the scene [m].
+    """
+    along = np.concatenate(
+        ([0.0], np.cumsum(np.linalg.norm(np.diff(path.position, axis=0), axis=1)))
+    )
+    dashed = along % (2 * DASH * size) < 2 * DASHED * DASH * size
+    parts: list[Mesh | None] = []
+    for found in report.select(quantity="way") if report is not None else ():
+        start, end = found.interval or (np.inf, -np.inf)
+        on = dashed & (path.time >= start) & (path.time <= end)
+        for run in np.ma.clump_unmasked(np.ma.masked_equal(on, value=False)):  # type: ignore[no-untyped-call]
+            points = path.position[run]
+            parts.append(line_mesh(points, np.tile(WAY, (len(points), 1)), WIDTH * size))
     drawn = [part for part in parts if part is not None]
     return merged(drawn) if drawn else None
 

@@ -17,6 +17,7 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Report
+from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import limit_shares
 from knotwork.view.packing import packed_numbers
 from knotwork.view.tool_curves import stretches
@@ -102,16 +103,16 @@ LEAST_WIDTH = 0.003
 
 def strip(
     robot: Robot,
-    curve: PiecewisePolynomial,
+    trajectory: JointTrajectory,
     scenario: Scenario | None,
     space: JointSpace | None,
     report: Report | None,
 ) -> dict[str, Any]:
-    """Give the use of limits, the given speeds along paths, and the failures, over time.
+    """Give the use of limits, speeds along paths, clearance and failures, over time.
 
     Args:
         robot: The arm.
-        curve: Its motion, joints in the robot's order.
+        trajectory: Its motion, joints in the robot's order.
         scenario: The task.
         space: Its limits.
         report: Of the check; the use of the limits in it is shown.
@@ -119,6 +120,7 @@ def strip(
     Returns:
         Times from the start of the motion [s].
     """
+    curve = trajectory.polynomial
     start, end = float(curve.x[0]), float(curve.x[-1])
     found = report.failures if report is not None else ()
     least = 0.5 * LEAST_WIDTH * (end - start)
@@ -138,7 +140,34 @@ def strip(
         else []
     )
     use = np.max([np.zeros(SAMPLES), *shares], axis=0)
-    return {"use": packed_numbers(use.astype("<f4")), "asked": asked, "broken": broken}
+    return {
+        "use": packed_numbers(use.astype("<f4")),
+        "asked": asked,
+        "broken": broken,
+        "clearance": _clearance(trajectory, scenario, space, report),
+    }
+
+
+def _clearance(
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    report: Report | None,
+) -> dict[str, Any] | None:
+    """Clearance from what stands around over time, the nearest pairs, and what is to be kept."""
+    nearest = nearest_around(report.findings) if report is not None else None
+    also = [] if nearest is None or nearest.time is None else [nearest.time]
+    start, end = trajectory.start_time, trajectory.end_time
+    found = clearance_curve(trajectory, scenario, space, (start, end), also)
+    if found is None or scenario is None:
+        return None
+    return {
+        "time": (found.time - start).tolist(),
+        "distance": [round(d, 6) if np.isfinite(d) else None for d in found.distance.tolist()],
+        "pair": found.pair,
+        "names": found.names,
+        "margin": scenario.scene.rules.margin,
+    }
 
 
 def joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:

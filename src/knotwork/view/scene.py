@@ -36,6 +36,7 @@ from knotwork.view.path_meshes import (
     path_meshes,
     speed_colours,
     tool_mesh,
+    way_mesh,
     written,
 )
 from knotwork.view.playback import arm_frames, drawn_joints, joint_panel, strip, waypoint_times
@@ -46,7 +47,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.015
 # Drawn in their own colours, whatever the light.
-UNLIT = ("path", "limits broken", "failures", "deviation")
+UNLIT = ("path", "limits broken", "failures", "deviation", "way")
 # Parts of a scene that depend on the robot alone: most of the data.
 STILL = ("joints", "shapes", "images", "coarse")
 # Shown on demand.
@@ -58,7 +59,7 @@ class _Shown:
     """Parts that a scene is composed of."""
 
     robot: Robot
-    curve: PiecewisePolynomial
+    trajectory: JointTrajectory
     motions: Mapping[str, PiecewisePolynomial]
     scenario: Scenario | None
     space: JointSpace | None
@@ -67,6 +68,11 @@ class _Shown:
     stops: Stops
     asked: Sequence[CartesianWaypoint]
     path: ToolTrace | None
+
+    @property
+    def curve(self) -> PiecewisePolynomial:
+        """Joint positions, joints in the robot's order."""
+        return self.trajectory.polynomial
 
     def task_points(self) -> FloatArray:
         """The tool's path and the waypoints [m], shape (n, 3)."""
@@ -131,7 +137,7 @@ def make_scene(
         "things": [*things, *objects.things],
         "labels": [*labels, *objects.labels],
         "waypoints": waypoint_times(scenario, trajectory),
-        "strip": strip(robot, shown.curve, scenario, space, report),
+        "strip": strip(robot, shown.trajectory, scenario, space, report),
         "legend": legend,
         "size": size,
         "floor": float(min(shown.stops.outlines[..., 2].min(), 0.0)),
@@ -217,9 +223,7 @@ def _gathered(
     stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
     path = tool_trace(robot, curve.polynomial, space, report, times) if has_tool else None
-    return _Shown(
-        robot, curve.polynomial, motions, scenario, space, report, shapes, stops, asked, path
-    )
+    return _Shown(robot, curve, motions, scenario, space, report, shapes, stops, asked, path)
 
 
 def _failures(
@@ -243,6 +247,7 @@ def _task_data(
     along = {
         "path asked for": asked_path_mesh(shown.scenario, robot, size),
         "deviation": deviation_mesh(shown.scenario, robot, shown.curve, size),
+        "way": way_mesh(path, shown.report, size),
     }
     meshes |= {name: mesh for name, mesh in along.items() if mesh is not None}
     for name, motion in shown.motions.items():
@@ -258,7 +263,7 @@ def _task_data(
         for name, mesh in meshes.items()
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
-    legend = {**speeds, **seconds, "broken": bool(path.broken.any())}
+    legend = {**speeds, **seconds, "broken": bool(path.broken.any()), "way": "way" in meshes}
     if shown.scenario is not None and "deviation" in meshes:
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)

@@ -21,6 +21,7 @@ from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch, ToleranceSet
 from knotwork.task import Limits
+from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.curves import piecewise_values
 from knotwork.view.drawn_motions import Motion
 from knotwork.view.limit_share import frame_values, singular_values
@@ -100,6 +101,18 @@ def least_singular_values(motion: Motion) -> Curve:
         return singular_values(robot, q)[:, np.newaxis]
 
     return _over_time(motion, measured, (0,))
+
+
+def clearances(motion: Motion) -> Curve:
+    """The least clearance from what stands around [m]."""
+    x = motion.curve.x
+    at = [one.time for one in motion.judged if one.quantity == "clearance"]
+    also = [time for time in at if time is not None and motion.shows(time)]
+    span = float(x[0]), float(x[-1])
+    found = clearance_curve(motion.whole, motion.scenario, motion.space, span, also)
+    if found is None:
+        return np.empty(0), np.empty((0, 1))
+    return found.time, found.distance[:, np.newaxis]
 
 
 def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iterable[int]) -> Curve:
@@ -239,6 +252,9 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
             curve = partial(place_rates, frame=frame, order=order)
             unit = rate_unit("m", order)
             rows.append(Row(title, unit, curve, limit=limit, judged=(quantity, frame)))
+    if scenario is not None and scenario.scene.objects:
+        least = scenario.scene.rules.margin
+        rows.append(Row("clearance", "m", clearances, limit=least, least=True))
     if limits.singular_value is not None:
         title, judged = "smallest singular value", ("smallest_singular_value", "")
         least = limits.singular_value

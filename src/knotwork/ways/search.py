@@ -133,6 +133,7 @@ def find_way(
     room: float = 1e-3,
     late: Callable[[], bool] = lambda: False,
     found: Callable[[Way], None] = lambda way: None,
+    trying: Callable[[int], None] = lambda number: None,
 ) -> Way:
     """Find a fast motion between two states that keeps every margin and limit, proved.
 
@@ -144,11 +145,12 @@ def find_way(
         room: Clearance beyond the margins that the motion keeps where it can [m].
         late: Whether the time is over; then the best so far is taken, once there is one.
         found: Called with each motion that is better than the ones before.
+        trying: Called with the number of each try, from 1 on, as it begins.
 
     Raises:
         NoWayError: None was found.
     """
-    return _Search(problem, room, late, found).best_of(tries)
+    return _Search(problem, room, late, found).best_of(tries, trying)
 
 
 def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
@@ -255,13 +257,14 @@ class _Search:
             gap, bodies = self.space.worst(rest)
             raise NoWayError(end, bodies, -gap, moving=True)
 
-    def best_of(self, tries: int) -> Way:
+    def best_of(self, tries: int, trying: Callable[[int], None]) -> Way:
         best: Way | None = None
         for seed in range(tries):
             if best is not None:
                 self._leave_out_far_goals(best.duration)
             if best is not None and (self.late() or not self.goals):
                 break
+            trying(seed + 1)
             lines = self._lines(seed)
             if lines is None:
                 break

@@ -52,9 +52,13 @@ class Player {
   }
 
   // A speed in the units of the task, and its unit
-  speedText(speed, digits) {
+  lengthText(value, digits) {
     const { length, per_metre: factor } = this.units;
-    return `${(factor * speed).toFixed(factor > 1 ? digits : digits + 3)} ${length}/s`;
+    return `${(factor * value).toFixed(factor > 1 ? digits : digits + 3)} ${length}`;
+  }
+
+  speedText(speed, digits) {
+    return `${this.lengthText(speed, digits)}/s`;
   }
 
   setRate() {

@@ -1,8 +1,11 @@
-// Below the slider: the tool's speed and the given speed, the use of limits, failures,
+// Below the slider: the tool's speed and the given speed, the use of limits, clearance, failures,
 // and the waypoints. A click goes to its time.
 
 // Half of the slider's knob: its middle goes from here to as far from the other end [pixels].
 const KNOB = 8;
+
+// Clearances up to so many times the margin, or the least if that is more, are shown to scale.
+const CLEAR = 5;
 
 class Strip {
   constructor(player) {
@@ -42,6 +45,13 @@ class Strip {
     return Math.max(...use.slice(low, high + 1));
   }
 
+  // Index of the last clearance that was sampled before a time
+  clearanceAt(time) {
+    const { time: times } = this.data.clearance;
+    const after = times.findIndex((one) => one > time);
+    return after < 0 ? times.length - 1 : Math.max(after - 1, 0);
+  }
+
   // What is at a time, in words
   say(time) {
     const { player, data } = this;
@@ -53,6 +63,11 @@ class Strip {
     }
     const use = this.useAt(time);
     if (data.use.some((part) => part > 0)) parts.push(use < Infinity ? `${(100 * use).toFixed(0)} % of a limit` : "a limit is broken at a jump");
+    if (data.clearance) {
+      const { distance, pair, names } = data.clearance;
+      const i = this.clearanceAt(time);
+      if (distance[i] !== null) parts.push(`${player.lengthText(distance[i], 1)} clear: ${names[pair[i]]}`);
+    }
     const near = data.waypoints.filter((stop) => Math.abs(stop.time - player.start - time) < 0.012 * player.animator.duration);
     parts.push(...near.map((stop) => stop.name).filter(Boolean));
     const tip = byId("tip");
@@ -105,10 +120,30 @@ class Strip {
       pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, height);
     }
     if (player.speeds) this.drawSpeeds(pen, up, times, colour);
+    if (data.clearance) this.drawClearance(pen, up, colour);
     pen.fillStyle = colour("red");
     for (const [start, end] of data.broken) {
       pen.fillRect(this.x(start), height - 5, Math.max(this.x(end) - this.x(start), 3), 5);
     }
+  }
+
+  drawClearance(pen, up, colour) {
+    const { time, distance, margin } = this.data.clearance;
+    const found = distance.filter((one) => one !== null);
+    if (!found.length) return;
+    const most = CLEAR * Math.max(margin, Math.min(...found), 1e-3);
+    const height = (one) => up(Math.min(Math.max(one, 0) / most, 1));
+    pen.strokeStyle = colour("clear");
+    pen.lineWidth = 1;
+    pen.setLineDash([2, 3]);
+    pen.strokeRect(KNOB, height(margin), this.x(time[time.length - 1]) - KNOB, 0);
+    pen.setLineDash([]);
+    pen.lineWidth = 1.6;
+    pen.beginPath();
+    distance.forEach((one, i) => {
+      if (one !== null) pen[i && distance[i - 1] !== null ? "lineTo" : "moveTo"](this.x(time[i]), height(one));
+    });
+    pen.stroke();
   }
 
   drawSpeeds(pen, up, times, colour) {

@@ -1,0 +1,113 @@
+"""Clearance from the surroundings over time, sampled, and the pair that is nearest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import Scenario
+from knotwork.scene.model import CollisionModel, Pair
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Finding, Motion
+from knotwork.verification.collisions import motion_model
+from knotwork.waypoints import FloatArray
+
+SAMPLES = 200
+# Every so many of them tell whether a pair moves; and by less than this [m] it does not.
+FEW, STILL = 8, 1e-6
+
+
+class ClearanceCurve(NamedTuple):
+    """How near the robot and what it carries come to what stands around.
+
+    Attributes:
+        time: [s], shape (n,).
+        distance: Of the pair that has least beyond its margin [m], shape (n,); NaN without one.
+        pair: Index of that pair's name, shape (n,).
+        names: Of pairs.
+    """
+
+    time: FloatArray
+    distance: FloatArray
+    pair: list[int]
+    names: list[str]
+
+
+def clearance_curve(
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    span: tuple[float, float],
+    also: Sequence[float] = (),
+) -> ClearanceCurve | None:
+    """Sample the clearance; `None` where nothing stands around while it moves.
+
+    A pair that keeps its margin and one distance all the time, such as a floor and the shoulder
+    that turns above it, is left out.
+
+    Args:
+        trajectory: The whole motion: held objects are where it takes and leaves them.
+        scenario: The task.
+        space: The joints and their robot.
+        span: From when to when it is sampled [s].
+        also: More times to sample [s].
+    """
+    if scenario is None or space is None or space.robot is None or not scenario.scene.objects:
+        return None
+    motion = Motion(trajectory, space)
+    model = motion_model(motion, scenario, space.robot)
+    time = np.unique([*np.linspace(*span, SAMPLES - len(also)), *also])
+    q = motion.curve(time)
+    around = tuple(pair for pair in model.pairs if pair.around)
+    found = _nearest(model, around, q, time)
+    while still := {k for k in set(found.pairs) - {-1} if _stands_still(model, around[k], q, time)}:
+        around = tuple(pair for k, pair in enumerate(around) if k not in still)
+        found = _nearest(model, around, q, time)
+    pairs, distance = found
+    if np.isnan(distance).all():
+        return None
+    kinds = sorted({k for k in pairs if k >= 0})
+    bodies = [(model.bodies[around[k].second], model.bodies[around[k].first]) for k in kinds]
+    return ClearanceCurve(
+        time,
+        distance,
+        [kinds.index(k) if k >= 0 else -1 for k in pairs],
+        [f"{first.name}, {second.name}" for first, second in bodies],
+    )
+
+
+def nearest_around(findings: Sequence[Finding]) -> Finding | None:
+    """The finding on the pair that comes nearest to its margin, one of which stands around."""
+    pairs = [one for one in findings if one.quantity == "clearance" and one.around]
+    return min(pairs, key=lambda one: (one.value or 0.0) - (one.limit or 0.0), default=None)
+
+
+class _Nearest(NamedTuple):
+    pairs: list[int]
+    distance: FloatArray
+
+
+def _nearest(
+    model: CollisionModel, pairs: tuple[Pair, ...], q: FloatArray, time: FloatArray
+) -> _Nearest:
+    """The pair that has least beyond its margin at each time, or -1, and its distance [m]."""
+    if not pairs:
+        return _Nearest([-1] * len(time), np.full(len(time), np.nan))
+    from knotwork.scene.solid_pairs import SolidPairs
+
+    table = SolidPairs(replace(model, pairs=pairs))
+    found = list(table.nearest(q, time))
+    distance = [gap + table.margin[c] if c >= 0 else np.nan for gap, c in found]
+    return _Nearest([int(table.pair[c]) if c >= 0 else -1 for _, c in found], np.array(distance))
+
+
+def _stands_still(model: CollisionModel, pair: Pair, q: FloatArray, time: FloatArray) -> bool:
+    """Whether a pair keeps its margin, and one distance in the whole motion."""
+    few = slice(None, None, FEW)
+    distance = _nearest(model, (pair,), q[few], time[few]).distance
+    least, most = np.nanmin(distance), np.nanmax(distance)
+    return bool(least > pair.margin and most - least < STILL)

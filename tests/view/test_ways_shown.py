@@ -1,0 +1,124 @@
+"""What the report, pictures, the scene and progress say of ways."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from figures import data, lines, notes
+
+import knotwork as kw
+from drawn import scene
+from knotwork.timing import Progress
+from knotwork.verification import Finding
+from knotwork.view import plot_tool
+
+DOWN = [180, 0, 0]
+
+
+def past(*others: Any, **way: Any) -> dict[str, Any]:
+    """A UR5 from one side of a wall to the other."""
+    sides = [
+        {"name": name, "pose": {"position": [450, y, 100], "rpy": DOWN}, "stop": True}
+        for name, y in (("here", -250), ("there", 250))
+    ]
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "tool": {"offset": {"position": [0, 0, 120]}},
+        "limits": {"acceleration": 460, "jerk": 11500},
+        "scene": {
+            "margin": 5,
+            "objects": {
+                "wall": {"box": [500, 30, 400], "position": [450, 0, 190]},
+                "beam": {"box": [500, 30, 300], "position": [450, 0, 850]},
+            },
+        },
+        "waypoints": [sides[0], {**sides[1], "way": {"clear": True, "tries": 1, **way}}, *others],
+    }
+
+
+@cache
+def made() -> kw.Plan:
+    return kw.plan(past())
+
+
+def nearest(plan: kw.Plan) -> Finding:
+    """The pair that comes nearest to something that stands there."""
+    around = [one for one in plan.report.select(quantity="clearance") if one.around]
+    return min(around, key=lambda one: one.value or 0.0)
+
+
+def test_the_report_says_of_a_way_how_near_it_leads_past_what() -> None:
+    (found,) = made().report.select(quantity="way")
+    assert found.verdict == "information"
+    assert found.message.startswith("here to there: way found in ")
+    assert nearest(made()).name in found.message
+    assert found.value == pytest.approx(nearest(made()).value, abs=1e-3)
+    assert found.interval == pytest.approx((0.0, made().trajectory.duration))
+    assert "here to there: way found" in " ".join(str(made().report).split())
+
+
+def test_only_ways_are_told_as_ways() -> None:
+    last = {"name": "on", "pose": {"position": [450, 250, 150], "rpy": DOWN}, "stop": True}
+    plan = kw.plan(past({**last, "after": "fastest"}))
+    (found,) = plan.report.select(quantity="way")
+    assert found.interval == pytest.approx(plan.scenario.times[:2])
+
+
+def test_the_strip_shows_the_clearance_that_the_check_finds() -> None:
+    shown = scene(made().view())["strip"]["clearance"]
+    assert len(shown["time"]) <= 200
+    assert shown["margin"] == 0.005
+    least = int(np.argmin(shown["distance"]))
+    assert shown["distance"][least] == pytest.approx(nearest(made()).value, abs=1e-3)
+    assert shown["distance"][least] <= (nearest(made()).value or 0.0) + 1e-6
+    assert shown["names"][shown["pair"][least]] == nearest(made()).name
+
+
+def test_a_pair_that_the_motion_leaves_as_it_is_is_not_shown() -> None:
+    floor = {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -20]}
+    given = past()
+    given["scene"]["objects"] = {**given["scene"]["objects"], "floor": floor}
+    shown = scene(kw.plan(given).view())["strip"]["clearance"]
+    assert "shoulder_link, floor" not in shown["names"]
+
+
+def test_without_objects_no_clearance_is_shown() -> None:
+    given = past()
+    del given["scene"]["objects"]
+    plan = kw.plan(given)
+    assert scene(plan.view())["strip"]["clearance"] is None
+    assert plot_tool(plan).axes[-1].get_ylabel() != "clearance [mm]"
+
+
+def test_the_plot_of_the_tool_has_a_row_of_clearance_with_the_margin_as_limit() -> None:
+    figure = plot_tool(made())
+    axis = figure.axes[-1]
+    assert axis.get_ylabel() == "clearance [mm]"
+    _, value = data(lines(axis, "curve")[0])
+    assert value.min() == pytest.approx(1e3 * (nearest(made()).value or 0.0), abs=1)
+    (limit,) = (set(data(one)[1]) for one in lines(axis, "limit"))
+    assert limit == {5.0}
+    assert "limit 5 mm" in notes(figure)[-1]
+
+
+def test_the_scene_has_the_way_and_says_so_in_the_legend() -> None:
+    page = made().view()
+    assert [one["name"] for one in scene(page)["things"]].count("way") == 1
+    assert "▪▪▪ way" in page.html
+    other = kw.plan("ur5_deburring").view()
+    assert "way" not in [one["name"] for one in scene(other)["things"]]
+    assert "▪▪▪ way" not in other.html
+
+
+def test_progress_says_what_exists_already_and_what_is_tried() -> None:
+    told: list[Progress] = []
+    plan = kw.plan(past(tries=2), progress=told.append)
+    assert told[0].trying == "way 1 of 2"
+    assert told[0].duration is None
+    exists = [one.duration for one in told if one.duration is not None]
+    assert exists == sorted(exists, reverse=True)
+    assert exists[-1] == pytest.approx(plan.trajectory.duration)
