@@ -127,7 +127,7 @@ def test_a_pose_is_passed_at_the_best_velocity_between_two_ways(tmp_path: Path) 
 def test_a_pose_that_ways_lead_through_must_be_clear() -> None:
     given = through(velocity="free")
     given["waypoints"][1]["pose"]["position"] = [450, 0, 600]
-    with pytest.raises(NoWayFoundError, match=r"waypoints\[1\]: no way: here") as caught:
+    with pytest.raises(NoWayFoundError, match=r"at .above., ") as caught:
         kw.plan(given)
     assert "beam" in caught.value.names
 

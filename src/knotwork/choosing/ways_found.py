@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 
 from knotwork.choosing.choice import ChosenTimes
 from knotwork.joint_space import JointSpace
@@ -31,8 +32,10 @@ def ways_found(
     if free is None or not found:
         return
     motion = Motion(trajectory, space)
-    for goal, way in zip(sorted(free.ways), found, strict=True):
-        start, end = waypoints[goal - 1], waypoints[goal]
+    goals = iter(sorted(free.ways))
+    for way in found:
+        first, *others = islice(goals, len(way.time) - 1)  # it may lead through waypoints
+        start, end = waypoints[first - 1], waypoints[[first, *others][-1]]
         tries = f"{way.tries} {'try' if way.tries == 1 else 'tries'}"
         said = f"{start.name} to {end.name}: way found in {tries}"
         interval = (start.time, end.time)
