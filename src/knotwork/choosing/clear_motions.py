@@ -22,7 +22,8 @@ from knotwork.timing.rounding import rounded_up, with_room
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 from knotwork.ways.configurations import at_time
-from knotwork.ways.search import NoWayError, Way, WayProblem, find_way, lasting, to_blame
+from knotwork.ways.problem import NoWayError, Way, WayProblem
+from knotwork.ways.search import find_way, lasting, to_blame
 
 MOST_GOALS = 12
 """Solutions of a pose that a way may end at."""

@@ -17,7 +17,7 @@ from knotwork.verification.collisions import motion_model
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 200
-# Every so many of them tell whether a pair moves; and by less than this [m] it does not.
+# Every eighth sample tells whether a pair moves; by less than this [m] it does not.
 FEW, STILL = 8, 1e-6
 
 

@@ -17,8 +17,9 @@ from knotwork.timing.tightening import outside, too_fast
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
-from knotwork.ways.program import MotionProgram, Row, Start, States, states_of
+from knotwork.ways.program import MotionProgram, Start
 from knotwork.ways.proof import not_clear
+from knotwork.ways.states import Row, States, states_of
 
 PLACES = (0.0, 1 / 3, 2 / 3)
 """Where in each piece distances are rows."""

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.scene.model import CollisionModel
 from knotwork.timing.attempts import resting
 from knotwork.timing.problem import TimingLimits, TimingProblem
 from knotwork.timing.stop_to_stop import braking_move
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.exchange import Exchange
+from knotwork.ways.problem import NoWayError, Way, WayProblem
 from knotwork.ways.proof import is_clear, not_clear
 from knotwork.ways.rrt import connect, shortened
 
@@ -51,79 +51,6 @@ SEEDS = 3
 PIECES_AN_EDGE = 4
 FEWEST, MOST = 12, 20
 """Pieces of the motion for each edge of the polyline, and of the whole."""
-
-
-@dataclass(frozen=True, eq=False)
-class Way:
-    """A motion between two states that is proved clear.
-
-    Attributes:
-        curve: Joint positions over time, from time 0 on: cubic, C2.
-        time: When it passes the waypoints [s], shape (n,).
-        line: The polyline that it was made from, shape (n, d).
-        through: The problem with the polyline's corners as waypoints.
-        resting: How long the motion lasts that rests at each corner of the polyline [s].
-        checks: Number of configurations looked at.
-    """
-
-    curve: PiecewisePolynomial
-    time: FloatArray
-    line: FloatArray
-    through: TimingProblem
-    resting: float
-    checks: int
-
-    @property
-    def duration(self) -> float:
-        """[s]."""
-        return float(self.curve.x[-1])
-
-
-@dataclass(frozen=True, eq=False)
-class WayProblem:
-    """Two states, and what the motion between them has to keep.
-
-    Attributes:
-        timing: Waypoints, the first and the last of whose velocities and accelerations are known,
-            and the limits; jerk is limited.
-        goals: Solutions of the last one, the first of which `timing` has, shape (m, d); more than
-            one only where the arm is at rest there.
-        robot: Pinocchio model of the arm.
-        model: Bodies that are there, and their pairs.
-    """
-
-    timing: TimingProblem
-    goals: FloatArray
-    robot: object
-    model: CollisionModel
-
-
-class NoWayError(Exception):
-    """No way was found. That is no proof that there is none.
-
-    Attributes:
-        end: `"start"`, `"goal"` or the number of a waypoint between them where the arm is too near
-            to something, or can't come to rest along its velocity without being so; empty where all
-            are free.
-        bodies: Names of the two bodies that are too near there.
-        depth: By how much [m], or how far the joint goes beyond its limit [rad or m].
-        moving: Whether it is the motion to rest that is not clear.
-        joint: Index of the joint that goes beyond its position limit until the arm is at rest.
-        checks: Number of configurations looked at.
-    """
-
-    def __init__(
-        self,
-        end: str = "",
-        bodies: tuple[str, str] = ("", ""),
-        depth: float = 0.0,
-        moving: bool = False,
-        joint: int | None = None,
-        checks: int = 0,
-    ) -> None:
-        super().__init__()
-        self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
-        self.joint, self.checks = joint, checks
 
 
 def find_way(

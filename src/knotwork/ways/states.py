@@ -1,0 +1,60 @@
+"""A motion by the states at its breaks, and the planes that it stays beyond."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.waypoints import FloatArray
+
+
+class Row(NamedTuple):
+    """A plane that the motion stays beyond: normal · q >= offset at one place.
+
+    Attributes:
+        piece: Index of the piece.
+        place: Where in it, from 0 to 1.
+        normal: [m/rad or m/m], shape (d,).
+        offset: [m].
+    """
+
+    piece: int
+    place: float
+    normal: FloatArray
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """A motion by its pieces.
+
+    Attributes:
+        span: Durations of the pieces [s], shape (n,).
+        q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
+        curve: The motion that they are of; a first guess follows it only roughly.
+    """
+
+    span: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    curve: PiecewisePolynomial
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.span.sum())
+
+    def at(self, piece: int, place: float) -> FloatArray:
+        """Joint positions at a place of a piece, from 0 to 1."""
+        time = float(self.span[:piece].sum()) + place * float(self.span[piece])
+        return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
+
+
+def states_of(curve: PiecewisePolynomial) -> States:
+    """The states at the breaks of a cubic motion that begins at time 0."""
+    last = np.minimum(curve.x, curve.x[-1])
+    return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)
