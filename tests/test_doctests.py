@@ -64,6 +64,7 @@ OBVIOUS = {
         "errors.BranchError",
         "errors.CollisionError",
         "errors.FollowingError",
+        "errors.NoWayFoundError",
         "errors.OptionError",
         "errors.OutsideLimitsError",
         "errors.RobotError",
@@ -93,6 +94,7 @@ PLAIN_DATA = {
     "load_scenario": (
         "AskedTiming",
         "CollisionRules",
+        "FreeWay",
         "HeldObject",
         "JointValues",
         "ScenarioPath",
@@ -110,6 +112,7 @@ PLAIN_DATA = {
         "Balanced",
         "Branch",
         "ChosenMotion",
+        "ClearWay",
         "Collisions",
         "EndAcceleration",
         "Euler",
