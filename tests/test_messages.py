@@ -182,6 +182,15 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             {"along": "line", "speed": {"at_most": 0.1}, "pose": {"position": [0.4, 0.2, 0.4]}},
         ],
     },
+    "ways": {
+        "robot": "ur5",
+        "limits": {"acceleration": 5.0},
+        "ways": "clear",
+        "waypoints": [
+            {"joints": "home"},
+            {"joints": "home", "way": {"clear": True, "tries": 2, "room": 0.002}},
+        ],
+    },
     "joints": {
         "joint_units": {"j": "rad", "k": "m"},
         "start": {"j": 0, "k": 0},

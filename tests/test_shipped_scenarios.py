@@ -44,7 +44,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
     with pytest.raises(UnknownNameError) as unknown:
         kw.load_scenario("none")
     assert unknown.value.available == tuple(path.stem for path in PATHS)
-    assert len(PATHS) == 16
+    assert len(PATHS) == 19
     robots = {str(kw.load_scenario(path).robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
