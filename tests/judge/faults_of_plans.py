@@ -92,8 +92,10 @@ def off_a_waypoint(case: Case, rng: Rng, shelf: Shelf) -> Case:
 
 def waypoint_elsewhere(case: Case, rng: Rng, shelf: Shelf) -> Case:
     made = copy.deepcopy(case.data)
-    free = [row for row in made["waypoints"] if "pose" in row and "along" not in row]
-    last = free[-1]["pose"]  # no path begins there
+    rows = made["waypoints"]
+    along = ["along" in row for row in [*rows, {}]]  # no path ends or begins there
+    free = [row for k, row in enumerate(rows) if "pose" in row and not any(along[k : k + 2])]
+    last = free[-1]["pose"]
     last["position"][int(rng.integers(3))] += sign(rng) * 10.0 ** rng.uniform(-2.5, -1.0)
     return case.with_data(made)
 
@@ -150,7 +152,7 @@ FAULTS: dict[str, Fault] = {
          {"direction"}, LIMITS | {"speed"}, 10, False),
         ("a plan: late on its path", ALONG, late, {"speed"}, LIMITS, 8, False),
         ("a plan: off its path", ALONG, off_the_path,
-         {"path", "orientation"}, LIMITS | {"speed"}, 8, False),
+         {"path", "orientation"}, LIMITS | {"speed", "direction"}, 8, False),
         ("a plan: off a waypoint", plan_case(), off_a_waypoint, {"pose"}, AT_PATH, 10, False),
         ("a plan: a waypoint elsewhere", plan_case(), waypoint_elsewhere, {"pose"}, (), 8, False),
         ("a plan: a limit", plan_case(robot=False), limit, RATES - {"effort limit"}, (), 8, False),

@@ -58,7 +58,7 @@ def test_the_report_says_of_a_way_how_near_it_leads_past_what() -> None:
     assert nearest(made()).name in found.message
     assert found.value == pytest.approx(nearest(made()).value, abs=1e-3)
     assert found.interval == pytest.approx((0.0, made().trajectory.duration))
-    assert "here to there: way found" in " ".join(str(made().report).split())
+    assert "here to there: least clearance" in " ".join(str(made().report).split())
 
 
 def test_only_ways_are_told_as_ways() -> None:

@@ -41,12 +41,12 @@ def ways_found(
         interval = (start.time, end.time)
         least = _least(motion, chosen, space, interval)
         value = time = None
+        brief = said
         if least is not None:
             value, time = least.distance, least.time
-            said += (
-                f", least clearance {chosen.scenario.units.text(value, 'm', '.3g')} "
-                f"({least.second.name}, {least.first.name}) at {time:.2f} s"
-            )
+            clearance = f"least clearance {chosen.scenario.units.text(value, 'm', '.3g')}"
+            said += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
+            brief = f"{start.name} to {end.name}: {clearance}"
         yield Finding(
             group=GROUP,
             subject="waypoint",
@@ -58,7 +58,7 @@ def ways_found(
             unit="m" if value is not None else "",
             time=time,
             interval=interval,
-            brief=said,
+            brief=brief,
         )
 
 

@@ -15,7 +15,7 @@ from knotwork.verification.worst import alike, and_more, with_limits, without_us
 MOST_ROWS = 4
 """Number of lines of a group, the first finding of which is printed whole."""
 MOST_LINES = 9
-"""Where there are more lines, each group has one less."""
+"""Where there are more lines, each group has fewer."""
 NOTABLE = 0.01
 """A use of a limit below this part of it is worth no row of its own."""
 NARROWEST = 20
@@ -61,9 +61,10 @@ def group_lines(
         rest = "met"
         listed = {name: found for name, found in groups.items() if _met(found)}
         rows = {name: found for name, found in groups.items() if _without_requirements(found)}
-    lines = _rows(rows, units, width, MOST_ROWS)
-    if len(lines) > MOST_LINES:
-        lines = _rows(rows, units, width, MOST_ROWS - 1)
+    for most in range(MOST_ROWS, 0, -1):
+        lines = _rows(rows, units, width, most)
+        if len(lines) <= MOST_LINES:
+            break
     if listed:
         names = ", ".join(_counted(name, found) for name, found in listed.items())
         lines += wrapped("group", f"{INDENT}{rest}: {names}", width, 2 * INDENT)
