@@ -21,7 +21,7 @@ import planner_tables
 import results
 import speed
 import timing
-import ways
+import ways_tables
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -80,7 +80,10 @@ def ways_benchmarks() -> dict[str, Any]:
     """What the page on ways round obstacles shows."""
     data = results.load("ways")
     names = ("solved", "durations", "times", "judged")
-    return {"f": ways.figures(data), **dict(zip(names, ways.tables(data), strict=True))}
+    return {
+        "f": ways_tables.figures(data),
+        **dict(zip(names, ways_tables.tables(data), strict=True)),
+    }
 
 
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {

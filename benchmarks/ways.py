@@ -9,7 +9,7 @@ of velocity, acceleration and jerk and a margin of 0. Beside it:
   samples every 3 ms. It claims no limit of jerk, and it would take longer with finer steps.
 
 Motions are judged by plain Pinocchio and Coal every 3 ms, on the meshes of the URDF: whether the
-arm touches anything, and what part of their limits accelerations reach.
+arm touches an object, and what part of their limits accelerations reach.
 
 The peers are no dependencies of Knotwork:
 
@@ -42,17 +42,11 @@ import knotwork as kw
 import results
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
-from motion_bench import FOLDER, KINDS, TOUCHED, Problem, problems
-from results import Table
+from motion_bench import FOLDER, KINDS, Problem, problems
+from ways_tables import tables
 
 STEP = 0.003
 """Motions are judged at this [s]."""
-
-CONTENDERS = {"Knotwork": "knotwork", "roboplan": "roboplan"}
-"""Whose motions are judged, and where they are in the results."""
-
-ROUNDED = 1.001
-"""Parts of a limit up to this are within it: they are saved with three digits."""
 
 
 class Motion(NamedTuple):
@@ -90,14 +84,11 @@ def judged(problem: Problem, motion: Motion) -> dict[str, Any]:
     """What is wrong with a motion, by plain Pinocchio and Coal."""
     geometry, model = links().copy(), arm().model
     count = len(geometry.geometryObjects)
-    touched, allowed = TOUCHED.get(problem.kind, ("", []))
     for name, shape in problem.objects.items():
-        x, y, z, w = shape["quaternion_xyzw"]
-        place = pin.SE3(pin.Quaternion(w, x, y, z).matrix(), np.array(shape["position"]))
-        k = geometry.addGeometryObject(pin.GeometryObject(name, 0, place, solid(shape)))
+        may_touch = tuple(shape.get("allow", ()))
+        k = geometry.addGeometryObject(pin.GeometryObject(name, 0, place(shape), solid(shape)))
         for i, link in enumerate(geometry.geometryObjects):
-            may = name == touched and any(link.name.startswith(one) for one in allowed)
-            if i < count and link.parentJoint and not may:
+            if i < count and link.parentJoint and not link.name.startswith(may_touch):
                 geometry.addCollisionPair(pin.CollisionPair(i, k))
     data, found = model.createData(), geometry.createData()
     limit = arm().acceleration_limit
@@ -108,6 +99,12 @@ def judged(problem: Problem, motion: Motion) -> dict[str, Any]:
         ),
         "acceleration": round(float((np.abs(motion.a) / limit).max()), 3),
     }
+
+
+def place(shape: Mapping[str, Any]) -> Any:
+    """Where an object stands."""
+    x, y, z, w = shape["quaternion_xyzw"]
+    return pin.SE3(pin.Quaternion(w, x, y, z).matrix(), np.array(shape["position"]))
 
 
 def solid(shape: Mapping[str, Any]) -> Any:
@@ -125,7 +122,8 @@ def knotwork(problem: Problem, row: dict[str, Any], peers: bool) -> Motion | Non
     begun = clock.process_time()
 
     def progress(step: Any) -> None:
-        first.append(clock.process_time() - begun)
+        if step.duration is not None:  # a proved motion exists
+            first.append(clock.process_time() - begun)
 
     try:
         plan = kw.plan(problem.scenario(), progress=progress)
@@ -215,17 +213,14 @@ def _roboplan_scene(core: Any, problem: Problem) -> tuple[Any, list[str]]:
         config.write_text(yaml.safe_dump({"joint_limits": limits}))
         scene.importJointLimitsFromConfig(core.loadJointLimitsConfig(config))
     scene.setJointPositions(_open(scene))
-    touched, allowed = TOUCHED.get(problem.kind, ("", []))
     for name, shape in problem.objects.items():
-        x, y, z, w = shape["quaternion_xyzw"]
-        place = pin.SE3(pin.Quaternion(w, x, y, z).matrix(), np.array(shape["position"]))
-        where = np.asfortranarray(place.homogeneous)
+        where = np.asfortranarray(place(shape).homogeneous)
         if "box" in shape:
             scene.addBoxGeometry(name, "universe", core.Box(*shape["box"]), where, np.ones(4))
         else:
             size = core.Cylinder(shape["cylinder"]["radius"], shape["cylinder"]["length"])
             scene.addCylinderGeometry(name, "universe", size, where, np.ones(4))
-        for link in allowed if name == touched else ():
+        for link in shape.get("allow", ()):
             scene.setCollisions(name, link, False)
     scene.setCollisions(list(combinations(problem.objects, 2)), False)
     return scene, names
@@ -259,102 +254,10 @@ def main(numbers: int, kinds: str, peers: bool, save: Path | None) -> None:
             motion = contender()
             row[name] = None if motion is None else judged(problem, motion)
         rows.append(row)
-    data = {"rows": rows}
-    console = Console()
-    for table in tables(data):
-        table.show(console)
-    if save is not None:
-        console.print(f"wrote {results.save(save, 'ways', data)}")
-
-
-def tables(data: Mapping[str, Any]) -> list[Table]:
-    """The tables of the page: what is solved, how long motions last, what it takes, the judge."""
-    rows = data["rows"]
-    groups = {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
-    groups = {kind: found for kind, found in groups.items() if found} | {"all": rows}
-    solved = ("class", "problems", "ends outside limits", "solved and passed")
-    lasts = ("mean [s]", "roboplan's mean [s]", "ratio", "on its polyline", "on the motion's curve")
-    takes = ("first motion", "finished")
-    wrong = ("motions", "collide", "exceed a limit of acceleration", "at most [times]")
-    judges = [[name, *_judgement(rows, key)] for name, key in CONTENDERS.items()]
-    return [
-        Table("Solved", solved, [[name, *_solved(one)] for name, one in groups.items()]),
-        Table(
-            "Durations",
-            ("class", *lasts),
-            [[name, *_durations(one)] for name, one in groups.items()],
-            "Means over problems that both solve; ratio to TOPP-RA: median / worst.",
-        ),
-        Table(
-            "CPU time [s]",
-            ("class", *takes),
-            [[name, *_times(one)] for name, one in groups.items()],
-            "First proved motion: median / 95 %; finished: median / 90 %.",
-        ),
-        Table("Judged every 3 ms", ("", *wrong), judges),
-    ]
-
-
-def figures(data: Mapping[str, Any]) -> dict[str, int]:
-    """What the text of the page says of them."""
-    valid = [row for row in data["rows"] if not _outside(row)]
-    return {
-        "outside": len(data["rows"]) - len(valid),
-        "valid": len(valid),
-        "passed": sum(bool(row.get("ok")) for row in valid),
-    }
-
-
-def _outside(row: Mapping[str, Any]) -> bool:
-    """Whether a problem begins or ends outside the position limits: no motion solves it."""
-    return "outside its limits" in row.get("error", "")
-
-
-def _solved(rows: list[dict[str, Any]]) -> list[str]:
-    outside = sum(_outside(row) for row in rows)
-    passed = sum(bool(row.get("ok")) for row in rows)
-    return [str(len(rows)), str(outside), f"{passed} of {len(rows) - outside}"]
-
-
-def _durations(rows: list[dict[str, Any]]) -> list[str]:
-    ours = [row for row in rows if row.get("knotwork")]
-    both = [row for row in ours if row.get("roboplan")]
-    own, others = (
-        [row[key]["duration"] for row in shared]
-        for key, shared in (("knotwork", both or ours), ("roboplan", both))
-    )
-    mean, rival = (float(np.mean(one)) if one else np.nan for one in (own, others))
-    part = [
-        [row["knotwork"]["duration"] / row[key] for row in ours if row.get(key)]
-        for key in ("line", "curve")
-    ]
-    ratios = [_two(one, 100) for one in part]
-    return [_number(mean), _number(rival), _number(mean / rival), *ratios]
-
-
-def _times(rows: list[dict[str, Any]]) -> list[str]:
-    return [
-        _two([row[key] for row in rows if key in row], most)
-        for key, most in (("first", 95), ("seconds", 90))
-    ]
-
-
-def _judgement(rows: list[dict[str, Any]], key: str) -> list[str]:
-    found = [row[key] for row in rows if row.get(key)]
-    over = [one["acceleration"] for one in found if one["acceleration"] > ROUNDED]
-    counts = (len(found), sum(one["collides"] for one in found), len(over))
-    return [*map(str, counts), _number(max(over, default=np.nan))]
-
-
-def _two(values: list[float], most: int) -> str:
-    """The median and a percentile."""
-    if not values:
-        return "–"
-    return f"{_number(float(np.median(values)))} / {_number(float(np.percentile(values, most)))}"
-
-
-def _number(value: float) -> str:
-    return f"{value:.2f}" if np.isfinite(value) else "–"
+        if save is not None:  # a long run that ends early keeps what it measured
+            results.save(save, "ways", {"rows": rows})
+    for table in tables({"rows": rows}):
+        table.show(Console())
 
 
 if __name__ == "__main__":

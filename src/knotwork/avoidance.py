@@ -32,9 +32,6 @@ MOST_TIMED = 4
 MORE_FOR_ROOM = 4
 """Number of them after one that is clear, where clearance is preferred."""
 
-LEAST_GAIN = MARGIN_PRECISION
-"""Another sequence is taken for its clearance where it has more by this [m]."""
-
 
 def best_of_sequences(
     first: PlanT,

@@ -151,7 +151,7 @@ def test_the_page_on_ways_counts_what_was_judged(monkeypatch: pytest.MonkeyPatch
         | {"error": "joint 'panda_joint4' stands at 0 rad, outside its limits"},
         {"kind": "cage", "number": 2, "error": "no way", "knotwork": None, "roboplan": None},
     ]
-    solved, durations, times, judged = importlib.import_module("ways").tables({"rows": rows})
+    solved, durations, times, judged = importlib.import_module("ways_tables").tables({"rows": rows})
     assert solved.rows == [
         ["box", "2", "0", "2 of 2"],
         ["cage", "2", "1", "0 of 1"],

@@ -68,7 +68,7 @@ def clear_motion(
         robot.model,
         _bodies(task, segment),
     )
-    begun, search = watch.now(), _Search(watch, asked.tries)
+    begun, reporter = watch.now(), _Reporter(watch, asked.tries)
     try:
         with watch.part(1):
             way = find_way(
@@ -76,14 +76,14 @@ def clear_motion(
                 tries=asked.tries,
                 room=asked.room,
                 late=lambda: watch.late(found=True),
-                found=search.found,
-                trying=search.trying,
+                found=reporter.found,
+                trying=reporter.trying,
             )
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
     found = _timed(way, curve, problem)
-    return replace(found, seconds=watch.now() - begun, tries=search.number)
+    return replace(found, seconds=watch.now() - begun, tries=reporter.number)
 
 
 def _timed(way: Way, curve: PiecewisePolynomial, problem: TimingProblem) -> TimedMotion:
@@ -112,7 +112,7 @@ def _timed(way: Way, curve: PiecewisePolynomial, problem: TimingProblem) -> Time
 
 
 @dataclass(eq=False)
-class _Search:
+class _Reporter:
     """Reports the progress of the search for a way: what exists already, and what is tried."""
 
     watch: Watch

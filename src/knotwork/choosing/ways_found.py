@@ -11,7 +11,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.polynomial.refined import part
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
-from knotwork.verification.bounds.clearance import Clearance, clearances
+from knotwork.verification.bounds.clearance import clearances
 from knotwork.verification.collisions import motion_model
 
 GROUP = "Ways"
@@ -29,9 +29,13 @@ def ways_found(
     """
     free, waypoints = chosen.asked.free, chosen.scenario.waypoints
     found = [one for one in chosen.segments if one.line is not None]
-    if free is None or not found:
+    if free is None or space.robot is None or not found:
         return
     motion = Motion(trajectory, space)
+    model = motion_model(motion, chosen.scenario, space.robot)
+    around = tuple(pair for pair in model.pairs if pair.around)
+    model = replace(model, pairs=around or model.pairs)
+    resolution = chosen.scenario.scene.rules.resolution
     goals = iter(sorted(free.ways))
     for way in found:
         first, *others = islice(goals, len(way.time) - 1)  # it may lead through waypoints
@@ -39,7 +43,9 @@ def ways_found(
         tries = f"{way.tries} {'try' if way.tries == 1 else 'tries'}"
         said = f"{start.name} to {end.name}: way found in {tries}"
         interval = (start.time, end.time)
-        least = _least(motion, chosen, space, interval)
+        # from what stands around; of all pairs, if nothing does
+        nearest = clearances(model, part(motion.curve, *interval), resolution)
+        least = min(nearest, key=lambda one: one.distance - one.margin, default=None)
         value = time = None
         brief = said
         if least is not None:
@@ -60,18 +66,3 @@ def ways_found(
             interval=interval,
             brief=brief,
         )
-
-
-def _least(
-    motion: Motion, chosen: ChosenTimes, space: JointSpace, interval: tuple[float, float]
-) -> Clearance | None:
-    """The least clearance along a way from what stands around; of all pairs, if nothing does."""
-    if space.robot is None:
-        return None
-    scenario = chosen.scenario
-    model = motion_model(motion, scenario, space.robot)
-    around = tuple(pair for pair in model.pairs if pair.around)
-    model = replace(model, pairs=around or model.pairs)
-    curve = part(motion.curve, *interval)
-    found = clearances(model, curve, scenario.scene.rules.resolution)
-    return min(found, key=lambda one: one.distance - one.margin, default=None)

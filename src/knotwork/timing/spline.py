@@ -131,24 +131,40 @@ class Layout:
     peak: IndexArray
     size: int
 
+    @property
+    def state(self) -> IndexArray:
+        """A column for each break: its state."""
+        return np.concatenate((self.q, self.v, self.a), axis=1).T
+
+    @property
+    def piece(self) -> IndexArray:
+        """A column for each piece: its duration, and the states at its ends."""
+        return np.vstack((self.tau, self.state[:, :-1], self.state[:, 1:]))
+
 
 @lru_cache(maxsize=64)
 def layout(form: Form) -> Layout:
     """Place the variables of a motion."""
-    d, pieces = form.joints, form.pieces
-    step = 3 * d + 1
-    start = step * np.arange(pieces + 1)
-    state = start[:, None] + np.arange(3 * d)
-    factors = start[-1] + 3 * d + np.arange(len(form.along))
-    return Layout(
-        start[:-1] + 3 * d,
-        state[:, :d],
-        state[:, d : 2 * d],
-        state[:, 2 * d :],
-        factors,
-        start[-1] + 3 * d + len(form.along) + np.arange(len(form.peaks)),
-        int(start[-1]) + 3 * d + len(form.along) + len(form.peaks),
-    )
+    return placed(form.pieces, form.joints, len(form.along), len(form.peaks))
+
+
+def placed(pieces: int, joints: int, factors: int = 0, peaks: int = 0) -> Layout:
+    """Place the variables of pieces, and then factors of velocities and peaks."""
+    start = (3 * joints + 1) * np.arange(pieces + 1)
+    q, v, a = ((start + k * joints)[:, None] + np.arange(joints) for k in range(3))
+    end = int(start[-1]) + 3 * joints
+    factor, peak = end + np.arange(factors), end + factors + np.arange(peaks)
+    return Layout(start[:-1] + 3 * joints, q, v, a, factor, peak, end + factors + peaks)
+
+
+def limit_blocks(at: Layout, dynamics: Dynamics, *, effort: bool, tool: bool) -> list[Block]:
+    """Limits of efforts and of the tool's speed: for each one for breaks and one for pieces."""
+    kernels = [kernel for kernel, held in ((effort_kernel, effort), (tool_kernel, tool)) if held]
+    return [
+        Block(kernel(dynamics, inside=inside), at.piece if inside else at.state)
+        for kernel in kernels
+        for inside in (False, True)
+    ]
 
 
 @lru_cache(maxsize=64)
@@ -161,12 +177,9 @@ def blocks(form: Form) -> tuple[Block, ...]:
     the objective; for each peak that counts one for each piece or break, and its cost.
     """
     at, d = layout(form), form.joints
-    left = np.concatenate((at.q[:-1], at.v[:-1], at.a[:-1]), axis=1)
-    right = np.concatenate((at.q[1:], at.v[1:], at.a[1:]), axis=1)
-    piece = np.concatenate((at.tau[:, None], left, right), axis=1).T
     parts = at.tau.reshape(form.intervals, form.each)
     found = [
-        Block(piece_kernel(d, form.jerk, form.position, form.smooth), piece),
+        Block(piece_kernel(d, form.jerk, form.position, form.smooth), at.piece),
         Block(_sum_kernel(form.each), parts[list(form.timed)].T),
         Block(
             _direction_kernel(d),
@@ -178,15 +191,9 @@ def blocks(form: Form) -> tuple[Block, ...]:
     if form.total:
         found.append(Block(_sum_kernel(form.pieces), at.tau[:, None]))
     if form.dynamics is not None:
-        state = np.concatenate((at.q, at.v, at.a), axis=1).T
-        if form.effort:
-            found.append(Block(effort_kernel(form.dynamics, inside=False), state))
-            found.append(Block(effort_kernel(form.dynamics, inside=True), piece))
-        if form.tool:
-            found.append(Block(tool_kernel(form.dynamics, inside=False), state))
-            found.append(Block(tool_kernel(form.dynamics, inside=True), piece))
+        found += limit_blocks(at, form.dynamics, effort=form.effort, tool=form.tool)
         if form.work:
-            found.append(Block(work_kernel(form.dynamics), piece))
+            found.append(Block(work_kernel(form.dynamics), at.piece))
     for name, place in zip(form.peaks, at.peak, strict=True):
         if name == "peak_jerk":
             below = np.concatenate((at.tau[:, None], at.a[:-1], at.a[1:]), axis=1).T

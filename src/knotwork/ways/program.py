@@ -19,19 +19,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import (
-    EFFORT_PARTS,
-    TOOL_PARTS,
-    effort_kernel,
-    inner_state,
-    tool_kernel,
-)
+from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, inner_state
 from knotwork.timing.exact_curve import Knots, rebuilt
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, Kernel, Program
-from knotwork.timing.spline import piece_kernel
+from knotwork.timing.spline import Layout, Scale, limit_blocks, piece_kernel, placed
 from knotwork.timing.tightening import BETWEEN, exceeded
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.waypoints import FloatArray
 from knotwork.ways.states import Row, States, states_of
 
 MARGIN = 3e-5
@@ -101,22 +95,6 @@ class Shape(NamedTuple):
     tool: bool = False
 
 
-class _Layout:
-    """Where the variables stand: the state at each break, then the duration of the next piece."""
-
-    def __init__(self, shape: Shape) -> None:
-        d, n = shape.joints, shape.pieces
-        start = (3 * d + 1) * np.arange(n + 1)
-        state = start[:, None] + np.arange(3 * d)
-        self.span: IndexArray = start[:-1] + 3 * d
-        self.q, self.v, self.a = state[:, :d], state[:, d : 2 * d], state[:, 2 * d :]
-        self.state: IndexArray = state.T
-        self.size = int(start[-1]) + 3 * d
-        self.piece: IndexArray = np.vstack((self.span, self.state[:, :-1], self.state[:, 1:]))
-        row = np.vstack((self.span, self.state[:, :-1], self.a[1:].T))
-        self.rows: IndexArray = np.repeat(row, shape.rows, axis=1)
-
-
 @lru_cache(maxsize=8)
 def _row_kernel(d: int) -> Kernel:
     """Normal · q(s) - offset in one piece. Parameters: s, normal, offset."""
@@ -134,17 +112,13 @@ def _row_kernel(d: int) -> Kernel:
 
 @lru_cache(maxsize=64)
 def _program(shape: Shape, start: Start) -> Program:
-    at, d = _Layout(shape), shape.joints
+    at, d = placed(shape.pieces, shape.joints), shape.joints
+    row = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
     blocks = [
         Block(piece_kernel(d, True, shape.position, False), at.piece),
-        Block(_row_kernel(d), at.rows),
+        Block(_row_kernel(d), np.repeat(row, shape.rows, axis=1)),
+        *limit_blocks(at, shape.dynamics, effort=shape.effort, tool=shape.tool),
     ]
-    if shape.effort:
-        blocks.append(Block(effort_kernel(shape.dynamics, inside=False), at.state))
-        blocks.append(Block(effort_kernel(shape.dynamics, inside=True), at.piece))
-    if shape.tool:
-        blocks.append(Block(tool_kernel(shape.dynamics, inside=False), at.state))
-        blocks.append(Block(tool_kernel(shape.dynamics, inside=True), at.piece))
     return Program(at.size, blocks, options={"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start])
 
 
@@ -159,14 +133,12 @@ class MotionProgram:
         position: Whether positions between the breaks are limited as well.
         allowed: Part of the limits of `"effort"` and `"tool_speed"` that is allowed, by name;
             those that are not in it are left out.
-        iterations: Steps of the solver so far.
     """
 
     def __init__(self, problem: TimingProblem) -> None:
         self.problem = problem
         self.position = False
         self.allowed: dict[str, float] = {}
-        self.iterations = 0
 
     @property
     def held(self) -> tuple[bool, dict[str, float]]:
@@ -212,33 +184,31 @@ class MotionProgram:
             "effort" in self.allowed,
             "tool_speed" in self.allowed,
         )
-        unit = _Units(self.problem, near)
-        at = _Layout(shape)
-        low, high = self._bounds(at, near, radius, unit)
+        scale, at = _scale(self.problem, near), placed(n, d)
+        low, high = self._bounds(at, near, radius, scale)
         x = np.zeros(at.size)
-        x[at.span] = guess.span / unit.time
+        x[at.tau] = guess.span / scale.time
         for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
-            x[places] = values / unit.of(order)
-        parameters = [self._piece_parameters(near, unit), _row_parameters(shape, rows, unit)]
+            x[places] = values / scale.unit(order)
+        parameters = [self._piece_parameters(near, scale), _row_parameters(shape, rows, scale)]
         limits = [
-            self._piece_limits(shape, unit),
+            self._piece_limits(shape, scale),
             (np.zeros((1, n * shape.rows)), np.full((1, n * shape.rows), np.inf)),
         ]
         for name, parts in (("effort", EFFORT_PARTS), ("tool_speed", TOOL_PARTS)):
             if name not in self.allowed:
                 continue
             limit = np.atleast_1d(self.allowed[name] * getattr(self.problem.limits, name))
-            scales = np.concatenate([unit.of(0), unit.of(1), unit.of(2), 1.0 / limit])
+            scales = np.concatenate([scale.unit(0), scale.unit(1), scale.unit(2), 1.0 / limit])
             for count, width in ((n + 1, 1), (n, len(parts))):
                 parameters.append(np.repeat(scales[:, None], count, axis=1))
                 ones = np.ones((width * len(limit), count))
                 limits.append((-ones, ones))
         found = _program(shape, start).solve(np.clip(x, low, high), (low, high), parameters, limits)
-        self.iterations += found.iterations
         if not found.solved:
             return None
-        v, a = (found.x[places] * unit.of(order) for places, order in ((at.v, 1), (at.a, 2)))
-        return self._rebuilt(found.x[at.span] * unit.time, v, a)
+        v, a = (found.x[places] * scale.unit(order) for places, order in ((at.v, 1), (at.a, 2)))
+        return self._rebuilt(found.x[at.tau] * scale.time, v, a)
 
     def _rebuilt(self, span: FloatArray, v: FloatArray, a: FloatArray) -> States:
         """The exact curve of durations and accelerations; it meets all waypoints to rounding."""
@@ -260,43 +230,43 @@ class MotionProgram:
         return states_of(rebuilt(knots))
 
     def _bounds(
-        self, at: _Layout, near: States, radius: float, unit: _Units
+        self, at: Layout, near: States, radius: float, scale: Scale
     ) -> tuple[FloatArray, FloatArray]:
         """Least and greatest values of the variables."""
         problem, limits = self.problem, self.problem.limits
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
-        low[at.span] = SHORTEST * near.duration / len(near.span) / unit.time
+        low[at.tau] = SHORTEST * near.duration / len(near.span) / scale.time
         for places, limit, order in ((at.v, limits.velocity, 1), (at.a, limits.acceleration, 2)):
-            high[places] = (1.0 - MARGIN) * limit / unit.of(order)
+            high[places] = (1.0 - MARGIN) * limit / scale.unit(order)
             low[places] = -high[places]
         inside = limits.lower + INSIDE, limits.upper - INSIDE
-        low[at.q] = np.clip(near.q - radius, *inside) / unit.of(0)
-        high[at.q] = np.clip(near.q + radius, *inside) / unit.of(0)
+        low[at.q] = np.clip(near.q - radius, *inside) / scale.unit(0)
+        high[at.q] = np.clip(near.q + radius, *inside) / scale.unit(0)
         through = at.q[:: len(near.span) // (len(problem.position) - 1)]
-        low[through] = high[through] = problem.position / unit.of(0)
+        low[through] = high[through] = problem.position / scale.unit(0)
         for places, values, order in ((at.v, problem.velocity, 1), (at.a, problem.acceleration, 2)):
-            low[places[[0, -1]]] = high[places[[0, -1]]] = values[[0, -1]] / unit.of(order)
+            low[places[[0, -1]]] = high[places[[0, -1]]] = values[[0, -1]] / scale.unit(order)
         return low, high
 
-    def _piece_parameters(self, near: States, unit: _Units) -> FloatArray:
+    def _piece_parameters(self, near: States, scale: Scale) -> FloatArray:
         """Scales of the equations, inverse limits of jerk, weights of the cost."""
         limits, n, d = self.problem.limits, len(near.span), near.q.shape[1]
         total = near.duration
-        h = np.maximum(near.span, 0.05 * total / n) / unit.time
-        jerk = (1.0 - MARGIN) * limits.jerk / unit.of(3)
-        most = np.minimum(limits.acceleration, unit.of(2))
-        even = EVEN * unit.time / (float(h.mean()) * total)
-        calm = CALM * unit.of(2) ** 2 * unit.time / (most**2 * total * d)
-        weights = np.concatenate(([unit.time / total, even], calm))
+        h = np.maximum(near.span, 0.05 * total / n) / scale.time
+        jerk = (1.0 - MARGIN) * limits.jerk / scale.unit(3)
+        most = np.minimum(limits.acceleration, scale.unit(2))
+        even = EVEN * scale.time / (float(h.mean()) * total)
+        calm = CALM * scale.unit(2) ** 2 * scale.time / (most**2 * total * d)
+        weights = np.concatenate(([scale.time / total, even], calm))
         fixed = np.repeat(np.concatenate((1.0 / jerk, weights))[:, None], n, axis=1)
         return np.vstack((1.0 / h, 1.0 / (h * h), fixed))
 
-    def _piece_limits(self, shape: Shape, unit: _Units) -> tuple[FloatArray, FloatArray]:
+    def _piece_limits(self, shape: Shape, scale: Scale) -> tuple[FloatArray, FloatArray]:
         """Least and greatest values of the constraints of the pieces."""
         problem, n, d = self.problem, shape.pieces, shape.joints
         zero = np.zeros((2 * d, n))
         fastest = np.repeat(
-            ((1.0 - MARGIN) * problem.limits.velocity / unit.of(1))[:, None], n, axis=1
+            ((1.0 - MARGIN) * problem.limits.velocity / scale.unit(1))[:, None], n, axis=1
         )
         low = [zero, -fastest, -fastest, np.full((2 * d, n), -np.inf)]
         high = [zero, fastest, fastest, zero]
@@ -311,30 +281,19 @@ class MotionProgram:
             ):
                 lower[:, next_to] = np.minimum(lower[:, next_to], q.T)
                 upper[:, next_to] = np.maximum(upper[:, next_to], q.T)
-            low += [lower / unit.of(0)[:, None]] * 4
-            high += [upper / unit.of(0)[:, None]] * 4
+            low += [lower / scale.unit(0)[:, None]] * 4
+            high += [upper / scale.unit(0)[:, None]] * 4
         return np.vstack(low), np.vstack(high)
 
 
-class _Units:
-    """Units in which all numbers of a program are near one."""
-
-    def __init__(self, problem: TimingProblem, near: States) -> None:
-        limits = problem.limits
-        self.time = 5.0 * float(np.median(near.span))
-        moves = (
-            limits.velocity * self.time,
-            limits.acceleration * self.time**2,
-            limits.jerk * self.time**3,
-        )
-        self._position = np.min(moves, axis=0)
-
-    def of(self, order: int) -> FloatArray:
-        """Of the derivative of a position, shape (d,)."""
-        return np.asarray(self._position / self.time**order)
+def _scale(problem: TimingProblem, near: States) -> Scale:
+    """Units in which all numbers of the program are near one."""
+    limits, time = problem.limits, 5.0 * float(np.median(near.span))
+    moves = limits.velocity * time, limits.acceleration * time**2, limits.jerk * time**3
+    return Scale(time, np.min(moves, axis=0))
 
 
-def _row_parameters(shape: Shape, rows: Sequence[Row], unit: _Units) -> FloatArray:
+def _row_parameters(shape: Shape, rows: Sequence[Row], scale: Scale) -> FloatArray:
     """Places, normals and offsets of the rows; those that pad a piece are always kept."""
     found = np.zeros((shape.joints + 2, shape.pieces * shape.rows))
     found[-1] = -1.0
@@ -342,6 +301,6 @@ def _row_parameters(shape: Shape, rows: Sequence[Row], unit: _Units) -> FloatArr
     for row in rows:
         k = row.piece * shape.rows + used[row.piece]
         used[row.piece] += 1
-        normal = row.normal * unit.of(0) / LENGTH
+        normal = row.normal * scale.unit(0) / LENGTH
         found[:, k] = np.concatenate(([row.place], normal, [row.offset / LENGTH]))
     return found

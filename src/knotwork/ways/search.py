@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -108,7 +108,7 @@ def to_blame(problem: WayProblem, checks: int) -> list[str]:
     """
     model, limits = problem.model, problem.timing.limits
     names = dict.fromkeys(one.name for one in model.bodies if one.kind == "object")
-    *starts, _ = problem.timing.position
+    points = list(problem.timing.position[:-1])
     found = []
     for name in names:
         others = [
@@ -119,17 +119,21 @@ def to_blame(problem: WayProblem, checks: int) -> list[str]:
         without = replace(model, pairs=tuple(others))
         space = Configurations(problem.robot, without, limits.lower, limits.upper)
         goals = [q for q in problem.goals if space.free(q)]
-        rng, most = (
-            np.random.default_rng(0),
-            _affordable(checks, space) // len(names) // len(starts),
-        )
-        targets = [*([q] for q in starts[1:]), goals]
-        stretches = zip(starts, targets, strict=True)
+        rng = np.random.default_rng(0)
+        most = _affordable(checks, space) // len(names) // len(points)
         if goals and all(
-            connect(space, q, to, rng, CARES[0].step, most) is not None for q, to in stretches
+            connect(space, start, ends, rng, CARES[0].step, most) is not None
+            for start, ends in _stretches(points, goals)
         ):
             found.append(name)
     return found
+
+
+def _stretches(
+    points: list[FloatArray], goals: list[FloatArray]
+) -> Iterator[tuple[FloatArray, list[FloatArray]]]:
+    """Where each polyline begins, and where it may end: at the next point, the last at a goal."""
+    return zip(points, [*([q] for q in points[1:]), goals], strict=True)
 
 
 def _affordable(checks: int, space: Configurations) -> int:
@@ -150,11 +154,16 @@ class _Search:
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
         self.inner = timing.position[1:-1]
-        self.start, self.goals = self._rests(limits)
+        self.start = self._rests(limits)
         self.care = 0
 
-    def _rests(self, limits: TimingLimits) -> tuple[FloatArray, list[FloatArray]]:
-        """Where the arm is at rest, after the start and before each goal."""
+    @property
+    def goals(self) -> list[FloatArray]:
+        """Where the arm is at rest before each of the ends that are left."""
+        return [q + self.braking for q in self.ends]
+
+    def _rests(self, limits: TimingLimits) -> FloatArray:
+        """Where the arm is at rest after the start. Sets the free ends and the braking to them."""
         timing, goals = self.problem.timing, self.problem.goals
         first, last = (
             braking_move(sign * v, a, limits)
@@ -167,8 +176,8 @@ class _Search:
         for k, q in enumerate(self.inner, 1):
             self._check(f"{k}", q[None], np.zeros_like(q))
         self._check("goal", goals, last)
-        self.ends = [q for q in goals if self.space.free(q)]
-        return start + first, [q + last for q in self.ends]
+        self.ends, self.braking = [q for q in goals if self.space.free(q)], last
+        return np.asarray(start + first)
 
     def _check(self, end: str, ends: FloatArray, move: FloatArray) -> None:
         """Raise an error where the arm is too near to something at an end, or stopping there."""
@@ -189,7 +198,7 @@ class _Search:
         for seed in range(tries):
             if best is not None:
                 self._leave_out_far_goals(best.duration)
-            if best is not None and (self.late() or not self.goals):
+            if best is not None and (self.late() or not self.ends):
                 break
             trying(seed + 1)
             lines = self._lines(seed)
@@ -207,16 +216,12 @@ class _Search:
         """Leave out goals that no motion reaches in less than a time, however it goes."""
         velocity = self.problem.timing.limits.velocity
         first = self.problem.timing.position[0]
-        least = [float((np.abs(q - first) / velocity).max()) for q in self.ends]
-        near = [k for k, time in enumerate(least) if time < duration]
-        self.goals = [self.goals[k] for k in near]
-        self.ends = [self.ends[k] for k in near]
+        self.ends = [q for q in self.ends if (np.abs(q - first) / velocity).max() < duration]
 
     def _lines(self, seed: int) -> list[FloatArray] | None:
         """Polylines from each waypoint to the next that are proved clear."""
-        starts, targets = [self.start, *self.inner], [*([q] for q in self.inner), self.goals]
         found = []
-        for k, ends in enumerate(zip(starts, targets, strict=True)):
+        for k, ends in enumerate(_stretches([self.start, *self.inner], self.goals)):
             line = self._line([seed, k] if k else [seed], *ends)
             if line is None:
                 return None
@@ -255,18 +260,18 @@ class _Search:
         if rests is None or not_clear(self.problem.model, rests.found.curve):
             return None
         first = rests.found.curve
-        lasting = float(first.x[-1])
+        rested = float(first.x[-1])
         passed = np.cumsum([0, *edges])
         times = rests.found.knots.time[passed]
         if best is None:
-            self.found(Way(first, times, line, timing, lasting, self.space.checks))
+            self.found(Way(first, times, line, timing, rested, self.space.checks))
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
         inner = self._through(line[passed], goal)
         beat = np.inf if best is None else best.duration
         curve = Exchange(self.space, inner, first, times, pieces, self.room).run(self.late, beat)
         if curve is not first:
             times = curve.x[::pieces]
-        return Way(curve, times, line, timing, lasting, self.space.checks)
+        return Way(curve, times, line, timing, rested, self.space.checks)
 
     def _through(self, line: FloatArray, goal: int) -> TimingProblem:
         """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
