@@ -67,6 +67,7 @@ def clear_motion(
         _goals(task, segment, problem, robot),
         robot.model,
         _bodies(task, segment),
+        task.scenario.scene.rules.resolution,
     )
     begun, reporter = watch.now(), _Reporter(watch, asked.tries)
     try:

@@ -38,6 +38,9 @@ LEAST_RADIUS = 0.01
 GAIN = 0.01
 """It ends where a round makes the motion shorter by less than this part."""
 
+LOST = 2e-4
+"""What a round may take of a gap that is smaller than the room [m]: the solver needs some play."""
+
 ROUNDS = 25
 LOOKS = 30
 """Largest numbers of rounds, and of times in each at which contacts become rows."""
@@ -58,6 +61,7 @@ class Exchange:
         times: When the first motion passes the waypoints of the problem [s].
         pieces: Number of pieces from each waypoint to the next of the motions to be found.
         room: Clearance beyond the margins that rows ask for [m].
+        resolution: A clearance nearer than this to its margin may count as not kept [m].
 
     Attributes:
         best: The shortest motion so far.
@@ -71,8 +75,10 @@ class Exchange:
         times: FloatArray,
         pieces: int,
         room: float,
+        resolution: float,
     ) -> None:
-        self.space, self.problem, self.room = space, problem, room
+        self.space, self.problem = space, problem
+        self.room, self.resolution = room, resolution
         self.program = MotionProgram(problem)
         self.best = states_of(first)
         self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
@@ -104,7 +110,7 @@ class Exchange:
                 continue
             if found.duration > beat:
                 break  # rows only make it longer
-            hits = not_clear(self.space.model, found.curve)
+            hits = not_clear(self.space.model, found.curve, self.resolution)
             if not hits:
                 gain = 1.0 - found.duration / self._reference.duration
                 if found.duration < self.best.duration:
@@ -144,17 +150,20 @@ class Exchange:
     def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Row]:
         """Rows at one place, from the distances at a configuration near it."""
         return [
-            # what is nearer than the room in the reference keeps half of what it has
             Row(
                 piece,
                 place,
                 one.gradient,
-                float(one.gradient @ q)
-                + min(self.room, 0.5 * one.gap if one.gap > 0.0 else self.room)
-                - one.gap,
+                float(one.gradient @ q) + self._kept(one.gap) - one.gap,
             )
             for one in self.space.near(q, NEAR, most)
         ]
+
+    def _kept(self, gap: float) -> float:
+        """What is asked of a pair: the room; of one that is nearer already, most of what it has."""
+        if gap <= 0.0:
+            return self.room
+        return min(self.room, max(0.5 * gap, gap - LOST))
 
     def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Row]:
         """Rows where the proof finds contacts: at the worst time, and across each contact."""

@@ -47,12 +47,14 @@ class WayProblem:
             one only where the arm is at rest there.
         robot: Pinocchio model of the arm.
         model: Bodies that are there, and their pairs.
+        resolution: A clearance nearer than this to its margin may count as not kept [m].
     """
 
     timing: TimingProblem
     goals: FloatArray
     robot: object
     model: CollisionModel
+    resolution: float = 1e-4
 
 
 class NoWayError(Exception):

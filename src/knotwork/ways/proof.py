@@ -9,22 +9,23 @@ from knotwork.scene.model import CollisionModel
 from knotwork.verification.bounds.clearance import Clearance, clearances
 from knotwork.waypoints import FloatArray
 
-RESOLUTION = 1e-4
-"""Parts in which bodies move less than this [m] are not divided further."""
 
+def not_clear(
+    model: CollisionModel, curve: PiecewisePolynomial, resolution: float
+) -> list[Clearance]:
+    """Pairs that collide over a motion, or are not proved to keep their margin.
 
-def not_clear(model: CollisionModel, curve: PiecewisePolynomial) -> list[Clearance]:
-    """Pairs that collide over a motion, or are not proved to keep their margin."""
-    found = clearances(model, curve, RESOLUTION, precision=np.inf)
+    A clearance nearer than the resolution [m] to its margin may count as not kept.
+    """
+    found = clearances(model, curve, resolution, precision=np.inf)
     return [one for one in found if one.verdict != "clear"]
 
 
-def is_clear(model: CollisionModel, line: FloatArray) -> bool:
+def is_clear(model: CollisionModel, line: FloatArray, resolution: float) -> bool:
     """Whether a polyline is proved to keep every margin; corners of shape (n, d), n >= 2."""
     length = np.linalg.norm(np.diff(line, axis=0), axis=1)
     slope = np.diff(line, axis=0) / length[:, None]
     zero = np.zeros_like(slope)
     along = np.concatenate(([0.0], np.cumsum(length)))
-    return not not_clear(
-        model, PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)
-    )
+    curve = PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)
+    return not not_clear(model, curve, resolution)

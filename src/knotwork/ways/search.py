@@ -94,7 +94,7 @@ def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
         scale = slower ** -np.arange(3.0, -1.0, -1.0)
         return PiecewisePolynomial(way.curve.c * scale[:, None, None], slower * way.curve.x)
     rests = resting(replace(way.through, total=duration), "resting")
-    if rests is None or not_clear(problem.model, rests.found.curve):
+    if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
         return None
     return rests.found.curve
 
@@ -189,9 +189,12 @@ class _Search:
         if move.any() and not self.space.within_limits(rest):
             beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
             raise NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
-        if move.any() and not is_clear(self.problem.model, np.stack((free[0], rest))):
+        if move.any() and not self._is_clear(np.stack((free[0], rest))):
             gap, bodies = self.space.worst(rest)
             raise NoWayError(end, bodies, -gap, moving=True)
+
+    def _is_clear(self, line: FloatArray) -> bool:
+        return is_clear(self.problem.model, line, self.problem.resolution)
 
     def best_of(self, tries: int, trying: Callable[[int], None]) -> Way:
         best: Way | None = None
@@ -245,7 +248,7 @@ class _Search:
                 if line is None:
                     break
                 for one in (shortened(self.space, line, rng, step, weights), line):
-                    if is_clear(self.problem.model, one):
+                    if self._is_clear(one):
                         return one
             self.care += 1
         return None
@@ -257,7 +260,8 @@ class _Search:
         goal = int(np.argmin([np.abs(q - line[-1]).max() for q in self.goals]))
         timing = self._through(line, goal)
         rests = resting(timing, "resting")
-        if rests is None or not_clear(self.problem.model, rests.found.curve):
+        problem = self.problem
+        if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
             return None
         first = rests.found.curve
         rested = float(first.x[-1])
@@ -268,7 +272,8 @@ class _Search:
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
         inner = self._through(line[passed], goal)
         beat = np.inf if best is None else best.duration
-        curve = Exchange(self.space, inner, first, times, pieces, self.room).run(self.late, beat)
+        exchange = Exchange(self.space, inner, first, times, pieces, self.room, problem.resolution)
+        curve = exchange.run(self.late, beat)
         if curve is not first:
             times = curve.x[::pieces]
         return Way(curve, times, line, timing, rested, self.space.checks)
