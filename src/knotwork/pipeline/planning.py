@@ -300,11 +300,7 @@ def _planned(
     knots: Knots,
     chosen: ChosenTimes | None = None,
 ) -> tuple[Plan, Callable[[Sequence[Step]], TaskSolution], Callable[[TaskSolution], Plan]]:
-    """Plan a scenario in which nothing is free, with its best solutions.
-
-    Returns:
-        The plan, what finds other solutions, and what plans them.
-    """
+    """Plan a scenario with nothing free: the plan, what finds other solutions, what plans them."""
     own_planner = scenario.planner
     if planner is None:
         with scenario.error_context("planner"):
