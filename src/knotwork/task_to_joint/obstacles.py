@@ -153,10 +153,9 @@ class Obstacles:
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair beyond the required margin, and the pair."""
-        from knotwork.robot.joint_tree import place_joints
         from knotwork.scene.distances import nearest_of_bodies
 
-        rotation, origin = (x[0] for x in place_joints(self.model.joints, q[None]))
+        rotation, origin = (x[0] for x in self.model.placed(q[None], np.array([time])))
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):
