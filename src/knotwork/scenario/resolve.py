@@ -93,7 +93,8 @@ class _Resolver:
         self._check_chosen()
         waypoints, paths = self.reader.waypoints()
         free = read_free_times(file, self.places, self.reader.indices)
-        self.reader.carriers.check_times(free, self.reader.indices)
+        if file.frames:
+            self.reader.carriers.check_times(free, self.reader.indices)
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,

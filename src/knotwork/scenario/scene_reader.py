@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +25,9 @@ from knotwork.task.scene import SHAPES, SolidOfRevolution, ToolShape
 from knotwork.task.scene import HeldObject as HeldObjectFile
 from knotwork.task.scene import OtherRobot as OtherRobotFile
 from knotwork.task.scene import SceneObject as SceneObjectFile
-from knotwork.tool_paths.moving_frame import MovingFrame
+
+if TYPE_CHECKING:
+    from knotwork.tool_paths.moving_frame import MovingFrame
 
 TOOL = "tool"
 """Name of all shapes of the tool together, next to those of links and objects."""

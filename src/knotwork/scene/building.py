@@ -174,7 +174,9 @@ class _Builder:
             place = ("scene", "robots", given.name, "scenario")
             raise self.places.error(place, str(error)) from error
         root = self._put(
-            serial([given.placement * other.robot.base_placement.inverse()], np.eye(3)[:1], [False]),
+            serial(
+                [given.placement * other.robot.base_placement.inverse()], np.eye(3)[:1], [False]
+            ),
             self.robot.base_placement,
             [EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))],
         )

@@ -71,7 +71,8 @@ class Obstacles:
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
         for distance, first, second in self._gaps(q, float(self.scenario.provisional_times[0])):
-            if distance <= -margin and first.kind == "object" and second.kind != "held":
+            stands = first.kind == "object" and not first.joint
+            if distance <= -margin and stands and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length
                 with self.scenario.error_context(*place, first.name):
