@@ -162,3 +162,48 @@ def test_a_recorded_motion_takes_the_place_of_the_plan(tmp_path: Path) -> None:
     planned = kw.plan(two_arms(tmp_path, delay=0.5)).report.select(subject="pair")
     read = kw.plan(two_arms(tmp_path, delay=0.5, motion=str(recorded))).report
     assert [one.value for one in read.select(subject="pair")] == [one.value for one in planned]
+
+
+def refused(task: dict[str, Any]) -> str:
+    with pytest.raises(kw.errors.InputError) as caught:
+        kw.plan(task)
+    return str(caught.value)
+
+
+def test_what_moving_frames_can_not_do_is_refused() -> None:
+    around = belt()
+    around["frames"]["belt"]["in"] = "tray"
+    assert "frames placed in a circle: belt in tray in belt" in refused(around)
+    free = belt()
+    free["waypoints"][0] |= {"after": "fastest"}
+    assert "is in frame 'tray', which moves" in refused(free)
+    waiting = belt()
+    del waiting["waypoints"][1]["stop"]
+    waiting["waypoints"][1]["wait"] = 1.0
+    assert "the arm can't stand still where frame 'tray' moves on" in refused(waiting)
+    left = belt()
+    left["waypoints"][0]["frame"] = left["waypoints"][1]["frame"] = "base"
+    assert "does not move with waypoint 3" in refused(left)
+    gone = belt()
+    gone["waypoints"][0]["after"] = 20
+    assert "waypoint" in refused(gone)
+    nothing = belt()
+    nothing["frames"]["belt"]["moves"] = {"at": 1}
+    assert "gives no motion" in refused(nothing)
+    plane = {"in": "belt", "half_space": {"normal": [0, 0, 1]}}
+    assert "moves with frame 'belt'" in refused(belt(scene={"objects": {"floor": plane}}))
+
+
+def test_robots_that_can_not_be_followed_are_refused(tmp_path: Path) -> None:
+    task = two_arms(tmp_path)
+    robot = task["scene"]["robots"]["left"]
+    robot["scenario"] = "nobody"
+    assert "scene.robots.left.scenario" in refused(task)
+    failing = {**LEFT, "limits": {"velocity": 0.01}}
+    robot["scenario"] = str(kw.Task(**failing).save(tmp_path / "failing.yaml"))
+    assert "fails its own check" in refused(task)
+    path = tmp_path / "circle.yaml"
+    robot["scenario"] = str(path)
+    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
+    kw.Task(**task).save(path)
+    assert "robots need one another" in refused(task)
