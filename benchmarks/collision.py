@@ -26,7 +26,8 @@ from rich.console import Console
 
 import knotwork as kw
 import results
-from knotwork import documents, resources
+from knotwork import documents
+from knotwork.documents import resources
 from knotwork.scene.model import CollisionModel
 from knotwork.verification import Motion
 from knotwork.verification.collisions import collisions, motion_model

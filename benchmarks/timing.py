@@ -46,7 +46,7 @@ from rich.progress import track
 
 import knotwork as kw
 import results
-from knotwork import resources
+from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.scenario import Scenario, load_scenario

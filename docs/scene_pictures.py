@@ -21,7 +21,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import knotwork as kw
-from knotwork import resources
+from knotwork.documents import resources
 from knotwork.view import plot_joints
 
 DOCS = Path(__file__).parent

@@ -149,7 +149,7 @@ def test_the_entrances_load_nothing_but_when_asked() -> None:
         tree = tree_of(path)
         top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
         loaded = {name for name in imports(top) if name.startswith("knotwork")}
-        assert loaded <= {"knotwork.cli.main.main", "knotwork.renamed.with_old_names"}
+        assert loaded <= {"knotwork.cli.main.main", "knotwork.errors.renamed.with_old_names"}
 
 
 @pytest.mark.parametrize("part", ["interpolation", "polynomial", "trajectory", "storage"])
@@ -187,7 +187,7 @@ def test_only_the_command_line_prints() -> None:
                 called = ast.unparse(node.func)
                 assert called not in ("print", "sys.stdout.write", "sys.stderr.write"), path
                 # Old names warn whoever writes the program, nothing else does.
-                assert called != "warnings.warn" or part_of(path) == "renamed", path
+                assert called != "warnings.warn" or path.stem == "renamed", path
         assert not packages(tree) & {"rich", "click", "logging"}, path
 
 
@@ -228,13 +228,13 @@ IMPORTED_BY_TESTS = {
     ),
     "files of a format: what is written is what is read, for any content": (
         "documents",
-        "meshes.mesh_files",
+        "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
     "a path that can't be followed at first": ("choosing.path_speeds",),
     "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.budget"),
     "the command in this process": ("cli.main",),
-    "each old name has its test": ("renamed",),
+    "each old name has its test": ("errors.renamed",),
 }
 
 

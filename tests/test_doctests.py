@@ -82,7 +82,7 @@ OBVIOUS = {
 PLAIN_DATA = {
     "JointTrajectory": ("Continuity", "Jump", "Knots", "Samples"),
     "compare": ("Refusal", "Score"),
-    "deviation.straight_path_deviation": ("PathDeviation",),
+    "metrics.deviation.straight_path_deviation": ("PathDeviation",),
     "errors.DocumentError": ("Problem",),
     "export.export": ("DriveOptions", "MessageOptions", "ScriptOptions", "TableOptions"),
     "export.get_format": ("Format",),
@@ -90,7 +90,7 @@ PLAIN_DATA = {
     "export.motion_table": ("MotionTable",),
     "interpolation.PlannerOptions": ("ChosenRun",),
     "interpolation.get_planner": ("Planner",),
-    "joint_space.joint_space": ("JointSpace", "JointState"),
+    "scenario.joint_space.joint_space": ("JointSpace", "JointState"),
     "load_scenario": (
         "AskedTiming",
         "CollisionRules",

@@ -16,7 +16,7 @@ import pytest
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, KnotError, KnotworkError, UnknownNameError
-from knotwork.renamed import RENAMED
+from knotwork.errors.renamed import RENAMED
 
 TASK: dict[str, Any] = {
     "waypoints": [

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import UnknownNameError
-from knotwork.joint_space import joint_space
 from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 Array = NDArray[np.float64]

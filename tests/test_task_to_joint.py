@@ -14,7 +14,7 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import BranchError, DocumentError
-from knotwork.joint_space import joint_space
+from knotwork.scenario.joint_space import joint_space
 from knotwork.task_to_joint import TaskSolution, solve_task
 from shipped import SCENARIO_FILES
 

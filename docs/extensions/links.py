@@ -49,7 +49,7 @@ MODULES = {
         "WaypointDataError",
     ),
     "knotwork.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
-    "knotwork.joint_space": ("JointSpace", "joint_space"),
+    "knotwork.scenario.joint_space": ("JointSpace", "joint_space"),
     "knotwork.task_to_joint": (
         "Choice",
         "TaskSolution",
@@ -71,7 +71,11 @@ MODULES = {
     "knotwork.sweeps": ("SweepProgress",),
     "knotwork.view.page": ("Page",),
     "knotwork.waypoints": ("CartesianWaypoint",),
-    "knotwork.deviation": ("PathDeviation", "deviation_from_line", "straight_path_deviation"),
+    "knotwork.metrics.deviation": (
+        "PathDeviation",
+        "deviation_from_line",
+        "straight_path_deviation",
+    ),
 }
 """What is public of modules that have no `__all__`: what those packages give and raise."""
 

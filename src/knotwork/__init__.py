@@ -14,7 +14,7 @@ import os
 
 import lazy_loader
 
-from knotwork.renamed import with_old_names
+from knotwork.errors.renamed import with_old_names
 
 __version__ = "0.1.0"
 

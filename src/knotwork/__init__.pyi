@@ -12,12 +12,12 @@ from .comparison import compare as compare
 from .errors import CheckFailedError as CheckFailedError
 from .errors import InputError as InputError
 from .errors import KnotworkError as KnotworkError
-from .following import follow_path as follow_path
 from .interpolation import ModifiedHermiteSpline as ModifiedHermiteSpline
 from .kinematics import solve_pose_ik as solve_pose_ik
 from .kinematics import solve_pose_ik_all as solve_pose_ik_all
 from .kinematics import solve_velocity_ik as solve_velocity_ik
 from .pipeline import Plan as Plan
+from .pipeline import follow_path as follow_path
 from .pipeline import plan as plan
 from .polynomial import PiecewisePolynomial as PiecewisePolynomial
 from .robot import Robot as Robot

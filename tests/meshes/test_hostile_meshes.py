@@ -17,7 +17,7 @@ import knotwork as kw
 from command_line import PEAK_MEMORY
 from drawn import mesh_visuals, shape_warnings, tower
 from knotwork.errors import InputError
-from knotwork.meshes.mesh_files import read_mesh
+from knotwork.scene.meshes.mesh_files import read_mesh
 
 
 def doubling(levels: int) -> str:
@@ -136,7 +136,7 @@ def test_no_more_bytes_are_read_than_the_bound(tmp_path: Path) -> None:
 def test_more_triangles_than_the_bound_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.meshes.size_limits.MOST_TRIANGLES", 3)
+    monkeypatch.setattr("knotwork.scene.meshes.size_limits.MOST_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
@@ -150,7 +150,7 @@ def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
     code = (
         "import pathlib, sys, trimesh\n"
         "from knotwork.errors import InputError\n"
-        "from knotwork.meshes.mesh_files import read_mesh\n"
+        "from knotwork.scene.meshes.mesh_files import read_mesh\n"
         f"{PEAK_MEMORY}before = used()\n"
         "try: read_mesh(pathlib.Path(sys.argv[1]))\n"
         "except InputError: pass\n"

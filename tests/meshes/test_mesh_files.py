@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from knotwork.errors import InputError
-from knotwork.meshes.mesh_files import MeshPart, read_mesh
+from knotwork.scene.meshes.mesh_files import MeshPart, read_mesh
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

@@ -13,7 +13,7 @@ import trimesh
 from test_mesh_files import CORNERS, FACES, VOLUME, ascii_stl, binary_stl, collada, obj, volume
 
 from knotwork.errors import InputError
-from knotwork.meshes.mesh_files import read_mesh
+from knotwork.scene.meshes.mesh_files import read_mesh
 
 FACE_LIST = "property list uchar int vertex_indices\n"
 AXES = "property float x\nproperty float y\nproperty float z\n"

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from knotwork.errors import DocumentError
-from knotwork.joint_space import joint_space
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from knotwork.errors import DocumentError, InputError, UnknownNameError
-from knotwork.joint_space import joint_space
 from knotwork.scenario import JointTarget, Scenario, load_scenario
+from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint
 from shipped import SCENARIO_FILES
 

@@ -14,9 +14,9 @@ import pinocchio as pin
 import pytest
 import trimesh
 
-from knotwork.joint_space import joint_space
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scenario import Shape, load_scenario
+from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs

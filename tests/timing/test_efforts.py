@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.payload import Payload
+from knotwork.robot.payload import Payload
 from knotwork.timing import Dynamics, TimingLimits, TimingProblem, solve
 from knotwork.timing.problem import part_of
 

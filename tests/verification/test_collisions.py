@@ -21,7 +21,7 @@ import knotwork as kw
 from command_line import Command
 from drawn import scene, thing, vertices
 from knotwork.errors import FollowingError, InputError
-from knotwork.joint_space import joint_space
+from knotwork.scenario.joint_space import joint_space
 from knotwork.verification import Finding
 from shipped import ROBOT_FILES, SCENARIO_FILES
 

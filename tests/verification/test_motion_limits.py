@@ -13,7 +13,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.payload import Payload
+from knotwork.robot.payload import Payload
 
 HOME = "home"
 AWAY = {

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import knotwork as kw
-from knotwork.payload import Payload
+from knotwork.robot.payload import Payload
 from knotwork.verification import (
     Bound,
     singular_value_bound,

@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import knotwork as kw
-from knotwork.joint_space import joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scenario import Shape
+from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs

@@ -10,8 +10,8 @@ from figures import data, lines
 
 import knotwork as kw
 from knotwork import Plan
-from knotwork.deviation import straight_path_deviation
 from knotwork.errors import InputError
+from knotwork.metrics.deviation import straight_path_deviation
 from knotwork.view import plot_tool
 
 

@@ -11,7 +11,7 @@ from knotwork.choosing.choice import ChosenTimes
 from knotwork.choosing.path_speeds import RAMPS
 from knotwork.choosing.ways_found import ways_found
 from knotwork.joint_quantities import rate_unit
-from knotwork.joint_space import JointSpace
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict

@@ -16,8 +16,8 @@ from knotwork.choosing.path_speeds import (
     rounded,
 )
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
+from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding

@@ -8,8 +8,8 @@ import numpy as np
 
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import FreeTimes, FreeWay, Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.timing import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray, IndexArray
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import FreeTimes, Scenario, resolved
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint import TaskSolution
 from knotwork.waypoints import IndexArray, JointWaypoints
 

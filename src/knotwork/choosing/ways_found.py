@@ -7,8 +7,8 @@ from dataclasses import replace
 from itertools import islice
 
 from knotwork.choosing.choice import ChosenTimes
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial.refined import part
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import clearances

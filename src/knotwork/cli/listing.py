@@ -10,10 +10,10 @@ from typing import Any
 import click
 import numpy as np
 
-from knotwork import resources
 from knotwork.cli.parameters import PASSED, json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell, echo
+from knotwork.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.scenario import load_scenario
 from knotwork.scene.building import robot_collision_model

@@ -10,14 +10,15 @@ from pathlib import Path
 
 import click
 
-from knotwork import pipeline, resources
+from knotwork import pipeline
 from knotwork.cli.parameters import DecidingOption, GivenPath, bundled
 from knotwork.cli.terminal import echo
+from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.foreign import is_foreign, read_trajectory
-from knotwork.joint_space import JointSpace
 from knotwork.recording import Alignment, Smoothed, aligned, check_log, read_log, smoothed
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.storage import load_trajectory
 from knotwork.storage.sets import stated_scenario
 from knotwork.trajectory import JointTrajectory

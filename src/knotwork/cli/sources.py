@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from knotwork import pipeline, resources
+from knotwork import pipeline
 from knotwork.cli.logs import (
     LogOptions,
     checked_log,
@@ -17,13 +17,14 @@ from knotwork.cli.logs import (
 )
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.terminal import echo
+from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.interpolation import get_planner
-from knotwork.joint_space import JointSpace, joint_space
 from knotwork.pipeline import Plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.storage import set_disagreement
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from knotwork.plain_text import one_line, plain
+from knotwork.errors.plain_text import one_line, plain
 
 
 def cell(text: str, *, lines: bool = False) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 
 import click
 
-from knotwork import resources
 from knotwork.cli.live_view import Files, follow
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.meshcat_viewer import play_in_meshcat
@@ -22,6 +21,7 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.sources import Motion, checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
+from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.robot import Robot, load_robot
 from knotwork.sweeps.named_files import named_files

@@ -14,8 +14,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
 from knotwork.storage import write_file
+from knotwork.trajectory.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
 
 if TYPE_CHECKING:
     from knotwork.export.lossless import Points

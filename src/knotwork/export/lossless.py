@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.arguments import finite_number, flag
 from knotwork.errors import ExportError, InputError
+from knotwork.errors.arguments import finite_number, flag
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import differentiate

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from knotwork.arguments import finite_number, flag
 from knotwork.errors import ExportError, InputError, UnknownNameError
+from knotwork.errors.arguments import finite_number, flag
 from knotwork.export.lossless import LOSSLESS, Points, motion_points
 from knotwork.storage import to_csv
 from knotwork.trajectory import JointTrajectory
@@ -47,7 +47,7 @@ def to_pvt(
 
     Args:
         motion: The motion, or points of it as `motion_points` makes them.
-        degrees: This and the others are described at `knotwork.exportable.DriveOptions`.
+        degrees: This and the others are described at `knotwork.trajectory.exportable.DriveOptions`.
         scale: Drive units a rad (deg, m) by joint name.
         offset: Drive's position where the joint is at 0, by joint name.
         incremental: Times are since the row before.

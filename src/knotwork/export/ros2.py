@@ -33,8 +33,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from knotwork.arguments import flag
 from knotwork.errors import ExportError, InputError
+from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.packages import needed
 from knotwork.trajectory import JointTrajectory
@@ -42,7 +42,7 @@ from knotwork.trajectory import JointTrajectory
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from knotwork.exportable import MessageOptions
+    from knotwork.trajectory.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
 LONGEST = 2**31 - 1
@@ -107,7 +107,7 @@ def ros2_dict(
 
     Args:
         motion: The motion, or points of it as `motion_points` makes them.
-        options: See `knotwork.exportable.MessageOptions`.
+        options: See `knotwork.trajectory.exportable.MessageOptions`.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.

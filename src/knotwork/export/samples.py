@@ -24,7 +24,7 @@ from knotwork.trajectory import JointTrajectory
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from knotwork.exportable import TableOptions
+    from knotwork.trajectory.exportable import TableOptions
 
 JSON_FORMAT = "knotwork.samples"
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.arguments import flag
 from knotwork.errors import InputError
+from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.sampling import sample_times
 from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory.sampling import sample_times
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -101,7 +101,8 @@ def motion_table(
 
     Args:
         motion: The motion; for knots, points of it as `motion_points` makes them, too.
-        rate: This and the others are described at `knotwork.exportable.TableOptions` [Hz].
+        rate: This and the others are described at
+            `knotwork.trajectory.exportable.TableOptions` [Hz].
         knots_only: Take the knots instead of samples.
         accelerations: The knots have accelerations.
         fit: Tolerance of the motion for knots [rad or m].

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.distinct import distinct
+from knotwork.polynomial.distinct import distinct
 from knotwork.polynomial.piecewise import PiecewisePolynomial
 from knotwork.polynomial.refined import part, refined
 from knotwork.waypoints import FloatArray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.distinct import distinct
+from knotwork.polynomial.distinct import distinct
 from knotwork.polynomial.piecewise import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.arguments import finite_number
+from knotwork.errors.arguments import finite_number
 from knotwork.recording.reading import Recording
 from knotwork.waypoints import FloatArray
 

@@ -26,9 +26,9 @@ from knotwork.verification import Finding, Report, check
 from knotwork.verification.finding import judged
 
 if TYPE_CHECKING:
-    from knotwork.joint_space import JointSpace
     from knotwork.robot import Robot
     from knotwork.scenario import Scenario
+    from knotwork.scenario.joint_space import JointSpace
     from knotwork.waypoints import FloatArray
 
 GROUP = "Log"

@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.payload import Payload
+from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
 
 _TCP = "knotwork: tool centre point"

@@ -9,8 +9,8 @@ from typing import Any
 
 import pinocchio as pin
 
-from knotwork.payload import Payload
 from knotwork.robot.joint_limits import LimitTables
+from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
 

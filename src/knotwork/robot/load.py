@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork import resources
-from knotwork.documents import Document, read, validate
+from knotwork.documents import Document, read, resources, validate
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.robot.description import Description
 from knotwork.robot.file import RobotFile

@@ -13,12 +13,12 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.payload import Payload
-from knotwork.renamed import old_method
+from knotwork.errors.renamed import old_method
 from knotwork.robot.chain import select_chain
 from knotwork.robot.chain_kinematics import ChainKinematics
 from knotwork.robot.description import Description
 from knotwork.robot.joint_limits import chain_limits, limit_tables
+from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
 
 _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"

@@ -13,7 +13,7 @@ import numpy as np
 
 from knotwork.documents import Document, Location, Places
 from knotwork.errors import DocumentError, InputError
-from knotwork.payload import Payload
+from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.task.tool import Limits

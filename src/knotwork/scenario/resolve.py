@@ -11,7 +11,7 @@ import numpy as np
 from knotwork import documents
 from knotwork.documents import Document, Location, Places
 from knotwork.errors import shown
-from knotwork.payload import Payload, payload_fault
+from knotwork.robot.payload import Payload, payload_fault
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,

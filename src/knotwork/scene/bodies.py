@@ -13,11 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
-from knotwork.meshes.locating import find_mesh, ros_folders
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scenario import Shape
+from knotwork.scene.meshes.locating import find_mesh, ros_folders
 from knotwork.scene.solids import Placed, Solid, solid
 from knotwork.waypoints import FloatArray
 

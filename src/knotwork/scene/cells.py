@@ -89,7 +89,7 @@ def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
         InputError: The file can't be read; there are too many cells, one too far from the origin,
             or all points are closer together than a cell is large.
     """
-    from knotwork.meshes.cloud_file import read_cloud
+    from knotwork.scene.meshes.cloud_file import read_cloud
 
     points = scale * read_cloud(path)
     extent = float(np.ptp(points, axis=0).max())

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.arguments import finite_number
 from knotwork.errors import InputError, KnotworkError, shown
+from knotwork.errors.arguments import finite_number
 from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario
 from knotwork.sweeps.child import (

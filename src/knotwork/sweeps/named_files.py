@@ -11,7 +11,7 @@ from typing import Any
 
 from knotwork.documents import read, read_text
 from knotwork.errors import InputError
-from knotwork.meshes.locating import find_mesh
+from knotwork.scene.meshes.locating import find_mesh
 
 LARGEST = 500_000_000
 """Bytes of a file that is named: no reader takes more, and a text may name any file."""

@@ -12,8 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from knotwork.arguments import finite_number
 from knotwork.errors import InputError, shown
+from knotwork.errors.arguments import finite_number
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import refuse_own_checks

@@ -11,8 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from knotwork import resources
-from knotwork.documents import REMOVED, Document, Edits, Location, field_path, read
+from knotwork.documents import REMOVED, Document, Edits, Location, field_path, read, resources
 from knotwork.documents.edits import differences
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario, load_scenario

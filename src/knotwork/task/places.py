@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork import documents, resources
-from knotwork.documents import Document, Location
+from knotwork import documents
+from knotwork.documents import Document, Location, resources
 from knotwork.errors import InputError
 from knotwork.task.part import plain
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.distinct import distinct
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import whole_turns
 from knotwork.kinematics.following.continuation import Continuation, continue_along
@@ -16,6 +15,7 @@ from knotwork.kinematics.following.limiting_constraint import LimitingConstraint
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
+from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.branches import described, in_branch

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import PathError
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:

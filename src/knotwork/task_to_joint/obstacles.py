@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.distinct import distinct
 from knotwork.errors import CollisionError
-from knotwork.joint_space import JointSpace
 from knotwork.kinematics.following.continuation import Continuation
 from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import Candidates, find_candidates, nearest_candidate
@@ -24,6 +23,7 @@ from knotwork.kinematics.sequence.step_costs import (
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
 from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
 from knotwork.task_to_joint.obstacles import Obstacles

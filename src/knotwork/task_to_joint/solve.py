@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.task_to_joint.solution import Step, TaskSolution
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -55,7 +55,7 @@ def solve_task(
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
 
-    >>> from knotwork.joint_space import joint_space
+    >>> from knotwork.scenario.joint_space import joint_space
     >>> scenario = kw.load_scenario("ur5_deburring")
     >>> solution = solve_task(scenario, joint_space(scenario))
     >>> solution.choices[0].waypoint, solution.choices[0].branch

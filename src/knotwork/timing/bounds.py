@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.least_durations import feasible_durations
+from knotwork.polynomial.least_durations import feasible_durations
 from knotwork.timing.problem import TimingProblem
 from knotwork.waypoints import FloatArray
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.arguments import finite_number
+from knotwork.errors.arguments import finite_number
 from knotwork.timing.motion import Progress
 from knotwork.waypoints import FloatArray
 

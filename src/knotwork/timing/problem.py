@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.arguments import finite_number
 from knotwork.errors import InputError, WaypointDataError
-from knotwork.least_durations import feasible_durations
+from knotwork.errors.arguments import finite_number
+from knotwork.polynomial.least_durations import feasible_durations
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from knotwork.plain_text import one_line
+from knotwork.errors.plain_text import one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 from knotwork.verification.worst import alike, and_more, with_limits, without_use

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, resolution
 from knotwork.verification.dynamics import effort_limits

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import absurdity

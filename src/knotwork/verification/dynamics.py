@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import (
     Reached,

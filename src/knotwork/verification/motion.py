@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 
 AT_WAYPOINT = 1e-6

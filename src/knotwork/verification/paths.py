@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
 

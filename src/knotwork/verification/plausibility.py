@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace, JointState
 from knotwork.scenario import Scenario, ScenarioWaypoint
 from knotwork.scenario.angle_slips import angle_slips
+from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.verification.finding import Finding
 from knotwork.verification.lines import line_not_held
 from knotwork.verification.motion import Motion

@@ -8,9 +8,9 @@ from bisect import bisect_right
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.joint_space import JointSpace
-from knotwork.least_durations import feasible_durations
+from knotwork.polynomial.least_durations import feasible_durations
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion, between
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.joint_quantities import rate_unit
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.limits import (
     LIMIT_SLACK,

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.distinct import distinct
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.distinct import distinct
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.remedies import rounded_corner

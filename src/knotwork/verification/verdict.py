@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from knotwork.errors import InputError
-from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import Finding

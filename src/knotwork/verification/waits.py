@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
 from knotwork.verification.waypoints import furthest_off

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.joint_space import JointSpace, JointState
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel, Pair
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion

@@ -10,9 +10,9 @@ import numpy as np
 
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.joint_space import JointSpace, JointState, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report

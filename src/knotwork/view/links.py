@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
-from knotwork.meshes.locating import find_mesh, mesh_package
-from knotwork.meshes.mesh_files import read_mesh
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape, UrdfShapes
+from knotwork.scene.meshes.locating import find_mesh, mesh_package
+from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
 from knotwork.view.primitive_meshes import rod, solid, sphere
 from knotwork.waypoints import FloatArray

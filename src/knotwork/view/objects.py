@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.meshes.mesh_files import read_mesh
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Shape
 from knotwork.scene.cells import read_cells
+from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merged
 from knotwork.view.packing import label, thing

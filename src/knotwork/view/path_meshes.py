@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.deviation import deviation_from_path
+from knotwork.metrics.deviation import deviation_from_path
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario

@@ -8,13 +8,13 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.sampling import sample_times
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.verification import Report
 from knotwork.view.clearance_curve import clearance_curve, nearest_around

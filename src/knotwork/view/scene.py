@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI
 from knotwork.verification import Report, check

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import arrow, frame_along, tube
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -8,14 +8,14 @@ from functools import partial
 
 import numpy as np
 
-from knotwork.deviation import (
+from knotwork.errors import InputError
+from knotwork.joint_quantities import rate_unit
+from knotwork.metrics.deviation import (
     deviation_from_line,
     deviation_from_path,
     speed_along_path,
     straight_legs,
 )
-from knotwork.errors import InputError
-from knotwork.joint_quantities import rate_unit
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot

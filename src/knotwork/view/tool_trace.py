@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Report
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.distinct import distinct
 from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.joint_field import JointField
@@ -25,6 +24,7 @@ from knotwork.kinematics.following.limiting_constraint import (
     limiting_constraint,
 )
 from knotwork.kinematics.following.steps import Stages, moved
+from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray

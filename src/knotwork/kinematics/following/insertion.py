@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.distinct import distinct
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance, check_tolerance, proved_use
+from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.tool_paths import TimedPath

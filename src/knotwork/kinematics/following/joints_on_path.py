@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.distinct import distinct
 from knotwork.errors import FollowingError
 from knotwork.kinematics.following.continuation import (
     Continuation,
@@ -23,6 +22,7 @@ from knotwork.kinematics.following.limiting_constraint import (
 )
 from knotwork.kinematics.following.steps import LOST, STRAY
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.distinct import distinct
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.distinct import distinct
+from knotwork.polynomial.distinct import distinct
 from knotwork.verification.bounds.polynomials import Intervals
 from knotwork.waypoints import FloatArray, IndexArray
 

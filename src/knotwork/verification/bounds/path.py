@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.path_rows import PathRows, path_rows

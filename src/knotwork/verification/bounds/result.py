@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.arguments import finite_number
+from knotwork.errors.arguments import finite_number
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.meshes.part import IndexArray
-from knotwork.meshes.size_limits import (
+from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.size_limits import (
     MOST_NESTED,
     MOST_SHAPES,
     MOST_TRIANGLES,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.arguments import finite_number
 from knotwork.errors import InputError
+from knotwork.errors.arguments import finite_number
 from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.meshes.part import IndexArray
-from knotwork.meshes.polygons import fans
-from knotwork.meshes.size_limits import MOST_TRIANGLES, require_whole
+from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.polygons import fans
+from knotwork.scene.meshes.size_limits import MOST_TRIANGLES, require_whole
 from knotwork.waypoints import FloatArray
 
 _TYPES = {

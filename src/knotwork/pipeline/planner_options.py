@@ -9,8 +9,8 @@ from typing import Any
 
 from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, PlannerOptions, planner_and_rule
-from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import JointWaypoints
 
 # Values given for each waypoint have a meaning only for the planner they were chosen for.

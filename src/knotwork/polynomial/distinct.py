@@ -23,7 +23,7 @@ def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
     Returns:
         Shape (k,).
 
-    >>> from knotwork.distinct import distinct
+    >>> from knotwork.polynomial.distinct import distinct
     >>> distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
     array([0. , 0.5, 1. , 2. , 3. ])
     """

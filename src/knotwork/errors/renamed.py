@@ -12,7 +12,7 @@ RENAMED = {
     "knotwork.CartesianWaypoint": "knotwork.waypoints.CartesianWaypoint",
     "knotwork.Comparison": "knotwork.comparison.Comparison",
     "knotwork.PLANNERS": "knotwork.interpolation.PLANNERS",
-    "knotwork.Payload": "knotwork.payload.Payload",
+    "knotwork.Payload": "knotwork.robot.payload.Payload",
     "knotwork.PlannerOptions": "knotwork.interpolation.PlannerOptions",
     "knotwork.SweepProgress": "knotwork.sweeps.SweepProgress",
     "knotwork.follow": "knotwork.follow_path",

@@ -10,19 +10,20 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
-from knotwork import resources, storage
-from knotwork.avoidance import MOST_TIMED, best_of_sequences
+from knotwork import storage
+from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.infeasibility import infeasible
 from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
-from knotwork.joint_space import JointSpace, joint_space
-from knotwork.planner_options import (
+from knotwork.pipeline.avoidance import MOST_TIMED, best_of_sequences
+from knotwork.pipeline.infeasibility import infeasible
+from knotwork.pipeline.planner_options import (
     knots_along_paths,
     option_context,
     planner_options,
     supported_options,
 )
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
+from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.meshes.ply_file import read_ply
-from knotwork.meshes.size_limits import FARTHEST, read_bounded
+from knotwork.scene.meshes.ply_file import read_ply
+from knotwork.scene.meshes.size_limits import FARTHEST, read_bounded
 from knotwork.waypoints import FloatArray
 
 AXES = ("x", "y", "z")

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.meshes.part import IndexArray
-from knotwork.meshes.size_limits import require_whole
+from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.size_limits import require_whole
 from knotwork.waypoints import FloatArray
 
 # Keywords of OBJ that say nothing of where surfaces are; lines and points have none.

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.distinct import distinct
 from knotwork.errors import InputError
-from knotwork.meshes.part import IndexArray, MeshPart
-from knotwork.meshes.ply_file import read_ply
-from knotwork.meshes.polygons import read_obj, read_off
-from knotwork.meshes.size_limits import FARTHEST, check_triangles, read_bounded
-from knotwork.meshes.stl_file import read_stl
+from knotwork.polynomial.distinct import distinct
+from knotwork.scene.meshes.part import IndexArray, MeshPart
+from knotwork.scene.meshes.ply_file import read_ply
+from knotwork.scene.meshes.polygons import read_obj, read_off
+from knotwork.scene.meshes.size_limits import FARTHEST, check_triangles, read_bounded
+from knotwork.scene.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray
 
 SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
@@ -45,7 +45,7 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
             raise InputError(f"read are {', '.join(SUFFIXES)}")
         data = read_bounded(path)
         if path.suffix.lower() == ".dae":
-            from knotwork.meshes.collada_file import read_collada
+            from knotwork.scene.meshes.collada_file import read_collada
 
             parts = read_collada(data, path.parent, inside or path.parent)
         else:
@@ -116,7 +116,7 @@ def _has_area(part: MeshPart) -> bool:
 def _read_shape(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
     """Points and triangles of a file of any other format."""
     if kind in ("glb", "gltf"):
-        from knotwork.meshes.gltf_file import read_gltf
+        from knotwork.scene.meshes.gltf_file import read_gltf
 
         return read_gltf(data, kind)
     if kind == "stl":

@@ -9,7 +9,7 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 from knotwork.errors import InputError, shown
-from knotwork.meshes.size_limits import require_whole
+from knotwork.scene.meshes.size_limits import require_whole
 
 _FACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 _UNREAD = {

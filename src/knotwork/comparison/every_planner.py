@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from knotwork import metrics, storage
+from knotwork.comparison.scores import Refusal as Refusal
+from knotwork.comparison.scores import Score as Score
+from knotwork.comparison.scores import best as best
+from knotwork.comparison.scores import flat, flat_columns
 from knotwork.errors import InputError
-from knotwork.infeasibility import FEASIBILITY
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.pipeline import Plan, plan
-from knotwork.planner_options import planner_options, supported_options
+from knotwork.pipeline.infeasibility import FEASIBILITY
+from knotwork.pipeline.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
-from knotwork.scores import Refusal as Refusal
-from knotwork.scores import Score as Score
-from knotwork.scores import best as best
-from knotwork.scores import flat, flat_columns
 from knotwork.task import Task
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
@@ -176,7 +176,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
     scenario, space, waypoints = base.scenario, base.space, base.joint_waypoints
     deviation = None
     if space.robot is not None:
-        from knotwork.deviation import straight_path_deviation
+        from knotwork.metrics.deviation import straight_path_deviation
 
         deviation = straight_path_deviation(
             space.robot, trajectory, scenario.waypoints, scenario.paths

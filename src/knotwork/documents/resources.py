@@ -11,7 +11,7 @@ from pathlib import Path
 
 from knotwork.errors import InputError, UnknownNameError
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def folder(kind: str) -> Path:

@@ -18,9 +18,14 @@ import numpy as np
 
 from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
-from knotwork.meshes.collada_counts import check_whole, tag
-from knotwork.meshes.part import MeshPart
-from knotwork.meshes.size_limits import MOST_ELEMENTS, MOST_NESTED, MOST_SHAPES, check_triangles
+from knotwork.scene.meshes.collada_counts import check_whole, tag
+from knotwork.scene.meshes.part import MeshPart
+from knotwork.scene.meshes.size_limits import (
+    MOST_ELEMENTS,
+    MOST_NESTED,
+    MOST_SHAPES,
+    check_triangles,
+)
 from knotwork.waypoints import FloatArray
 
 # Elements of COLLADA that say what surfaces look like.

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.arguments import finite_number
 from knotwork.errors import InputError, PathError
+from knotwork.errors.arguments import finite_number
 from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.insertion import with_waypoints_inserted
 from knotwork.kinematics.following.joints_on_path import JointsOnPath

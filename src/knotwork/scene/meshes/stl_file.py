@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.meshes.size_limits import check_triangles
+from knotwork.scene.meshes.size_limits import check_triangles
 from knotwork.waypoints import FloatArray
 
 _HEADER, _FACET = 84, 50

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
     from typing_extensions import Unpack
 
-_EXPORT = f"{__package__}.export"
+_EXPORT = f"{__package__.partition('.')[0]}.export"
 
 
 class MessageOptions(TypedDict, total=False):

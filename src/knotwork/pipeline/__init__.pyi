@@ -1,0 +1,5 @@
+from .following import follow_path as follow_path
+from .planning import Plan as Plan
+from .planning import plan as plan
+
+__all__: list[str]
