@@ -75,7 +75,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
             )
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:
-        space = _called("joint_space", "joint_space")(scenario)
+        space = _called("scenario.joint_space", "joint_space")(scenario)
         read = _called("foreign.reading", "read_trajectory")
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
