@@ -6,6 +6,7 @@ import copy
 import math
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,6 +25,7 @@ AHEAD = {"position": [0.4, 0.2, 0.4], "rpy": [0, 0, 0]}
 TURNED = {"position": [0.5, 0.2, 0.4], "euler": {"order": "ZYX", "angles": [0, 0, 0]}}
 UR5 = load_robot("ur5").urdf.parents[1]
 SRDF = UR5 / "srdf" / "ur5.srdf"
+TURNING = Path(__file__).parent / "moving" / "turning.csv"
 MESH = UR5 / "meshes" / "ur5" / "collision" / "base.stl"
 # Together they hold every key that a scenario file may have.
 SCENARIOS: dict[str, dict[str, Any]] = {
@@ -43,6 +45,11 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "frames": {
             "a": {"position": [0, 0, 0], "rotation_vector": [0, 0, 0.1]},
             "b": {"in": "a", "position": [0, 0, 0], "quaternion_xyzw": [0, 0, 0, 1]},
+            "belt": {
+                "position": [0, 0, 0],
+                "moves": {"linear": [0, 0.1, 0], "angular": [0, 0, 0.1], "at": 1},
+            },
+            "table": {"position": [0, 0, 0], "moves": {"file": str(TURNING)}},
         },
         "frame": "a",
         "start": "home",
@@ -139,6 +146,14 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         },
         "scene": {
             "margin": 0.01,
+            "robots": {
+                "left": {
+                    "scenario": "ur5_deburring",
+                    "motion": str(TURNING),
+                    "position": [2, 0, 0],
+                    "delay": 0.5,
+                }
+            },
             "objects": {
                 "floor": {"half_space": {"normal": [0, 0, 1], "offset": -0.5}},
                 "stand": {"box": [0.1, 0.1, 0.1], "in": "base", "position": [1, 1, 0]},

@@ -136,6 +136,14 @@ class _Reporter:
 
 def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
     """What is there during a segment, by provisional times; it has to be the same all along."""
+    if task.collision_model.known:
+        raise task.located(
+            InputError(
+                "finds no way among what moves: its times are not known yet; accepted: waypoints "
+                "with times, or nothing that moves in frames and scene"
+            ),
+            segment.waypoints[-1],
+        )
     times = task.waypoints.time[segment.rows]
     middles = (0.5 * (times[:-1] + times[1:])).tolist()
     found = [at_time(task.collision_model, when) for when in middles]

@@ -119,6 +119,7 @@ def deviation_from_path(
     poses = [robot.forward(row) for row in q]
     place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
     rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
+    place, rotation, _ = path.motion.seen(times, place, rotation, place)
     off, gap = path.motion.path.gaps(place, rotation, _progress(place, path, stretch, times))
     return off, angle_of(gap)
 
@@ -141,10 +142,13 @@ def speed_along_path(
         stretch: Which of its stretches the tool is on.
         times: Times in order [s], shape (k,).
     """
-    place = np.array([robot.forward(row).translation for row in q]).reshape(-1, 3)
+    poses = [robot.forward(row) for row in q]
+    place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
+    rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
     velocity = np.array([robot.twist(*row).linear for row in zip(q, v, strict=True)])
+    place, _, velocity = path.motion.seen(times, place, rotation, velocity.reshape(-1, 3))
     s = _progress(place, path, stretch, times)
-    return np.asarray((velocity.reshape(-1, 3) * path.motion.path.position(s, 1)).sum(axis=1))
+    return np.asarray((velocity * path.motion.path.position(s, 1)).sum(axis=1))
 
 
 def _progress(

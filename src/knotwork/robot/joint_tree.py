@@ -5,6 +5,7 @@ What places links, bounds their motion, writes their dynamics or draws them read
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -136,6 +137,53 @@ def joint_tree(model: Any) -> JointTree:
         axis,
         turns,
         slides,
+    )
+
+
+def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -> JointTree:
+    """Joints one after the other.
+
+    Args:
+        placements: Of each in the one before at position 0, `pin.SE3`, n of them.
+        axis: Of length 1, shape (n, 3).
+        turns: Which of them turn; others slide.
+    """
+    n = len(placements)
+    turned = np.array([0.0, *(float(one) for one in turns)])
+    return JointTree(
+        (0, *range(n)),
+        (-1, *range(n)),
+        np.array([np.eye(3), *(one.rotation for one in placements)]),
+        np.array([np.zeros(3), *(one.translation for one in placements)]),
+        np.vstack((np.zeros(3), axis)),
+        turned,
+        np.array([0.0, *(1.0 - turned[1:])]),
+    )
+
+
+def joined(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
+    """Two trees as one: joints and positions of the second follow those of the first.
+
+    Args:
+        first: A tree.
+        second: Another; its joint 0 is no joint of the whole.
+        placement: Of the second's root, `pin.SE3`, in its carrier.
+        carrier: Joint of the first tree that carries the second.
+    """
+    n = len(first.parent) - 1
+    at_root = [parent == 0 for parent in second.parent[1:]]
+    turn, shift = np.array(second.rotation[1:]), np.array(second.translation[1:])
+    shift[at_root] = shift[at_root] @ placement.rotation.T + placement.translation
+    turn[at_root] = placement.rotation @ turn[at_root]
+    parents = [k + n if k else carrier for k in second.parent[1:]]
+    return JointTree(
+        (*first.parent, *parents),
+        (*first.column, *(k + n for k in second.column[1:])),
+        np.concatenate((first.rotation, turn)),
+        np.concatenate((first.translation, shift)),
+        np.concatenate((first.axis, second.axis[1:])),
+        np.concatenate((first.turns, second.turns[1:])),
+        np.concatenate((first.slides, second.slides[1:])),
     )
 
 

@@ -14,7 +14,14 @@ from knotwork.scenario.model import (
 )
 from knotwork.scenario.path_timing import AskedTiming
 from knotwork.scenario.resolve import load_scenario, resolved
-from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
+from knotwork.scenario.scene_model import (
+    CollisionRules,
+    HeldObject,
+    OtherRobot,
+    Scene,
+    SceneObject,
+    Shape,
+)
 
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
@@ -25,6 +32,7 @@ __all__ = [
     "HeldObject",
     "JointTarget",
     "JointValues",
+    "OtherRobot",
     "Scenario",
     "ScenarioPath",
     "ScenarioWaypoint",

@@ -9,7 +9,9 @@ import pinocchio as pin
 
 from knotwork.documents import Location, Places
 from knotwork.errors import did_you_mean
+from knotwork.scenario.frame_motion import moved
 from knotwork.task import Frame, Placement
+from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.waypoints import FloatArray, rotation_fault
 
 # Values in a file are often rounded to four digits. A quaternion or matrix that is further from a
@@ -82,11 +84,14 @@ def placed(placement: Placement, places: Places, location: Location) -> pin.SE3:
 
 
 class Frames:
-    """The named frames of a scenario, each placed in the base frame.
+    """The named frames of a scenario, each placed in the base frame where nothing has moved yet.
 
     Args:
         frames: As given in the file, in SI.
         places: Of the file, for errors.
+
+    Attributes:
+        moving: How each of them moves.
 
     Raises:
         DocumentError: A frame is placed in one that does not exist, frames are placed in a circle,
@@ -95,6 +100,7 @@ class Frames:
 
     def __init__(self, frames: Mapping[str, Frame], places: Places) -> None:
         self._places = places
+        self.moving = {"base": MovingFrame((), pin.SE3.Identity())}
         self._placements = {"base": pin.SE3.Identity()}
         for reserved in ("base", "tool"):
             if reserved in frames:
@@ -104,8 +110,10 @@ class Frames:
         for name in frames:
             for link in reversed(self._unplaced(name, frames)):
                 frame = frames[link]
-                own = placed(frame, places, ("frames", link))
-                self._placements[link] = self._placements[frame.parent] * own
+                own = self.moving[frame.parent].inside(placed(frame, places, ("frames", link)))
+                if frame.moves is not None:
+                    own = moved(own, frame.moves, places, ("frames", link, "moves"))
+                self.moving[link], self._placements[link] = own, own.rest
 
     def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
         """Follow a frame to the first one around it that is placed; list those that are not."""

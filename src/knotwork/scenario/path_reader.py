@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import CornerError, PathError, RampError, SlowStretchError, StretchTimeError
+from knotwork.scenario.carriers import Carriers
 from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
@@ -32,10 +33,12 @@ class PathReader:
     Attributes:
         curves: Makes their curves, and has what the file says.
         stops: Whether the tool stands still at a waypoint, by index.
+        carriers: What carries the waypoints.
     """
 
     curves: PathCurves
     stops: Callable[[int], bool]
+    carriers: Carriers
 
     def begins(self, i: int) -> bool:
         """Whether a path begins at a waypoint, rather than going on through it."""
@@ -89,6 +92,7 @@ class PathReader:
                 )
 
     def _path(self, first: int, last: int, start: float) -> ScenarioPath:
+        carrier = self.carriers.of_path(first, last)
         given = [self.curves.waypoint(i) for i in range(first + 1, last + 1)]
         curves = [self.curves.curve(i) for i in range(first + 1, last + 1)]
         turns = [
@@ -127,7 +131,8 @@ class PathReader:
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        return ScenarioPath(first, TimedPath(path, timing, start), stretches, asked)
+        motion = TimedPath(path, timing, start, carrier)
+        return ScenarioPath(first, motion, stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
         """What the file says of how long each stretch takes [s]."""

@@ -92,6 +92,9 @@ class _Resolver:
             self.reader.frames.find(file.frame or "base", ("frame",))
         self._check_chosen()
         waypoints, paths = self.reader.waypoints()
+        free = read_free_times(file, self.places, self.reader.indices)
+        if file.frames:
+            self.reader.carriers.check_times(free, self.reader.indices)
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
@@ -111,7 +114,7 @@ class _Resolver:
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
-            free=read_free_times(file, self.places, self.reader.indices),
+            free=free,
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             margin=file.limits.margin or 1.0,

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pinocchio as pin
 
+    from knotwork.tool_paths.moving_frame import MovingFrame
+
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -39,19 +41,21 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class SceneObject:
-    """An object that stands still.
+    """An object that stands still, or rides along with a moving frame.
 
     Attributes:
         name: Its name.
-        shape: Placed in the base frame.
+        shape: Placed in the base frame, while what carries it is at rest.
         allow: Names of what may touch it.
         visual: It is only shown, never checked.
+        carrier: What carries it, or `None`.
     """
 
     name: str
     shape: Shape
     allow: tuple[str, ...] = ()
     visual: bool = False
+    carrier: MovingFrame | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +67,7 @@ class HeldObject:
         shape: Placed in the axes of the TCP.
         take, leave: Names of the waypoints where the tool takes it and leaves it.
         allow: Names of what it may touch; the tool may touch it anyway.
+        carriers: What carries it before it is taken, and after it is left; `None` where it stands.
     """
 
     name: str
@@ -70,6 +75,26 @@ class HeldObject:
     take: str
     leave: str
     allow: tuple[str, ...] = ()
+    carriers: tuple[MovingFrame | None, MovingFrame | None] = (None, None)
+
+
+@dataclass(frozen=True, eq=False)
+class OtherRobot:
+    """Another robot in motion.
+
+    Attributes:
+        name: Its name.
+        placement: Of its base frame, `pin.SE3` in the base frame.
+        scenario: The name of a shipped scenario, or the path of one.
+        motion: Path of its recorded motion, or `None` to plan its scenario.
+        delay: How much later than the robot's own its motion begins [s].
+    """
+
+    name: str
+    placement: pin.SE3
+    scenario: str | Path
+    motion: Path | None = None
+    delay: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -94,17 +119,20 @@ class Scene:
     """Surroundings of the robot and what it carries.
 
     Attributes:
-        objects: What stands still.
+        objects: What stands still, or rides along with a moving frame.
         tool: Shapes of the tool, in the axes of the frame that carries it.
         held: What the tool takes along.
+        robots: Other robots.
         rules: What is checked, and how closely.
     """
 
     objects: tuple[SceneObject, ...] = ()
     tool: tuple[Shape, ...] = ()
     held: tuple[HeldObject, ...] = ()
+    robots: tuple[OtherRobot, ...] = ()
     rules: CollisionRules = CollisionRules()
 
     def asks(self) -> bool:
         """Whether anything of the scenario has to be checked besides the robot's own links."""
-        return bool(self.tool or self.held or any(not one.visual for one in self.objects))
+        objects = any(not one.visual for one in self.objects)
+        return bool(self.tool or self.held or self.robots or objects)

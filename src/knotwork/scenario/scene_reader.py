@@ -5,17 +5,29 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.documents import Location
 from knotwork.errors import did_you_mean
 from knotwork.scenario.model import ScenarioWaypoint
-from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
+from knotwork.scenario.scene_model import (
+    CollisionRules,
+    HeldObject,
+    OtherRobot,
+    Scene,
+    SceneObject,
+    Shape,
+)
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.task.scene import SHAPES, SolidOfRevolution, ToolShape
 from knotwork.task.scene import HeldObject as HeldObjectFile
+from knotwork.task.scene import OtherRobot as OtherRobotFile
 from knotwork.task.scene import SceneObject as SceneObjectFile
+
+if TYPE_CHECKING:
+    from knotwork.tool_paths.moving_frame import MovingFrame
 
 TOOL = "tool"
 """Name of all shapes of the tool together, next to those of links and objects."""
@@ -39,6 +51,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
             _shape(reader, one, ("scene", "objects", name), one.parent),
             tuple(one.allow),
             one.visual,
+            _carrier(reader, one, ("scene", "objects", name)),
         )
         for name, one in scene.objects.items()
     )
@@ -60,6 +73,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
             _held(reader, name, held, waypoints)
             for name, held in (tool.holds if tool is not None else {}).items()
         ),
+        robots=tuple(_robot(reader, name, one) for name, one in scene.robots.items()),
         rules=CollisionRules(
             rules.itself,
             tuple((pair[0], pair[1]) for pair in rules.ignore),
@@ -91,7 +105,40 @@ def _held(
             (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"
         )
     shape = _shape(reader, given, place, moves=True)
-    return HeldObject(name, shape, given.take, given.leave, tuple(given.allow))
+    ends = (reader.indices[names.index(one)] for one in (given.take, given.leave))
+    taken, left = (reader.carriers.of(i) for i in ends)
+    return HeldObject(name, shape, given.take, given.leave, tuple(given.allow), (taken, left))
+
+
+def _carrier(reader: WaypointReader, given: SceneObjectFile, place: Location) -> MovingFrame | None:
+    """What carries an object; `None` if it stands."""
+    frame = reader.frames.moving[given.parent]
+    if not frame.moves:
+        return None
+    if given.half_space is not None:
+        raise reader.places.error(
+            (*place, "half_space"), f"moves with frame {given.parent!r}, which it can't", "a box"
+        )
+    return frame
+
+
+def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRobot:
+    place: Location = ("scene", "robots", name)
+    frame = reader.frames.find(given.parent, (*place, "in"))
+    if reader.frames.moving[frame].moves:
+        raise reader.places.error(
+            (*place, "in"), f"frame {frame!r} moves, and the robot's base can't", "one that stands"
+        )
+    folder = reader.places.file.parent if reader.places.file is not None else Path()
+    path = folder / os.path.expanduser(given.scenario)
+    motion = None if given.motion is None else _file(reader, given.motion, (*place, "motion"))
+    return OtherRobot(
+        name,
+        reader.frames[frame] * reader.placement(given, place),
+        path if path.is_file() else given.scenario,
+        motion,
+        given.delay,
+    )
 
 
 def _shape(

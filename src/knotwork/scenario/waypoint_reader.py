@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 if TYPE_CHECKING:
     import pinocchio as pin
 
+    from knotwork.scenario.carriers import Carriers
     from knotwork.scenario.geometry import Frames
     from knotwork.scenario.path_reader import PathReader
     from knotwork.tool_paths import TimedPath
@@ -95,11 +96,8 @@ class WaypointReader:
                 joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
-                if i in motions and not self._stops(i):
-                    twist = _twist_on(motions[i], times[i])
-                else:
-                    twist = self._twist(i, waypoint, inner, poses)
-                made = CartesianWaypoint(names[i], times[i], poses[i], twist, where)
+                pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
+                made = CartesianWaypoint(names[i], times[i], pose, twist, where)
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:
@@ -109,6 +107,36 @@ class WaypointReader:
             index[i] = len(waypoints) - 1
         self.indices = tuple(indices)
         return tuple(waypoints), tuple(replace(one, first=index[one.first]) for one in paths)
+
+    def _state(
+        self,
+        i: int,
+        waypoint: PoseWaypoint | PathWaypoint,
+        inner: bool,
+        poses: Mapping[int, pin.SE3],
+        times: Sequence[float],
+        motion: TimedPath | None,
+    ) -> tuple[pin.SE3, pin.Motion]:
+        """Pose and velocity of a waypoint in the base frame, at its time.
+
+        A frame that moves carries both: poses are as they are where it is at rest.
+        """
+        frame = self.carriers.of(i)
+        if motion is not None and not self._stops(i):
+            twist = motion.twist(times[i])
+        else:
+            near = self.carriers.alongside(i, poses, times)
+            twist = self._twist(i, waypoint, inner, near, times[i])
+            if frame is not None:
+                twist = frame.carried_twist(poses[i], twist, times[i])
+        return (poses[i] if frame is None else frame.carried(poses[i], times[i])), twist
+
+    @cached_property
+    def carriers(self) -> Carriers:
+        """What carries the poses of the waypoints."""
+        from knotwork.scenario.carriers import Carriers
+
+        return Carriers(self.file, self.places, self.frames, self.frame)
 
     def _names(self) -> list[str]:
         given = self.file.waypoints
@@ -168,7 +196,7 @@ class WaypointReader:
 
     def _path_reader(self, poses: dict[int, pin.SE3]) -> PathReader | None:
         frames = {
-            i: self.frames[self._frame(i, waypoint)]
+            i: self.frames[self.frame(i, waypoint)]
             for i, waypoint in enumerate(self.file.waypoints)
             if isinstance(waypoint, PathWaypoint)
         }
@@ -179,15 +207,16 @@ class WaypointReader:
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
         curves = PathCurves(self.file, self.places, self.length, frames, axes, poses)
-        return PathReader(curves, self._stops)
+        return PathReader(curves, self._stops, self.carriers)
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of those waypoints that are given by one."""
         poses = {}
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint | PathWaypoint):
+                self.carriers.check(i, waypoint)
                 placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
-                frame = self._frame(i, waypoint)
+                frame = self.frame(i, waypoint)
                 poses[i] = self.frames[frame] * placed
                 poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
         return poses
@@ -213,7 +242,8 @@ class WaypointReader:
 
         return Frames(self.file.frames, self.places)
 
-    def _frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
+    def frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
+        """Name of the frame that the pose of a waypoint is in."""
         if waypoint.frame is not None:
             return self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
         if self.file.frame is not None:
@@ -232,13 +262,14 @@ class WaypointReader:
         waypoint: PoseWaypoint | PathWaypoint,
         inner: bool,
         poses: Mapping[int, pin.SE3],
+        time: float,
     ) -> pin.Motion:
         import pinocchio as pin
 
         if isinstance(waypoint, PathWaypoint):
             return pin.Motion.Zero()
         if isinstance(waypoint.velocity, Velocity):
-            return self._given_twist(i, waypoint, waypoint.velocity, poses[i])
+            return self._given_twist(i, waypoint, waypoint.velocity, poses[i], time)
         if waypoint.velocity is not None:
             return pin.Motion.Zero()
         speed = given_speed(waypoint.speed, 1.0)
@@ -248,13 +279,13 @@ class WaypointReader:
         return pin.Motion.Zero()
 
     def _given_twist(
-        self, i: int, waypoint: PoseWaypoint, velocity: Velocity, pose: pin.SE3
+        self, i: int, waypoint: PoseWaypoint, velocity: Velocity, pose: pin.SE3, time: float
     ) -> pin.Motion:
         import pinocchio as pin
 
-        axes = velocity.axes or self._frame(i, waypoint)
+        axes = velocity.axes or self.frame(i, waypoint)
         self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-        turn = pose.rotation if axes == "tool" else self.frames[axes].rotation
+        turn = pose.rotation if axes == "tool" else self.carriers.axes(i, axes, time)
         linear, angular = np.array(velocity.linear), np.array(velocity.angular)
         return pin.Motion(turn @ linear, turn @ angular)
 
@@ -303,9 +334,3 @@ class WaypointReader:
                 "is passed in motion and gives no speed",
                 f"{accepted}, or stop: true",
             )
-
-
-def _twist_on(motion: TimedPath, time: float) -> pin.Motion:
-    import pinocchio as pin
-
-    return pin.Motion(motion.state(np.array([time]))[2][0])

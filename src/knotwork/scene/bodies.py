@@ -28,7 +28,7 @@ class Body:
 
     Attributes:
         name: What it is called in reports.
-        kind: `"link"`, `"tool"`, `"held"` or `"object"`.
+        kind: `"link"`, `"tool"`, `"held"` or, of what the robot does not move, `"object"`.
         joint: Index of the joint that carries it; 0 for what stands still.
         solids: Its shapes.
         start, end: From when to when [s] it is there.

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.documents import Places
 from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, Scene, Shape
+from knotwork.robot.joint_tree import JointTree, joined, serial
+from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, Shape
 from knotwork.scene.bodies import Body
 from knotwork.scene.model import TOOL, CollisionModel, NoteKind
+from knotwork.scene.other_robots import other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
 from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
+from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 
 FAR_OFF = 20.0
 """A mesh this many times larger than the arm's reach, or a thousand times smaller than that, is
@@ -116,18 +122,25 @@ class _Builder:
         self.geometry = robot_geometry(robot)
         self.joints, self.links = self.geometry.joints, self.geometry.links
         self.holds = holds or {}
+        self.known: list[EndlessCurve] = []
+        self.carriers: dict[tuple[KnownJoints, ...], int] = {}
+        self.robots: dict[str, tuple[Robot, int]] = {}
         self.notes: list[tuple[NoteKind, str]] = []
 
     def model(self) -> CollisionModel:
-        scene, base = self.scene, self.robot.base_placement
+        scene = self.scene
         bodies = list(self.links.bodies)
         if scene.tool:
             bodies.append(self._tool(scene.tool))
         for one in scene.objects:
-            if not one.visual:
-                bodies.append(Body(one.name, "object", 0, (self._solid(one.shape, base),)))
+            if one.visual:
+                self._carrier(one.carrier)  # for what draws it
+            else:
+                bodies.append(self._object(one.name, one.shape, one.carrier))
         for held in scene.held:
-            bodies += self._held(held.name, held.shape)
+            bodies += self._held(held)
+        for robot in scene.robots:
+            bodies += self._other(robot)
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
@@ -141,7 +154,70 @@ class _Builder:
             self.links.missing,
             self.links.bare,
             tuple(dict.fromkeys([*self.notes, *given.notes, *pairing.notes])),
+            tuple(self.known),
+            self.carriers,
+            self.robots,
         )
+
+    def _object(self, name: str, shape: Shape, frame: MovingFrame | None) -> Body:
+        """An object that stands, or rides along; it is placed while what carries it is at rest."""
+        if frame is None:
+            return Body(name, "object", 0, (self._solid(shape, self.robot.base_placement),))
+        carrier = MovingFrame(frame.joints, pin.SE3.Identity()).rest.inverse()
+        return Body(name, "object", self._carrier(frame), (self._solid(shape, carrier),))
+
+    def _other(self, given: OtherRobot) -> Iterator[Body]:
+        """Links, tool and held objects of another robot, which move as they do."""
+        try:
+            other = other_motion(given)
+        except InputError as error:
+            place = ("scene", "robots", given.name, "scenario")
+            raise self.places.error(place, str(error)) from error
+        root = self._put(
+            serial(
+                [given.placement * other.robot.base_placement.inverse()], np.eye(3)[:1], [False]
+            ),
+            self.robot.base_placement,
+            [EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))],
+        )
+        self.joints = joined(self.joints, other.model.joints, pin.SE3.Identity(), root)
+        self.known += [replace(one, delay=one.delay + given.delay) for one in other.known]
+        self.robots[given.name] = other.robot, root
+        for body in other.model.bodies:
+            if body.kind != "object" or body.name in other.held:
+                yield replace(
+                    body,
+                    name=f"{given.name}/{body.name}",
+                    kind="object",
+                    joint=root + body.joint,
+                    start=body.start + given.delay,
+                    end=body.end + given.delay,
+                    apart=False,
+                    link="",
+                )
+
+    def _carrier(self, frame: MovingFrame | None) -> int:
+        """The joint that carries a moving frame, put into the tree where it is not yet."""
+        if frame is None:
+            return 0
+        if frame.joints not in self.carriers:
+            placements: list[Any] = []
+            axes, turns = [], list[bool]()
+            for one in frame.joints:
+                placements += [one.placement, *[pin.SE3.Identity()] * (len(one.turns) - 1)]
+                axes.append(one.axis)
+                turns += one.turns
+            chain = serial(placements, np.concatenate(axes), turns)
+            self.carriers[frame.joints] = self._put(
+                chain, self.robot.base_placement, [one.curve for one in frame.joints]
+            )
+        return self.carriers[frame.joints]
+
+    def _put(self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve]) -> int:
+        """Add joints whose positions are known; gives the index of the last."""
+        self.joints = joined(self.joints, tree, placement)
+        self.known += known
+        return len(self.joints.parent) - 1
 
     def _tool(self, shapes: Sequence[Shape]) -> Body:
         robot = self.robot
@@ -150,21 +226,32 @@ class _Builder:
         solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
         return Body(TOOL, "tool", int(frame.parentJoint), solids)
 
-    def _held(self, name: str, shape: Shape) -> list[Body]:
+    def _held(self, held: HeldObject) -> list[Body]:
         """A held object: where it is taken from, in the tool, and where it is left."""
-        robot, base = self.robot, self.robot.base_placement
-        frame = robot.model.frames[robot.require_tool()]
-        hold = self.holds[name]
-        here, there = ((self._solid(shape, base * pose),) for pose in (hold.taken, hold.left))
+        name, shape, hold = held.name, held.shape, self.holds[held.name]
+        frame = self.robot.model.frames[self.robot.require_tool()]
+        ends = ((hold.taken, hold.start), (hold.left, hold.end))
+        (before, here), (after, there) = (
+            self._lying(shape, frame, *end) for frame, end in zip(held.carriers, ends, strict=True)
+        )
         carried = (self._solid(shape, frame.placement),)
         bodies = [
-            Body(name, "object", 0, here, end=hold.coming, apart=True),
-            Body(name, "object", 0, here, hold.coming, hold.start),
+            Body(name, "object", before, here, end=hold.coming, apart=True),
+            Body(name, "object", before, here, hold.coming, hold.start),
             Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", 0, there, hold.end, hold.gone),
-            Body(name, "object", 0, there, start=hold.gone, apart=True),
+            Body(name, "object", after, there, hold.end, hold.gone),
+            Body(name, "object", after, there, start=hold.gone, apart=True),
         ]
         return [body for body in bodies if body.start < body.end]
+
+    def _lying(
+        self, shape: Shape, frame: MovingFrame | None, pose: Any, time: float
+    ) -> tuple[int, tuple[Solid, ...]]:
+        """What carries an object that the tool takes or leaves, and its solids."""
+        if frame is None:
+            return 0, (self._solid(shape, self.robot.base_placement * pose),)
+        carrier = MovingFrame(frame.joints, pin.SE3.Identity()).at(time)
+        return self._carrier(frame), (self._solid(shape, carrier.actInv(pose)),)
 
     def _solid(self, shape: Shape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors say where it stands."""
@@ -195,4 +282,4 @@ class _Builder:
     @cached_property
     def _reach(self) -> float:
         """How far the arm reaches at most, stretched out [m]."""
-        return float(np.linalg.norm(self.joints.translation, axis=1).sum()) + 0.1
+        return float(np.linalg.norm(self.geometry.joints.translation, axis=1).sum()) + 0.1

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, NamedTuple
 
-from knotwork.robot.joint_tree import JointTree
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.endless import EndlessCurve, side_by_side
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
+from knotwork.tool_paths.moving_frame import KnownJoints
+from knotwork.waypoints import FloatArray
 
 NoteKind = Literal["warning", "information"]
 
@@ -51,7 +59,7 @@ class CollisionModel:
     """Bodies, and the pairs of them that are checked.
 
     Attributes:
-        joints: The robot's joints.
+        joints: The robot's joints, and those of what moves as it is known to.
         bodies: All bodies.
         pairs: Pairs to check.
         ignored: Pairs of bodies that are not checked, with the reason.
@@ -59,6 +67,10 @@ class CollisionModel:
         bare: Names of links that have shapes to be seen, but none for collisions.
         notes: Plausible slips, and pairs that are not checked: `"warning"` or `"information"`, and
             the sentence.
+        known: Positions of the joints that follow the robot's.
+        carriers: The joint that carries what rides along with a moving frame, by its joints.
+        robots: Of each other robot by name its `Robot`, and the joint that is its root; its own
+            follow it.
     """
 
     joints: JointTree
@@ -68,6 +80,25 @@ class CollisionModel:
     missing: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
     notes: tuple[tuple[NoteKind, str], ...] = ()
+    known: tuple[EndlessCurve, ...] = ()
+    carriers: Mapping[tuple[KnownJoints, ...], int] = field(default_factory=dict)
+    robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
+
+    def whole(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
+        """Positions of all joints over the time of the robot's, trailing shape (d,)."""
+        if not self.known:
+            return curve
+        span = curve.x[[0, -1]].tolist()
+        return side_by_side(curve, *(one.between(*span) for one in self.known))
+
+    def placed(self, q: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotations and origins of all joints, as `place_joints` gives them.
+
+        Args:
+            q: Positions of the robot's joints [rad or m], shape (k, d).
+            time: When [s], shape (k,).
+        """
+        return place_joints(self.joints, np.hstack((q, *(one(time) for one in self.known))))
 
     @property
     def bare_links_note(self) -> str:

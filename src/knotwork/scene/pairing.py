@@ -21,6 +21,7 @@ from knotwork.scene.srdf import disabled_pairs
 ADJACENT = "a joint joins them"
 CARRIED = "the tool carries it"
 BY_ROBOT = "the robot's file ignores it"
+OBJECT = "object"
 NOT_ITSELF = "the scenario says `self: false`"
 
 
@@ -52,16 +53,18 @@ class Pairing:
                 second = bodies[j]
                 if first.start >= second.end or second.start >= first.end:
                     continue
-                if first.joint == second.joint and first.kind == second.kind:
-                    continue  # links of one part, or objects
+                together = first.joint == second.joint and first.kind == second.kind
+                if together or first.kind == second.kind == OBJECT:
+                    continue  # links of one part, or what the robot does not move
                 reason = self._reason(first, second, by_files)
                 if reason is None and (i, j) in touching:
                     self._note_touching(first, second, touching[i, j])
                 if reason is not None:
                     ignored.append(IgnoredPair(first.name, second.name, reason))
                     continue
-                order = (i, j) if second.joint else (j, i)
-                around = "object" in (first.kind, second.kind)
+                around = OBJECT in (first.kind, second.kind)
+                own = second.kind != OBJECT if around else bool(second.joint)
+                order = (i, j) if own else (j, i)
                 pairs.append(Pair(*order, self.scene.rules.margin if around else 0.0, around))
         return pairs, list(dict.fromkeys(ignored))
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.model import CollisionModel
@@ -185,7 +184,7 @@ class SolidPairs:
         """`clearances`, each with the pair of solids that has it, or -1 without one nearer."""
         low, high = self.windows[self.pair].T
         there = (low <= time[:, None]) & (time[:, None] <= high)
-        rotation, origin = place_joints(self.model.joints, np.asarray(q, dtype=float))
+        rotation, origin = self.model.placed(np.asarray(q, dtype=float), time)
 
         least = self.least(rotation, origin) - self.margin
         turn, shift = self.axes(rotation, origin)

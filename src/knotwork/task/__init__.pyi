@@ -12,12 +12,14 @@ from .options import Tolerances as Tolerances
 from .part import TaskPart as TaskPart
 from .poses import Euler as Euler
 from .poses import Frame as Frame
+from .poses import FrameMotion as FrameMotion
 from .poses import Placement as Placement
 from .poses import Pose as Pose
 from .poses import Velocity as Velocity
 from .scene import Collisions as Collisions
 from .scene import HalfSpace as HalfSpace
 from .scene import HeldObject as HeldObject
+from .scene import OtherRobot as OtherRobot
 from .scene import PointCloud as PointCloud
 from .scene import SceneObject as SceneObject
 from .scene import SolidOfRevolution as SolidOfRevolution

@@ -12,7 +12,9 @@ from knotwork.documents import Document, Location, resources
 from knotwork.errors import InputError
 from knotwork.task.part import plain
 
-PATH_KEYS = frozenset({"file", "mesh", "package_paths", "points", "robot", "srdf", "urdf"})
+PATH_KEYS = frozenset(
+    {"file", "mesh", "motion", "package_paths", "points", "robot", "scenario", "srdf", "urdf"}
+)
 """Keys whose text is a path relative to the file, where there is such a file or folder."""
 
 
@@ -38,8 +40,8 @@ def moved_paths(
         return {}
     if Path(data).expanduser().is_absolute() or not (old / data).exists():
         return {}
-    if key == "robot" and not (old / data).is_file():
-        return {}  # the name of a robot that is shipped
+    if key in ("robot", "scenario") and not (old / data).is_file():
+        return {}  # the name of one that is shipped
     path = old / data if new is None else Path(os.path.relpath(old / data, new))
     return {place: path.as_posix()}
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import Items, Vector3, Vector4
+from knotwork.documents.values import Items, Number, Vector3, Vector4
 from knotwork.task.part import TaskPart
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
@@ -79,8 +79,38 @@ class Pose(Placement):
         return self
 
 
+class FrameMotion(TaskPart):
+    """A motion that is known at all times, in the axes of the frame where it is at rest."""
+
+    linear: Vector3 | None = Field(default=None, description="Constant [length/s]")
+    angular: Vector3 | None = Field(
+        default=None, description="Constant, about the frame's origin [angle/s]"
+    )
+    file: Text | None = Field(
+        default=None,
+        description="Path of a trajectory, relative to this file, of joints named x, y, z [m], "
+        "yaw, pitch, roll [rad], or some of them, in SI: shifts, then turns about the moving z, y, "
+        "x axes; before and after it the frame stands",
+    )
+    at: Number = Field(
+        default=0.0, description="When the frame is where it is placed, or the file begins [s]"
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> FrameMotion:
+        speeds = self.linear is not None or self.angular is not None
+        if speeds == (self.file is not None):
+            found = "gives a file and speeds" if speeds else "gives no motion"
+            raise ValueError(f"{found}; give linear, angular or both, or file")
+        return self
+
+
 class Frame(Placement):
     """A named frame, placed in the base or in another named frame."""
+
+    moves: FrameMotion | None = Field(
+        default=None, description="Its motion, and that of all in it: a belt, a turntable"
+    )
 
     parent: Text = Field(
         default="base",

@@ -119,6 +119,33 @@ class SceneObject(_Shape):
     visual: Flag = Field(default=False, description="Only shown, never checked")
 
 
+class OtherRobot(Placement):
+    """Another robot in motion, with its tool and what it holds."""
+
+    position: Vector3 = Field(
+        default=(0.0, 0.0, 0.0), description="Of its base frame, whose axes it has [length]"
+    )
+    parent: Text = Field(
+        default="base",
+        validation_alias="in",
+        serialization_alias="in",
+        description="base or the name of a frame that stands",
+    )
+    scenario: Text = Field(
+        description="Its scenario: the name of a shipped one, or a path relative to this file"
+    )
+    motion: Text | None = Field(
+        default=None,
+        description="Path of its recorded motion, relative to this file, as knotwork check takes "
+        "it; left out: its scenario is planned, and must pass",
+    )
+    delay: Number = Field(
+        default=0.0,
+        description="How much later than this motion its own begins; it stands before and after "
+        "[s]",
+    )
+
+
 class Surroundings(TaskPart):
     """What stands around the robot."""
 
@@ -127,6 +154,9 @@ class Surroundings(TaskPart):
     )
     objects: dict[Text, SceneObject] = Field(
         default_factory=dict, description="By name, in the base or in frames"
+    )
+    robots: dict[Text, OtherRobot] = Field(
+        default_factory=dict, description="Other robots by name, which move as they do"
     )
 
 

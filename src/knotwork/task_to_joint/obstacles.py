@@ -71,7 +71,8 @@ class Obstacles:
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
         for distance, first, second in self._gaps(q, float(self.scenario.provisional_times[0])):
-            if distance <= -margin and first.kind == "object" and second.kind != "held":
+            stands = first.kind == "object" and not first.joint
+            if distance <= -margin and stands and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length
                 with self.scenario.error_context(*place, first.name):
@@ -153,10 +154,9 @@ class Obstacles:
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair beyond the required margin, and the pair."""
-        from knotwork.robot.joint_tree import place_joints
         from knotwork.scene.distances import nearest_of_bodies
 
-        rotation, origin = (x[0] for x in place_joints(self.model.joints, q[None]))
+        rotation, origin = (x[0] for x in self.model.placed(q[None], np.array([time])))
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):

@@ -7,6 +7,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
+from knotwork.tool_paths.moving_frame import FrameState, MovingFrame
 from knotwork.tool_paths.path import LENGTHS, ToolPath
 from knotwork.tool_paths.path_timing import Timing
 from knotwork.waypoints import FloatArray
@@ -19,7 +20,8 @@ class TimedPath:
     """What the tool does on a path, over time.
 
     Attributes:
-        path, timing, start_time: As given.
+        path, timing, start_time, carrier: As given; the path rides along with what carries it, and
+            is where it is while that is at rest.
         end_time: When the path ends [s].
         breaks: Times at which something begins anew, a curve, a part of the orientation or a ramp,
             and both ends [s].
@@ -37,8 +39,15 @@ class TimedPath:
     (6.0, array([0.5, 0. , 0. ]))
     """
 
-    def __init__(self, path: ToolPath, timing: Timing, start_time: float = 0.0) -> None:
+    def __init__(
+        self,
+        path: ToolPath,
+        timing: Timing,
+        start_time: float = 0.0,
+        carrier: MovingFrame | None = None,
+    ) -> None:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
+        self.carrier = carrier
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]), side="left")[0])
         if abs(length - path.length) > LENGTHS * path.length:
@@ -123,7 +132,29 @@ class TimedPath:
         rate, change = path.rate(s, 0, along), path.rate(s, 1, along)
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
-        return place, path.rotation(s, along), twist, acceleration
+        state = FrameState(path.rotation(s, along), place, twist, acceleration)
+        if self.carrier is not None:
+            state = self.carrier.since_rest(t).carried(state)
+        return state.origin, state.rotation, state.twist, state.acceleration
+
+    def twist(self, t: float) -> pin.Motion:
+        """Velocity of the tool at a time [s], in base axes."""
+        return pin.Motion(self.state(np.array([t]))[2][0])
+
+    def seen(
+        self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Tools as they are seen from what carries the path: what compares with `path`.
+
+        Args:
+            t: Times [s], shape (k,).
+            position: In the base frame [m], shape (k, 3).
+            rotation: Shape (k, 3, 3).
+            velocity: [m/s], shape (k, 3).
+        """
+        if self.carrier is None:
+            return position, rotation, velocity
+        return self.carrier.since_rest(t).seen(position, rotation, velocity)
 
     def speed_asked_for(self, t: ArrayLike) -> FloatArray:
         """Full speed of the stretches that times are in [m/s], shape (k,)."""

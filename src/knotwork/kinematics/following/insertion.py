@@ -188,8 +188,8 @@ def errors(
     """How far joints are off a path: distance [m], angle [rad], part of the full speed; (k, 3)."""
     tip, columns, J = joint_axes(robot).placed(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
-    rotations = columns.transpose(2, 1, 0)
-    along = path.path.nearest(tip.T, path.arc_length(times))
-    distance, gap = path.path.gaps(tip.T, rotations, along)
+    place, rotations, moved = path.seen(times, tip.T, columns.transpose(2, 1, 0), moved)
+    along = path.path.nearest(place, path.arc_length(times))
+    distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.speed_asked_for(times)
     return np.stack((distance, angle_of(gap), off), axis=1)

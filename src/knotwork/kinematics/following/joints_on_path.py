@@ -158,8 +158,7 @@ class JointsOnPath:
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
         guess = self.curve(times)
-        s, path = self.path.arc_length(times), self.path.path
-        q, error = self.field.corrected(guess, path.position(s), path.rotation(s))
+        q, error = self.field.corrected(guess, *self.path.state(times)[:2])
         stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= STRAY) | ~(error <= LOST)
         before = np.searchsorted(self.time, times, "right") - 1
         for i in distinct(before[stray]):  # they could be of another branch

@@ -139,7 +139,8 @@ class _Search:
         resolution: float,
         precision: float | None,
     ) -> None:
-        self.model, self.curve, self.resolution = model, curve, resolution
+        self.model, self.resolution = model, resolution
+        self.curve = curve = model.whole(curve)
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])

@@ -15,6 +15,7 @@ from knotwork.tool_paths.progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.seen_from import seen_from, with_known
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -71,8 +72,13 @@ class PathStretch:
         self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
     ) -> None:
         self.robot, self.curve, self.motion = robot, curve, motion
-        self.joints = joint_tree(robot.model)
+        self.joints, self.known = joint_tree(robot.model), curve
         self.joint, self.lever = carried(robot.model, robot.require_tool())
+        if motion.carrier is not None:
+            base = robot.base_placement.inverse()
+            self.joints = seen_from(motion.carrier.joints, self.joints, base)
+            self.joint += len(self.joints.parent) - 1 - robot.model.nv
+            self.known = with_known(curve, motion.carrier.joints)
         ends = motion.arc_length(np.array([start, end]))
         self.low, self.high = float(ends[0]), float(ends[1])
 
@@ -102,10 +108,10 @@ class PathStretch:
         return PathSamples(*columns)
 
     def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Position [m], rotation and velocity [m/s] of the tool in the base frame."""
+        """Position [m], rotation and velocity [m/s] of the tool, from what carries the path."""
         tip, columns, J = joint_axes(self.robot).placed(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        return tip.T, columns.transpose(2, 1, 0), velocity
+        return self.motion.seen(t, tip.T, columns.transpose(2, 1, 0), velocity)
 
     def _compared(
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
@@ -119,9 +125,9 @@ class PathStretch:
     def sizes(self, t: FloatArray) -> PathSizes:
         """Bounds on the intervals between times in order [s], shape (n + 1,)."""
         middle = 0.5 * (t[1:] + t[:-1])
-        piece = np.clip(np.searchsorted(self.curve.x, middle) - 1, 0, len(self.curve.x) - 2)
-        start = np.maximum(t[:-1] - self.curve.x[piece], 0.0)
-        rates = joint_rates(self.curve, Intervals(piece, start, np.diff(t)))
+        piece = np.clip(np.searchsorted(self.known.x, middle) - 1, 0, len(self.known.x) - 2)
+        start = np.maximum(t[:-1] - self.known.x[piece], 0.0)
+        rates = joint_rates(self.known, Intervals(piece, start, np.diff(t)))
         moved = tree_motion(self.joints, rates.bounds)
         point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)

@@ -1,0 +1,155 @@
+"""What carries the poses of a scenario's waypoints where frames move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.documents import Location, Places
+from knotwork.scenario.free_times import FreeTimes
+from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PoseWaypoint, Task
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.scenario.geometry import Frames
+    from knotwork.tool_paths.moving_frame import MovingFrame
+
+
+class Carriers:
+    """Which moving frames carry the poses of one file.
+
+    Args:
+        file: What the file says, in SI.
+        places: Where it says it, for errors.
+        frames: Its frames.
+        frame: Gives the name of the frame that the pose of a waypoint is in.
+    """
+
+    def __init__(
+        self, file: Task, places: Places, frames: Frames, frame: Callable[[int, Any], str]
+    ) -> None:
+        self.file, self.places, self.frames, self._frame = file, places, frames, frame
+
+    @cached_property
+    def any(self) -> bool:
+        """Whether a frame moves."""
+        return any(one.moves is not None for one in self.file.frames.values())
+
+    def of(self, i: int) -> MovingFrame | None:
+        """What carries the pose of a waypoint; `None` if it stands or is given by joint values."""
+        if not self.any or i < 0 or isinstance(self.file.waypoints[i], JointWaypoint):
+            return None
+        frame = self.frames.moving[self._frame(i, self.file.waypoints[i])]
+        return frame if frame.moves else None
+
+    def of_path(self, first: int, last: int) -> MovingFrame | None:
+        """What carries a path through waypoints.
+
+        Raises:
+            DocumentError: They do not move together.
+        """
+        found = self.of(last)
+        for i in range(first, last):
+            if _joints(self.of(i)) != _joints(found):
+                raise self.places.error(
+                    ("waypoints", i),
+                    f"does not move with waypoint {last + 1}, to which the path leads on",
+                    "a path whose waypoints are in one frame, where it begins too",
+                )
+        return found
+
+    def alongside(
+        self, i: int, poses: Mapping[int, pin.SE3], times: Sequence[float]
+    ) -> Mapping[int, pin.SE3]:
+        """Poses near a waypoint as they are seen from what carries it, each at its time.
+
+        Args:
+            i: The waypoint.
+            poses: Of all while frames are at rest.
+            times: Of all [s].
+        """
+        if not self.any:
+            return poses
+        own, seen = self.of(i), {}
+        for k in range(i - 2, i + 3):
+            if k not in poses:
+                continue
+            other, seen[k] = self.of(k), poses[k]
+            if _joints(other) != _joints(own):
+                seen[k] = seen[k] if other is None else other.carried(seen[k], times[k])
+                seen[k] = seen[k] if own is None else own.uncarried(seen[k], times[k])
+        return seen
+
+    def axes(self, i: int, name: str, time: float) -> FloatArray:
+        """Axes of a frame at a time [s], as they are seen from what carries a waypoint."""
+        own, other = self.of(i), self.frames.moving[name]
+        if _joints(own) == other.joints:
+            return np.array(self.frames[name].rotation)
+        turn = np.array(other.at(time).rotation)
+        return turn if own is None else own.since_rest([time]).rotation[0].T @ turn
+
+    def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
+        """Refuse what is not possible where frames move.
+
+        Raises:
+            DocumentError: A wait, a speed that is chosen, or an orientation that turns otherwise.
+        """
+        if not self.any:
+            return
+        place: Location = ("waypoints", i)
+        own, asked = self.of(i), waypoint.orientation_in
+        if asked is not None:
+            other = self.frames.moving[self.frames.find(asked, (*place, "orientation_in"))]
+            turning = any(any(one.turns) for one in (*_joints(own), *other.joints))
+            if other.joints != _joints(own) and turning:
+                raise self.places.error(
+                    (*place, "orientation_in"),
+                    "turns otherwise than the frame that the pose is in",
+                    "a frame that moves as that does",
+                )
+        if own is None:
+            return
+        name = self._frame(i, waypoint)
+        if waypoint.wait is not None:
+            raise self.places.error(
+                (*place, "wait"),
+                f"the arm can't stand still where frame {name!r} moves on",
+                "stop: true, and another waypoint in that frame, along: line, a little further",
+            )
+        if isinstance(getattr(waypoint, "speed", None), str | AtMost):
+            raise self.places.error(
+                (*place, "speed"),
+                f"is chosen, but frame {name!r} moves, and how depends on the time",
+                "a speed",
+            )
+
+    def check_times(self, free: FreeTimes | None, index: Sequence[int]) -> None:
+        """Refuse waypoints that are carried where their time is chosen.
+
+        Args:
+            free: What is chosen.
+            index: For each waypoint of the scenario its index in the file.
+
+        Raises:
+            DocumentError: There is one.
+        """
+        if free is None:
+            return
+        for i in index[free.first_untimed :]:
+            if self.of(i) is not None:
+                name = self._frame(i, self.file.waypoints[i])
+                raise self.places.error(
+                    ("waypoints", i),
+                    f"is in frame {name!r}, which moves, so that its pose depends on its time, "
+                    "and that is chosen",
+                    "time or after [s] here and at every waypoint before it, or speeds along paths",
+                )
+
+
+def _joints(frame: MovingFrame | None) -> tuple[Any, ...]:
+    return frame.joints if frame is not None else ()

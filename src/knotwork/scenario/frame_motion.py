@@ -1,0 +1,91 @@
+"""Known motions of a scenario's frames, from constant speeds or a file."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+
+from knotwork.documents import Location, Places
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.endless import EndlessCurve
+from knotwork.task import FrameMotion
+from knotwork.tool_paths.moving_frame import MovingFrame
+from knotwork.trajectory import JointTrajectory
+
+JOINTS = {
+    "x": ("m", "x"),
+    "y": ("m", "y"),
+    "z": ("m", "z"),
+    "yaw": ("rad", "z"),
+    "pitch": ("rad", "y"),
+    "roll": ("rad", "x"),
+}
+"""Joints that a file of a frame's motion may have, in the order in which they move it: unit and
+axis."""
+
+KNOWN = "x, y, z [m], yaw, pitch, roll [rad]"
+
+
+def moved(frame: MovingFrame, given: FrameMotion, places: Places, place: Location) -> MovingFrame:
+    """A frame in motion.
+
+    Args:
+        frame: The frame without a motion of its own.
+        given: Its motion, in SI.
+        places: Of the file, for errors.
+        place: Where it is given.
+
+    Raises:
+        DocumentError: There is no such file, or it has other joints.
+    """
+    if given.file is not None:
+        return _from_file(frame, given.file, given.at, places, place)
+    axes, turns, rates = [], [], []
+    for vector, turn in ((given.linear, False), (given.angular, True)):
+        rate = float(np.linalg.norm(vector or (0.0,)))
+        if rate > 0.0:
+            axes.append(np.array(vector) / rate)
+            turns.append(turn)
+            rates.append(rate)
+    if not rates:
+        return frame
+    c = np.array([[rates], [np.zeros(len(rates))]])
+    steady = EndlessCurve(PiecewisePolynomial(c, [0.0, 1.0]), stands=False, delay=given.at)
+    return frame.moved(np.array(axes), tuple(turns), steady)
+
+
+def _from_file(
+    frame: MovingFrame, file: str, begin: float, places: Places, place: Location
+) -> MovingFrame:
+    folder = places.file.parent if places.file is not None else Path()
+    try:
+        motion = _read(folder / os.path.expanduser(file))
+    except InputError as error:
+        raise places.error((*place, "file"), str(error)) from error
+    order = [motion.joint_names.index(name) for name in JOINTS if name in motion.joint_names]
+    names = [motion.joint_names[i] for i in order]
+    curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
+    axes = np.eye(3)[["xyz".index(JOINTS[name][1]) for name in names]]
+    turns = tuple(JOINTS[name][0] == "rad" for name in names)
+    return frame.moved(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
+
+
+def _read(path: Path) -> JointTrajectory:
+    from knotwork.foreign.csv_file import read_rows
+    from knotwork.foreign.reading import CSV, read_trajectory
+
+    names = list(JOINTS)
+    if path.suffix.lower() in CSV:
+        words = {word for head in read_rows(path).headings for word in re.split("[^a-z]+", head)}
+        names = [name for name in JOINTS if name in words]
+    units = [JOINTS[name][0] for name in names]
+    motion, faults = read_trajectory(path, names, units, owner="a moving frame")
+    known = zip(motion.joint_names, motion.joint_units, strict=True)
+    faults += [f"{name} [{unit}]" for name, unit in known if JOINTS.get(name, ("", ""))[0] != unit]
+    if faults:
+        raise InputError(f"{path}: {', '.join(faults)}; accepted: joints {KNOWN}, or some of them")
+    return motion

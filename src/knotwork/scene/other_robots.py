@@ -1,0 +1,91 @@
+"""Motions of other robots in a scene: planned from their scenarios, or read from files.
+
+What plans knows scenes, so scenes must not know it: it is loaded by name when it is called.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from knotwork.errors import InputError
+from knotwork.polynomial.endless import EndlessCurve
+from knotwork.robot import Robot
+from knotwork.scenario import OtherRobot, load_scenario
+
+if TYPE_CHECKING:
+    from knotwork.scene.model import CollisionModel
+
+_PACKAGE = __package__.partition(".")[0]
+
+_under_way: list[str] = []
+"""Scenarios whose motion is being planned, from the first to the one that it needs now."""
+
+
+@dataclass(frozen=True, eq=False)
+class OtherMotion:
+    """How another robot moves.
+
+    Attributes:
+        robot: The robot.
+        model: Its bodies, in the axes of its URDF's root.
+        known: Positions of all joints of its model.
+        held: Names of what it holds.
+    """
+
+    robot: Robot
+    model: CollisionModel
+    known: tuple[EndlessCurve, ...]
+    held: frozenset[str]
+
+
+def other_motion(given: OtherRobot) -> OtherMotion:
+    """Plan or read how another robot moves; what was found is kept for the next time.
+
+    Raises:
+        InputError: Its scenario is wrong, fails its own check, or needs itself.
+    """
+    source = str(given.scenario)
+    if source in _under_way:
+        circle = " needs ".join((*_under_way[_under_way.index(source) :], source))
+        raise InputError(f"robots need one another: {circle}; accepted: one that moves alone")
+    files = (Path(given.scenario), given.motion) if given.motion else (Path(given.scenario),)
+    changed = tuple(one.stat().st_mtime_ns for one in files if one.is_file())
+    _under_way.append(source)
+    try:
+        return _motion(source, given.motion, changed)
+    finally:
+        _under_way.pop()
+
+
+@lru_cache(maxsize=8)
+def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
+    scenario = load_scenario(source)
+    if scenario.robot is None:
+        raise InputError(f"{source}: names no robot")
+    if motion is None:
+        plan = _called("pipeline", "plan")(scenario)
+        if not plan.report.ok:
+            raise InputError(
+                f"{source}: its motion fails its own check: {plan.report.failures[0].message}; "
+                "accepted: a scenario that passes, or motion: the file of one that was recorded"
+            )
+        scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
+    else:
+        space = _called("scenario.joint_space", "joint_space")(scenario)
+        read = _called("foreign.reading", "read_trajectory")
+        trajectory, faults = read(motion, space.joint_names, space.joint_units)
+        if faults:
+            raise InputError(f"{motion}: {faults[0]}")
+    moved = _called("verification.motion", "Motion")(trajectory, space)
+    model = _called("verification.collisions", "motion_model")(moved, scenario, space.robot)
+    held = frozenset(one.name for one in scenario.scene.held)
+    known = (EndlessCurve(moved.curve), *model.known)
+    return OtherMotion(space.robot, model, known, held)
+
+
+def _called(module: str, name: str) -> Any:
+    return getattr(importlib.import_module(f"{_PACKAGE}.{module}"), name)

@@ -1,0 +1,61 @@
+"""An arm as it is seen from a frame in motion: joints of the frame, turned back, and then its own.
+
+Where the frame is at P₁J₁(q₁) P₂J₂(q₂) …, a point x of the base is seen at … J₂(−q₂) P₂⁻¹ J₁(−q₁)
+P₁⁻¹ x. A joint with its axis turned round undoes what the joint does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.endless import side_by_side
+from knotwork.robot.joint_tree import JointTree, joined, serial
+from knotwork.tool_paths.moving_frame import KnownJoints
+
+
+def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
+    """The joints from a moving frame, taken to where it is at rest, to those of an arm.
+
+    Args:
+        carriers: What carries the frame, the outermost first.
+        arm: The arm's joints.
+        root: Placement of the root of the arm's URDF in the base frame, `pin.SE3`.
+
+    Returns:
+        Positions are those of the arm, then those of the carriers in their order.
+    """
+    steps: list[tuple[Any, Any, bool, int]] = []
+    before, column = pin.SE3.Identity(), 0
+    for one in carriers:
+        before = before * one.placement
+    counts = np.cumsum([0, *(len(one.turns) for one in carriers)])
+    for one, column in reversed(list(zip(carriers, counts.tolist(), strict=False))):
+        for k in reversed(range(len(one.turns))):
+            steps.append((before, -one.axis[k], one.turns[k], column + k))
+            before = pin.SE3.Identity()
+        before = before * one.placement.inverse()
+    placements, axes, turns, columns = zip(*steps, strict=True)
+    chain = serial(placements, np.array(axes), turns)
+    whole = joined(chain, arm, before * root, len(steps))
+    n = len(arm.parent) - 1
+    own = [column - len(steps) for column in whole.column[len(steps) + 1 :]]
+    return JointTree(
+        whole.parent,
+        (-1, *(n + column for column in columns), *own),
+        whole.rotation,
+        whole.translation,
+        whole.axis,
+        whole.turns,
+        whole.slides,
+    )
+
+
+def with_known(curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]) -> PiecewisePolynomial:
+    """Positions of an arm's joints, and then of those of carriers, over the time of the first."""
+    span = curve.x[[0, -1]].tolist()
+    return side_by_side(curve, *(one.curve.between(*span) for one in carriers))

@@ -1,0 +1,65 @@
+"""Arms among things that move, by plain Pinocchio and Coal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from verification.collision_truth import Truth
+
+Array = NDArray[np.float64]
+Placed = list[tuple[Any, pin.SE3]]
+Bodies = Callable[[float], dict[str, Placed]]
+
+
+def frame(position: Any, linear: Any, angular: Any, t: float) -> pin.SE3:
+    """Where a frame with parallel axes is after a time at constant speeds in its own axes."""
+    turn = pin.exp3(t * np.array(angular, dtype=float))
+    return pin.SE3(turn, np.array(position, dtype=float) + t * np.array(linear, dtype=float))
+
+
+def links(motion: Any, base: pin.SE3, name: str = "ur5") -> Bodies:
+    """Links of an arm over time, by name."""
+    truth = Truth(name, {})
+
+    def at(t: float) -> dict[str, Placed]:
+        inside = float(np.clip(t, motion.start_time, motion.end_time))
+        truth.place(motion.position(inside))
+        objects = truth.geometry.geometryObjects
+        return {
+            link: [(objects[i].geometry, base * truth.found.oMg[i]) for i in own]
+            for link, own in truth.owner.items()
+        }
+
+    return at
+
+
+def distance(first: Placed, second: Placed) -> float:
+    """Of two bodies [m]; minus the depth where they overlap."""
+    request, found = coal.DistanceRequest(), coal.DistanceResult()
+    request.enable_signed_distance = True
+    least = np.inf
+    for one, here in first:
+        for other, there in second:
+            found.clear()
+            places = (coal.Transform3s(p.rotation, p.translation) for p in (here, there))
+            a, b = places
+            coal.distance(one, a, other, b, request, found)
+            least = min(least, found.min_distance)
+    return float(least)
+
+
+def sampled(own: Bodies, others: Bodies, times: Array) -> dict[tuple[str, str], Array]:
+    """Distances of each pair at times [m], shape (k,) each."""
+    rows: dict[tuple[str, str], list[float]] = {}
+    for t in times.tolist():
+        here, there = own(t), others(t)
+        for one, first in here.items():
+            for other, second in there.items():
+                rows.setdefault((one, other), []).append(distance(first, second))
+    return {pair: np.array(row) for pair, row in rows.items()}

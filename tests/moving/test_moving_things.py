@@ -1,0 +1,209 @@
+"""Frames that move, objects in them and other robots, against plain Pinocchio and Coal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from moving.moving_truth import Bodies, frame, links, sampled
+
+DOWN = {"rpy": [np.pi, 0, 0]}
+LINEAR, ANGULAR, ORIGIN = [0.0, 0.2, 0.0], [0.0, 0.0, 0.1], [0.4, -0.6, 0.1]
+
+
+def belt(**more: Any) -> dict[str, Any]:
+    """A task in a frame that slides and turns, and one that is placed in it."""
+
+    def pose(x: float, y: float, z: float) -> dict[str, Any]:
+        return {"position": [x, y, z], **DOWN}
+
+    return {
+        "robot": "ur5",
+        "frames": {
+            "belt": {"position": ORIGIN, "moves": {"linear": LINEAR, "angular": ANGULAR}},
+            "tray": {"in": "belt", "position": [0.0, 0.05, 0.02]},
+        },
+        "frame": "tray",
+        "start": "home",
+        "waypoints": [
+            {"pose": pose(0, 0, 0.2), "after": 2, "velocity": {"linear": [0, 0, -0.1]}},
+            {"pose": pose(0, 0, 0.1), "after": 1, "stop": True, "name": "at"},
+            {"along": "line", "pose": pose(0.1, 0, 0.1), "speed": 0.05, "stop": True},
+            {"joints": "home", "after": 3},
+        ],
+        **more,
+    }
+
+
+def tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.Motion]:
+    """Pose and velocity (of the TCP, in base axes) of a UR5's tool by plain Pinocchio."""
+    robot = plan.space.robot
+    assert robot is not None
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data, q, v = model.createData(), plan.trajectory.position(t), plan.trajectory.velocity(t)
+    pin.forwardKinematics(model, data, q, v)
+    pin.updateFramePlacements(model, data)
+    tip = model.getFrameId(robot.tool_frame)
+    twist = pin.getFrameVelocity(model, data, tip, pin.LOCAL_WORLD_ALIGNED)
+    return data.oMf[tip].copy(), twist
+
+
+def tray(t: float) -> pin.SE3:
+    return frame(ORIGIN, LINEAR, ANGULAR, t) * pin.SE3(np.eye(3), np.array([0, 0.05, 0.02]))
+
+
+def in_tray(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
+    """Pose and velocity [m/s] of the tool as they are seen from the tray, by differences."""
+    h = 1e-5
+    places = [tray(s).actInv(tool(plan, s)[0]) for s in (t - h, t, t + h)]
+    return places[1], (places[2].translation - places[0].translation) / (2 * h)
+
+
+def test_waypoints_and_paths_ride_along() -> None:
+    plan = kw.plan(belt())
+    assert plan.report.ok, plan.report
+    for time, position, velocity in (
+        (2.0, [0, 0, 0.2], [0, 0, -0.1]),
+        (3.0, [0, 0, 0.1], [0, 0, 0]),
+    ):
+        pose, moving = in_tray(plan, time)
+        assert pose.translation == pytest.approx(np.array(position, dtype=float), abs=1e-8)
+        assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 1e-7
+        assert moving == pytest.approx(np.array(velocity, dtype=float), abs=1e-5)
+    start, end = plan.scenario.paths[0].motion.start_time, plan.scenario.paths[0].motion.end_time
+    for t in np.linspace(start + 1e-4, end - 1e-4, 60).tolist():
+        pose, moving = in_tray(plan, t)
+        assert np.hypot(pose.translation[1], pose.translation[2] - 0.1) < 1e-4
+        if start + 0.1 < t < end - 0.1:
+            assert moving[0] == pytest.approx(0.05, rel=0.01)
+    (speed,) = plan.report.select(quantity="path_speed")
+    assert speed.proof == "bounded"
+
+
+def test_a_motion_that_leaves_the_path_on_the_belt_fails() -> None:
+    plan = kw.plan(belt())
+    still = belt()
+    still["frames"]["belt"]["moves"]["angular"] = [0, 0, 0.101]
+    failed = {one.quantity for one in kw.check(plan.trajectory, kw.load_scenario(still)).failures}
+    assert {"position", "path_deviation"} <= failed
+
+
+def box_on_belt(t: float) -> dict[str, Any]:
+    place = tray(t) * pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.04]))
+    return {"box": [(coal.Box(0.06, 0.06, 0.04), place)]}
+
+
+def check_pairs(report: kw.Report, own: Bodies, others: Bodies, times: np.ndarray) -> None:
+    """What is proved holds at samples, and what is found is near the least of them."""
+    found = {one.name: one for one in report.select(subject="pair")}
+    for (link, other), row in sampled(own, others, times).items():
+        one = found[f"{link}, {other}"]
+        least = float(row.min())
+        assert one.value is not None
+        assert least >= one.value - one.excess - 1e-6, one.message
+        assert one.value <= max(1.25 * least, least + 2e-3), one.message
+        assert one.ok == (least > 1e-6), one.message
+
+
+@pytest.mark.parametrize("height", [0.2, 0.02])
+def test_objects_ride_along_in_the_proof(height: float) -> None:
+    task = belt(
+        scene={
+            "objects": {"box": {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}}
+        }
+    )
+    task["waypoints"][1]["pose"]["position"][2] = height
+    task["waypoints"][2]["pose"]["position"][2] = height
+    task["waypoints"][2]["pose"]["position"][0] = 0.03
+    plan = kw.plan(task)
+    times = np.linspace(0.0, plan.trajectory.end_time, 400)
+    own = links(plan.trajectory, pin.SE3.Identity())
+    check_pairs(plan.report, own, box_on_belt, times)
+
+
+LEFT = {
+    "robot": "ur5",
+    "start": "home",
+    "waypoints": [
+        {"pose": {"position": [0.4, 0.3, 0.3], **DOWN}, "after": 2, "stop": True},
+        {"joints": "home", "after": 3},
+    ],
+}
+
+
+def two_arms(folder: Path, **more: Any) -> dict[str, Any]:
+    path = kw.Task(**LEFT).save(folder / "left.yaml")
+    left = {"scenario": str(path), "position": [0.9, 0, 0], "rpy": [0, 0, np.pi], **more}
+    return {**LEFT, "scene": {"robots": {"left": left}}}
+
+
+@pytest.mark.parametrize("delay", [0.5, 2.5])
+@pytest.mark.parametrize("apart", [0.9, 0.8])
+def test_another_robot_moves_as_it_does(tmp_path: Path, delay: float, apart: float) -> None:
+    plan = kw.plan(two_arms(tmp_path, delay=delay, position=[apart, 0, 0]))
+    left = kw.plan(LEFT).trajectory
+    there = links(left, pin.SE3(pin.rpy.rpyToMatrix(0, 0, np.pi), np.array([apart, 0, 0])))
+    own = links(plan.trajectory, pin.SE3.Identity())
+
+    def others(t: float) -> dict[str, Any]:
+        return {f"left/{name}": placed for name, placed in there(t - delay).items()}
+
+    check_pairs(plan.report, own, others, np.linspace(0.0, plan.trajectory.end_time, 60))
+
+
+def test_a_recorded_motion_takes_the_place_of_the_plan(tmp_path: Path) -> None:
+    recorded = kw.plan(LEFT).save(tmp_path / "motion")[0]
+    planned = kw.plan(two_arms(tmp_path, delay=0.5)).report.select(subject="pair")
+    read = kw.plan(two_arms(tmp_path, delay=0.5, motion=str(recorded))).report
+    assert [one.value for one in read.select(subject="pair")] == [one.value for one in planned]
+
+
+def refused(task: dict[str, Any]) -> str:
+    with pytest.raises(kw.errors.InputError) as caught:
+        kw.plan(task)
+    return str(caught.value)
+
+
+def test_what_moving_frames_can_not_do_is_refused() -> None:
+    around = belt()
+    around["frames"]["belt"]["in"] = "tray"
+    assert "frames placed in a circle: belt in tray in belt" in refused(around)
+    free = belt()
+    free["waypoints"][0] |= {"after": "fastest"}
+    assert "is in frame 'tray', which moves" in refused(free)
+    waiting = belt()
+    del waiting["waypoints"][1]["stop"]
+    waiting["waypoints"][1]["wait"] = 1.0
+    assert "the arm can't stand still where frame 'tray' moves on" in refused(waiting)
+    left = belt()
+    left["waypoints"][0]["frame"] = left["waypoints"][1]["frame"] = "base"
+    assert "does not move with waypoint 3" in refused(left)
+    gone = belt()
+    gone["waypoints"][0]["after"] = 20
+    assert "waypoint" in refused(gone)
+    nothing = belt()
+    nothing["frames"]["belt"]["moves"] = {"at": 1}
+    assert "gives no motion" in refused(nothing)
+    plane = {"in": "belt", "half_space": {"normal": [0, 0, 1]}}
+    assert "moves with frame 'belt'" in refused(belt(scene={"objects": {"floor": plane}}))
+
+
+def test_robots_that_can_not_be_followed_are_refused(tmp_path: Path) -> None:
+    task = two_arms(tmp_path)
+    robot = task["scene"]["robots"]["left"]
+    robot["scenario"] = "nobody"
+    assert "scene.robots.left.scenario" in refused(task)
+    failing = {**LEFT, "limits": {"velocity": 0.01}}
+    robot["scenario"] = str(kw.Task(**failing).save(tmp_path / "failing.yaml"))
+    assert "fails its own check" in refused(task)
+    path = tmp_path / "circle.yaml"
+    robot["scenario"] = str(path)
+    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
+    kw.Task(**task).save(path)
+    assert "robots need one another" in refused(task)
