@@ -1,0 +1,93 @@
+"""Clocks: the time τ of a planned motion as a curve over the time t in which it is run.
+
+A clock is C2 smooth, never runs back, and its rate τ' is the speed override.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.refined import part
+from knotwork.waypoints import FloatArray
+
+BISECTIONS = 60
+
+
+def rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
+    """Rates over time (C1 smooth): two parabolas from each value to the next, level at both.
+
+    Args:
+        times: Strictly increasing [s], shape (n,), n >= 2.
+        rates: Shape (n,).
+    """
+    middle = 0.5 * (times[1:] + times[:-1])
+    half, rise = 0.5 * np.diff(times), np.diff(rates)
+    breaks = np.sort(np.concatenate((times, middle)))
+    bend, zero = 0.5 * rise / half**2, np.zeros_like(rise)
+    first = np.stack((bend, zero, rates[:-1]))
+    second = np.stack((-bend, rise / half, rates[:-1] + 0.5 * rise))
+    return PiecewisePolynomial(np.stack((first, second), axis=2).reshape(3, -1), breaks)
+
+
+def override(profile: Mapping[float, float], duration: float) -> PiecewisePolynomial:
+    """The clock of a speed override over time (C2 smooth).
+
+    Between two times of the profile the override changes smoothly; before the first and after the
+    last it keeps its value. The clock ends with the motion, or with the profile if that ends at 0.
+
+    Args:
+        profile: Overrides by time [s]; 1 is the planned speed.
+        duration: That of the motion [s].
+
+    Returns:
+        Time since the start of the planned motion [s] over time [s], from 0 on.
+
+    Raises:
+        InputError: A time or an override is negative or not finite, the override is 0 for good
+            before anything moves, or the clock takes longer than 1e6 durations.
+    """
+    if not profile:
+        raise InputError("an override profile has no values; accepted: {0: 1.0, 2.0: 0.3}")
+    times = np.array(sorted(profile), dtype=float)
+    rates = np.array([profile[time] for time in sorted(profile)], dtype=float)
+    for name, values in (("time", times), ("override", rates)):
+        wrong = ~np.isfinite(values) | (values < 0.0)
+        if wrong.any():
+            raise InputError(
+                f"override profile: {name} {values[wrong][0]:g}; accepted: finite numbers >= 0"
+            )
+    if times[0] > 0.0:
+        times, rates = np.append(0.0, times), np.append(rates[0], rates)
+    if rates[-1] > 0.0:  # the last override stays until the motion ends
+        end = times[-1] + 2.0 * duration / rates[-1]
+        times, rates = np.append(times, end), np.append(rates, rates[-1])
+    if len(times) < 2 or not rates.any():
+        raise InputError("override profile: the override is 0 at all times; nothing would move")
+    clock = rate_curve(times, rates).antiderivative()
+    if float(clock(times[-1])) <= duration:
+        return clock
+    return part(clock, 0.0, float(inverse_time(clock, np.array([duration]))[0]))
+
+
+def inverse_time(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
+    """When a clock first shows given times.
+
+    Args:
+        clock: A curve that never falls.
+        at: Values between those at its ends, shape (n,).
+
+    Returns:
+        Times at which it has these values, shape (n,).
+    """
+    shown = clock(clock.x)
+    piece = np.clip(np.searchsorted(shown, at, side="left") - 1, 0, len(shown) - 2)
+    low, high = clock.x[piece], clock.x[piece + 1]
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        late = clock(middle) >= at
+        low, high = np.where(late, low, middle), np.where(late, middle, high)
+    return np.where(at <= shown[0], clock.x[0], high)

@@ -1,0 +1,86 @@
+"""A motion run by another clock: the exact composition, and a cubic curve through it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.distinct import distinct
+from knotwork.polynomial.hermite import raised
+from knotwork.polynomial.refined import refined
+from knotwork.retiming.clock import inverse_time
+from knotwork.waypoints import FloatArray
+
+MOST_HALVINGS = 8
+# Breaks nearer than this part of the duration are one.
+NEAR = 1e-9
+
+
+def composed(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
+    """The curve q(τ(t)) of a curve q and a clock τ, exactly; as smooth as both.
+
+    Args:
+        curve: Values over the time that the clock shows, trailing shape (d,).
+        clock: Time of the curve over time, never falling.
+
+    Returns:
+        A curve over the clock's time; its degree is the product of both.
+    """
+    shown = clock(clock.x[[0, -1]])
+    inner = curve.x[(curve.x > shown[0]) & (curve.x < shown[1])]
+    own = inverse_time(clock, inner)
+    apart = NEAR * (clock.x[-1] - clock.x[0])
+    own = own[np.abs(own[:, None] - clock.x).min(axis=1, initial=np.inf) > apart]
+    fine = refined(clock, own)
+    middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
+    piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
+    inside = np.array(fine.c)
+    inside[-1] -= curve.x[piece]
+    # Horner's rule with the clock's polynomial in place of a number
+    c = curve.c[:1, piece]
+    for row in curve.c[1:, piece]:
+        product = np.zeros((len(c) + len(inside) - 1, *c.shape[1:]))
+        for power, factor in enumerate(inside):
+            product[power : power + len(c)] += factor[:, None] * c
+        product[-1] += row
+        c = product
+    return PiecewisePolynomial(c, fine.x)
+
+
+def cubic_through(
+    curve: PiecewisePolynomial, tolerance: float, through: Sequence[float] = ()
+) -> tuple[PiecewisePolynomial, FloatArray]:
+    """A curve of cubics (C2 smooth) that deviates from a C2 smooth one by at most a tolerance.
+
+    At every break of the curve, and at given times, position, velocity and acceleration are those
+    of the curve. Between them the modified cubic Hermite method builds the knots. Steps are halved
+    until the deviation, which comes from the polynomials and not from samples, is kept.
+
+    Args:
+        curve: Any degree, trailing shape (d,).
+        tolerance: Greatest deviation of a component, in its unit.
+        through: Further times at which the cubics pass through the curve, within its time.
+
+    Returns:
+        The cubics, and the greatest deviation of each component, shape (d,).
+
+    Raises:
+        InputError: The tolerance is not kept with steps a 256th of those of the curve.
+    """
+    times = distinct(curve.x, np.array(through))
+    for _ in range(MOST_HALVINGS + 1):
+        q, v, a = (curve(times, nu) for nu in range(3))
+        cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
+        one, other = refined(curve, cubics.x), refined(cubics, curve.x)
+        gap = PiecewisePolynomial(one.c - raised(other.c, one.degree), one.x).extrema(0).peak
+        if gap.max() <= tolerance:
+            return PiecewisePolynomial(cubics.c, cubics.x), gap
+        times = distinct(times, 0.5 * (times[1:] + times[:-1]))
+    raise InputError(
+        f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "
+        f"a tolerance of {gap.max():.3g} or more, now {tolerance:g}"
+    )
