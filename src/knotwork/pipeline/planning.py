@@ -22,6 +22,7 @@ from knotwork.pipeline.planner_options import (
     planner_options,
     supported_options,
 )
+from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
@@ -39,7 +40,7 @@ Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(UnderWay):
     """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
 
     Attributes:
@@ -118,6 +119,19 @@ class Plan:
         if self.chosen is not None:
             data["chosen_times"] = self.chosen.to_dict()
         return data
+
+    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
+        """Plan another task from this motion's state at a moment, which is its time 0.
+
+        Position, velocity and acceleration go on without a jump. The state takes the place of the
+        task's `start`, or else of its first waypoint; times without a unit of their own are since
+        that moment.
+
+        Raises:
+            InputError: The time is outside the motion, or the task is wrong: as `plan`.
+        """
+        task = scenario if isinstance(scenario, Task) else Task.load(scenario)
+        return plan(self._task_from(at, task))
 
     def freeze(self, path: str | Path) -> Path:
         """Write the scenario with the chosen times and speeds as numbers, comments kept.

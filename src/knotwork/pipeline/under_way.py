@@ -1,0 +1,195 @@
+"""A plan while it runs: another speed, a stop, another goal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.retiming import (
+    composed,
+    cubic_through,
+    inverse_time,
+    joint_stop,
+    override,
+    stop_on_path,
+)
+from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.task import Task
+from knotwork.task.units import si_factors
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import check
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from knotwork.verification import Report
+
+TOLERANCE = 1e-6
+"""Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
+
+CHOICES = ("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots")
+CHOICES += ("planner", "planner_options", "path")
+"""What a task says of how its motion is to be found: nothing is left to find."""
+
+
+class UnderWay:
+    """What can be made of a plan while it runs."""
+
+    if TYPE_CHECKING:
+        scenario: Scenario
+        space: JointSpace
+        joint_waypoints: JointWaypoints
+        trajectory: JointTrajectory
+        report: Report
+
+    def scaled(self, profile: Mapping[float, float]) -> Self:
+        """Run the same path at another speed.
+
+        Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
+        limits, collisions and the waypoints at their new times; tool paths are not judged again.
+
+        Args:
+            profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
+                smoothly from each value to the next, and keeps the last one.
+
+        Raises:
+            InputError: A time or an override is negative, nothing would move, or a frame of the
+                scenario moves.
+
+        >>> plan = kw.plan("paper_case")
+        >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
+        >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
+        (True, True)
+        """
+        clock = _shifted(override(profile, self.trajectory.duration), self.trajectory.start_time)
+        times = _waypoint_times(self.scenario, clock)
+        curve = composed(self.trajectory.polynomial, clock)
+        motion, _ = cubic_through(curve, TOLERANCE, inverse_time(clock, times).tolist())
+        return self._with_motion(motion, clock)
+
+    def stop(self, at: float, *, on_path: bool = True) -> Self:
+        """Stop as soon as the limits of acceleration and jerk allow.
+
+        Args:
+            at: When the stop begins [s].
+            on_path: Stay on the path of the motion, within 1e-6 rad or m; the stop is the shortest
+                of a family of decelerations. Else each joint stops by itself, as fast as it can.
+
+        Returns:
+            A plan from the moment `at` on, which is its time 0. It starts with the position,
+            velocity and acceleration of that moment.
+
+        Raises:
+            InputError: The time is outside the motion, a joint has no limit of acceleration (or,
+                off the path, of jerk), or the motion ends before it can stop on its path.
+
+        >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+        >>> swing = kw.plan({"limits": {"acceleration": 4, "jerk": 40}, "waypoints": joints})
+        >>> stop = swing.stop(1.0)
+        >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
+        (True, True)
+        """
+        q, v, a = self._state(at)
+        limits = self.space.limits["acceleration"], self.space.limits["jerk"]
+        for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):
+            if kind == "jerk" and on_path:
+                continue
+            for joint in np.flatnonzero(~np.isfinite(limit))[:1]:
+                raise InputError(
+                    f"{self.scenario.name}: joint {self.space.joint_names[joint]!r} has no limit of "
+                    f"{kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
+                )
+        if not on_path:
+            return self._with_motion(joint_stop(q, v, a, *limits), None)
+        found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
+        if found is None:
+            raise InputError(
+                f"{self.scenario.name}: no stop on the path from {at:g} s on keeps the limits before "
+                "the motion ends; accepted: an earlier time, or on_path=False"
+            )
+        return self._with_motion(found[1], found[0])
+
+    def _state(self, at: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        q, v, a = (self.trajectory(at, nu) for nu in range(3))
+        return q, v, a
+
+    def _task_from(self, at: float, task: Task) -> Task:
+        """A task that starts with the state of this motion at a time, in place of its own start."""
+        q, v, a = self._state(at)
+        length, angle = si_factors(task.units)
+        first = {"joints": _given(self.space, q, length, angle), "time": 0.0}
+        first["velocity"] = _given(self.space, v, length, angle)
+        ends = {"start": _given(self.space, a, length, angle)}
+        goals = task.waypoints if task.start is not None else task.waypoints[1:]
+        return task.replace(start=None, waypoints=[first, *goals], end_acceleration=ends)
+
+    def _with_motion(self, motion: PiecewisePolynomial, clock: PiecewisePolynomial | None) -> Self:
+        """The plan of another motion, through those waypoints that its clock passes."""
+        scenario, space = self.scenario, self.space
+        names: dict[float, str | None] = {float(motion.x[0]): None, float(motion.x[-1]): None}
+        if clock is not None:
+            passed = _waypoint_times(scenario, clock)
+            for time, when in zip(passed, inverse_time(clock, passed), strict=True):
+                near = next((one for one in names if abs(one - when) < 1e-9), float(when))
+                i = int(np.flatnonzero(scenario.times == time)[0])
+                names[near] = scenario.waypoints[i].name
+        times = np.array(sorted(names))
+        length, angle = si_factors(scenario.task.units)
+        waypoints: list[dict[str, Any]] = [
+            {
+                "time": time,
+                "joints": _given(space, motion(time), length, angle),
+                "velocity": _given(space, motion(time, 1), length, angle),
+                **({"name": names[time]} if names[time] else {}),
+            }
+            for time in times.tolist()
+        ]
+        ends = {
+            end: _given(space, motion(motion.x[i], 2), length, angle)
+            for end, i in (("start", 0), ("end", -1))
+        }
+        unset = dict.fromkeys(CHOICES)
+        task = scenario.task.replace(**unset, waypoints=waypoints, end_acceleration=ends)
+        asked = resolved(task, scenario.places)
+        moved = joint_space(asked)
+        trajectory = replace(self.trajectory, polynomial=motion, waypoint_times=times)
+        passed_through = JointWaypoints(
+            space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
+        )
+        return replace(  # type: ignore[type-var]  # the one class that inherits it is a dataclass
+            self,
+            scenario=asked,
+            space=moved,
+            joint_waypoints=passed_through,
+            trajectory=trajectory,
+            report=check(trajectory, asked, space=moved),
+            left_out=(),
+            solution=None,
+            chosen=None,
+            sequences=1,
+        )
+
+
+def _shifted(clock: PiecewisePolynomial, start: float) -> PiecewisePolynomial:
+    c = np.array(clock.c)
+    c[-1] += start
+    return PiecewisePolynomial(c, clock.x)
+
+
+def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArray:
+    """Times of the waypoints that a clock passes [s]."""
+    first, last = clock(clock.x[[0, -1]])
+    return scenario.times[(scenario.times >= first) & (scenario.times <= last)]
+
+
+def _given(space: JointSpace, values: FloatArray, length: float, angle: float) -> dict[str, float]:
+    """Values by joint in the units of a file."""
+    units = np.where(np.array(space.joint_units) == "m", length, angle)
+    return dict(zip(space.joint_names, (values / units).tolist(), strict=True))
