@@ -91,6 +91,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
     (r"py:.*", r"(knotwork\.robot\.description\.)?Description"),
     (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
+    (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?MovingFrame"),
     (r"py:.*", r"EndAcceleration|Status"),
     (r"py:.*", r"(knotwork\.robot\.joint_tree\.)?JointTree"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
