@@ -34,8 +34,10 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-6
 """Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
 
-CHOICES = ("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots")
-CHOICES += ("planner", "planner_options", "path")
+CHOICES = (
+    *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
+    *("planner", "planner_options", "path"),
+)
 """What a task says of how its motion is to be found: nothing is left to find."""
 
 
@@ -103,16 +105,16 @@ class UnderWay:
                 continue
             for joint in np.flatnonzero(~np.isfinite(limit))[:1]:
                 raise InputError(
-                    f"{self.scenario.name}: joint {self.space.joint_names[joint]!r} has no limit of "
-                    f"{kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
+                    f"{self.scenario.name}: joint {self.space.joint_names[joint]!r} has no limit "
+                    f"of {kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
                 )
         if not on_path:
             return self._with_motion(joint_stop(q, v, a, *limits), None)
         found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
         if found is None:
             raise InputError(
-                f"{self.scenario.name}: no stop on the path from {at:g} s on keeps the limits before "
-                "the motion ends; accepted: an earlier time, or on_path=False"
+                f"{self.scenario.name}: no stop on the path from {at:g} s on keeps the limits "
+                "before the motion ends; accepted: an earlier time, or on_path=False"
             )
         return self._with_motion(found[1], found[0])
 
@@ -186,7 +188,9 @@ def _shifted(clock: PiecewisePolynomial, start: float) -> PiecewisePolynomial:
 def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArray:
     """Times of the waypoints that a clock passes [s]."""
     first, last = clock(clock.x[[0, -1]])
-    return scenario.times[(scenario.times >= first) & (scenario.times <= last)]
+    times = scenario.times
+    passed: FloatArray = times[(times >= first) & (times <= last)]
+    return passed
 
 
 def _given(space: JointSpace, values: FloatArray, length: float, angle: float) -> dict[str, float]:

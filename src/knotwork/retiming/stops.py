@@ -21,7 +21,7 @@ TINY = 1e-9
 """Phases of a stop that are shorter than this [s] are none."""
 RAMPS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5])
 """Parts of a stop in which its deceleration grows, and in which it fades."""
-ROUNDS = 4
+ROUNDS = 6
 
 
 def joint_stop(
@@ -105,7 +105,7 @@ def _shortest(
 ) -> PiecewisePolynomial | None:
     """The clock of the shortest stop of which no sample exceeds a limit."""
     left = float(curve.x[-1]) - at
-    delays, spans = np.linspace(0.0, left, 9), left * np.geomspace(1e-3, 2.0, 25)
+    delays, spans = np.linspace(0.0, left, 9), left * np.geomspace(1e-3, 2.0, 81)
     grow, fade = RAMPS, RAMPS
     best: tuple[float, ...] = (np.inf,)
     for turn in range(ROUNDS):
