@@ -13,13 +13,14 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.tightening import outside, too_fast
+from knotwork.timing.tightening import exceeded, outside, too_fast
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.program import MotionProgram, Start
 from knotwork.ways.proof import not_clear
 from knotwork.ways.states import Row, States, states_of
+from knotwork.ways.use_of_limits import rows_of_use
 
 PLACES = (0.0, 1 / 3, 2 / 3)
 """Where in each piece distances are rows."""
@@ -44,6 +45,9 @@ LOST = 2e-4
 ROUNDS = 25
 LOOKS = 30
 """Largest numbers of rounds, and of times in each at which contacts become rows."""
+
+LENGTH = 0.1
+"""Unit of the distances that are rows [m]."""
 
 DEEP = 5e-3
 """Coal's directions out of a contact deeper than this [m] are useless."""
@@ -97,10 +101,10 @@ class Exchange:
         for _ in range(ROUNDS):
             if late() or radius < LEAST_RADIUS:
                 break
-            held = self.program.held
+            limited = self.program.position
             found = self.program.solve(guess, self._reference, rows + cuts, radius, start)
-            if found is None or not self._keeps_limits(found.curve):
-                if found is not None and self.program.held != held:
+            if found is None or not self._inside(found.curve):
+                if found is not None and self.program.position != limited:
                     continue  # now with the limits that it exceeds
                 failed += 1
                 if failed > 2 and self._improved:
@@ -111,7 +115,8 @@ class Exchange:
             if found.duration > beat:
                 break  # rows only make it longer
             hits = not_clear(self.space.model, found.curve, self.resolution)
-            if not hits:
+            over = exceeded(self.problem, found.curve) is not None
+            if not hits and not over:
                 gain = 1.0 - found.duration / self._reference.duration
                 if found.duration < self.best.duration:
                     self.best = found
@@ -119,23 +124,26 @@ class Exchange:
                 if gain < GAIN:
                     break
                 rows, cuts, failed, tried = self._rows_along(found), [], 0, 0
+                rows = rows + rows_of_use(self.problem, found)
                 radius = min(1.5 * radius, RADIUS)
             elif self._improved and found.duration > (1.0 - GAIN) * self.best.duration:
                 break  # rows only make it longer
             else:
                 new, tried = self._rows_at_contacts(found, hits), tried + 1
+                if over:
+                    new = new + rows_of_use(self.problem, found)
                 cuts = cuts + new
                 if tried == 3:
                     radius, cuts, tried, found = 0.5 * radius, new, 0, self._reference
             guess, start = found, Start.NEAR
         return self.best.curve
 
-    def _keeps_limits(self, curve: PiecewisePolynomial) -> bool:
-        """Whether a motion keeps every limit; the program gets those that it has left out."""
+    def _inside(self, curve: PiecewisePolynomial) -> bool:
+        """Whether a motion keeps the limits of joints; the program gets those it has left out."""
         if outside(self.problem, curve):
             self.program.position = True
             return False
-        return not too_fast(self.problem, curve) and self.program.keeps_efforts(curve)
+        return not too_fast(self.problem, curve)
 
     def _rows_along(self, states: States) -> list[Row]:
         """Rows at the places of all pieces."""
@@ -149,12 +157,13 @@ class Exchange:
 
     def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Row]:
         """Rows at one place, from the distances at a configuration near it."""
+        still = np.zeros_like(q)
         return [
             Row(
                 piece,
                 place,
-                one.gradient,
-                float(one.gradient @ q) + self._kept(one.gap) - one.gap,
+                np.stack((one.gradient, still, still)) / LENGTH,
+                (float(one.gradient @ q) + self._kept(one.gap) - one.gap) / LENGTH,
             )
             for one in self.space.near(q, NEAR, most)
         ]
@@ -177,9 +186,7 @@ class Exchange:
             chosen = [chosen[k] for k in np.linspace(0, len(chosen) - 1, LOOKS).astype(int)]
         rows = []
         for time in chosen:
-            x = states.curve.x
-            piece = min(max(int(np.searchsorted(x, time, side="right")) - 1, 0), len(x) - 2)
-            place = float((time - x[piece]) / states.span[piece])
+            piece, place = states.place_of(time)
             q, clear = states.curve(time), self._reference.at(piece, place)
             rows += self._rows_at(piece, place, self._at_surface(q, clear), MOST_CUTS)
         return rows

@@ -14,17 +14,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import Enum, auto
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, inner_state
+from knotwork.timing.efforts import inner_state
 from knotwork.timing.exact_curve import Knots, rebuilt
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, Kernel, Program
-from knotwork.timing.spline import Layout, Scale, limit_blocks, piece_kernel, placed
-from knotwork.timing.tightening import BETWEEN, exceeded
+from knotwork.timing.spline import Layout, Scale, piece_kernel, placed
 from knotwork.waypoints import FloatArray
 from knotwork.ways.states import Row, States, states_of
 
@@ -40,12 +38,6 @@ CALM = 1e-4
 
 SHORTEST = 2e-3
 """No piece is shorter than this part of the mean."""
-
-BATCH = 6
-"""Rows of a piece are padded to a multiple of this, so that few programs are set up."""
-
-LENGTH = 0.1
-"""Unit of distances in the program [m]."""
 
 
 class Start(Enum):
@@ -64,62 +56,27 @@ OPTIONS: dict[Start, dict[str, Any]] = {
         "ipopt.acceptable_iter": 4,
     },
     Start.NEAR: {
-        "ipopt.mu_init": 1e-3,
+        "ipopt.mu_init": 1e-4,
         "ipopt.max_iter": 70,
-        "ipopt.tol": 1e-5,
-        "ipopt.acceptable_tol": 1e-3,
-        "ipopt.acceptable_iter": 3,
-        "ipopt.acceptable_constr_viol_tol": 1e-8,
+        "ipopt.tol": 1e-4,
     },
 }
 """Of IPOPT."""
 
 
-class Shape(NamedTuple):
-    """What programs have in common that differ in numbers only.
-
-    Attributes:
-        pieces, joints: Number of pieces, and of joints.
-        rows: Number of rows of each piece.
-        position: Whether positions between the breaks are limited.
-        dynamics: Inertias of the arm where efforts or the tool's speed are limited.
-        effort, tool: Whether these are.
-    """
-
-    pieces: int
-    joints: int
-    rows: int
-    position: bool
-    dynamics: Any = None
-    effort: bool = False
-    tool: bool = False
-
-
 @lru_cache(maxsize=8)
 def _row_kernel(d: int) -> Kernel:
-    """Normal · q(s) - offset in one piece. Parameters: s, normal, offset."""
+    """Normal · (q(s), v(s), a(s)) - offset in one piece. Parameters: s, normal, offset."""
     import casadi as ca
 
     span, state, last = ca.SX.sym("span"), ca.SX.sym("state", 3 * d), ca.SX.sym("last", d)
-    s, normal, offset = ca.SX.sym("s"), ca.SX.sym("normal", d), ca.SX.sym("offset")
-    q, _, _ = inner_state(span, (*ca.vertsplit(state, d), None, None, last), s)
+    s, normal, offset = ca.SX.sym("s"), ca.SX.sym("normal", 3 * d), ca.SX.sym("offset")
+    there = inner_state(span, (*ca.vertsplit(state, d), None, None, last), s)
     return Kernel(
         ca.vertcat(span, state, last),
         ca.vertcat(s, normal, offset),
-        ca.dot(normal, q) - offset,
+        ca.dot(normal, ca.vertcat(*there)) - offset,
     )
-
-
-@lru_cache(maxsize=64)
-def _program(shape: Shape, start: Start) -> Program:
-    at, d = placed(shape.pieces, shape.joints), shape.joints
-    row = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
-    blocks = [
-        Block(piece_kernel(d, True, shape.position, False), at.piece),
-        Block(_row_kernel(d), np.repeat(row, shape.rows, axis=1)),
-        *limit_blocks(at, shape.dynamics, effort=shape.effort, tool=shape.tool),
-    ]
-    return Program(at.size, blocks, options={"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start])
 
 
 class MotionProgram:
@@ -127,36 +84,16 @@ class MotionProgram:
 
     Args:
         problem: Waypoints, the first and the last of whose velocities and accelerations are known,
-            and the limits; the jerk of every joint is limited.
+            and the limits; the jerk of every joint is limited. Limits of effort and tool speed
+            are left to rows.
 
     Attributes:
         position: Whether positions between the breaks are limited as well.
-        allowed: Part of the limits of `"effort"` and `"tool_speed"` that is allowed, by name;
-            those that are not in it are left out.
     """
 
     def __init__(self, problem: TimingProblem) -> None:
         self.problem = problem
         self.position = False
-        self.allowed: dict[str, float] = {}
-
-    @property
-    def held(self) -> tuple[bool, dict[str, float]]:
-        """Which limits it has besides those of velocity, acceleration and jerk."""
-        return self.position, dict(self.allowed)
-
-    def keeps_efforts(self, curve: PiecewisePolynomial) -> bool:
-        """Whether a motion is proved to keep the limits of effort and tool speed.
-
-        Where it does not, the program has them from now on, or allows less of them.
-        """
-        over = exceeded(self.problem, curve)
-        if over is None:
-            return True
-        name, shares = over
-        part = self.allowed.get(name, float(shares.max()))  # at first nearly all is allowed
-        self.allowed[name] = part * (1.0 - BETWEEN) / max(float(shares.max()), 1.0)
-        return False
 
     def solve(
         self, guess: States, near: States, rows: Sequence[Row], radius: float, start: Start
@@ -174,37 +111,30 @@ class MotionProgram:
             The motion, or `None` where the solver found none.
         """
         n, d = len(near.span), near.q.shape[1]
-        most = int(np.bincount([row.piece for row in rows], minlength=n).max()) if rows else 0
-        shape = Shape(
-            n,
-            d,
-            max(1, -(-most // BATCH)) * BATCH,
-            self.position,
-            self.problem.dynamics if self.allowed else None,
-            "effort" in self.allowed,
-            "tool_speed" in self.allowed,
-        )
         scale, at = _scale(self.problem, near), placed(n, d)
         low, high = self._bounds(at, near, radius, scale)
         x = np.zeros(at.size)
         x[at.tau] = guess.span / scale.time
         for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
             x[places] = values / scale.unit(order)
-        parameters = [self._piece_parameters(near, scale), _row_parameters(shape, rows, scale)]
-        limits = [
-            self._piece_limits(shape, scale),
-            (np.zeros((1, n * shape.rows)), np.full((1, n * shape.rows), np.inf)),
-        ]
-        for name, parts in (("effort", EFFORT_PARTS), ("tool_speed", TOOL_PARTS)):
-            if name not in self.allowed:
-                continue
-            limit = np.atleast_1d(self.allowed[name] * getattr(self.problem.limits, name))
-            scales = np.concatenate([scale.unit(0), scale.unit(1), scale.unit(2), 1.0 / limit])
-            for count, width in ((n + 1, 1), (n, len(parts))):
-                parameters.append(np.repeat(scales[:, None], count, axis=1))
-                ones = np.ones((width * len(limit), count))
-                limits.append((-ones, ones))
-        found = _program(shape, start).solve(np.clip(x, low, high), (low, high), parameters, limits)
+        piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
+        program = Program(
+            at.size,
+            [
+                Block(piece_kernel(d, True, self.position, False), at.piece),
+                Block(_row_kernel(d), piece[:, [row.piece for row in rows]]),
+            ],
+            options={"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start],
+        )
+        found = program.solve(
+            np.clip(x, low, high),
+            (low, high),
+            [self._piece_parameters(near, scale), _row_parameters(rows, scale, d)],
+            [
+                self._piece_limits(n, scale),
+                (np.zeros((1, len(rows))), np.full((1, len(rows)), np.inf)),
+            ],
+        )
         if not found.solved:
             return None
         v, a = (found.x[places] * scale.unit(order) for places, order in ((at.v, 1), (at.a, 2)))
@@ -261,16 +191,16 @@ class MotionProgram:
         fixed = np.repeat(np.concatenate((1.0 / jerk, weights))[:, None], n, axis=1)
         return np.vstack((1.0 / h, 1.0 / (h * h), fixed))
 
-    def _piece_limits(self, shape: Shape, scale: Scale) -> tuple[FloatArray, FloatArray]:
+    def _piece_limits(self, n: int, scale: Scale) -> tuple[FloatArray, FloatArray]:
         """Least and greatest values of the constraints of the pieces."""
-        problem, n, d = self.problem, shape.pieces, shape.joints
+        problem, d = self.problem, len(scale.unit(0))
         zero = np.zeros((2 * d, n))
         fastest = np.repeat(
             ((1.0 - MARGIN) * problem.limits.velocity / scale.unit(1))[:, None], n, axis=1
         )
         low = [zero, -fastest, -fastest, np.full((2 * d, n), -np.inf)]
         high = [zero, fastest, fastest, zero]
-        if shape.position:
+        if self.position:
             each = n // (len(problem.position) - 1)
             least, most = problem.limits.lower + INSIDE, problem.limits.upper - INSIDE
             lower, upper = (np.repeat(one[:, None], n, axis=1) for one in (least, most))
@@ -293,14 +223,10 @@ def _scale(problem: TimingProblem, near: States) -> Scale:
     return Scale(time, np.min(moves, axis=0))
 
 
-def _row_parameters(shape: Shape, rows: Sequence[Row], scale: Scale) -> FloatArray:
-    """Places, normals and offsets of the rows; those that pad a piece are always kept."""
-    found = np.zeros((shape.joints + 2, shape.pieces * shape.rows))
-    found[-1] = -1.0
-    used = np.zeros(shape.pieces, dtype=int)
-    for row in rows:
-        k = row.piece * shape.rows + used[row.piece]
-        used[row.piece] += 1
-        normal = row.normal * scale.unit(0) / LENGTH
-        found[:, k] = np.concatenate(([row.place], normal, [row.offset / LENGTH]))
+def _row_parameters(rows: Sequence[Row], scale: Scale, d: int) -> FloatArray:
+    """Places, normals and offsets of the rows."""
+    units = np.stack([scale.unit(order) for order in range(3)])
+    found = np.empty((3 * d + 2, len(rows)))
+    for k, row in enumerate(rows):
+        found[:, k] = np.concatenate(([row.place], (row.normal * units).ravel(), [row.offset]))
     return found

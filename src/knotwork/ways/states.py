@@ -12,13 +12,13 @@ from knotwork.waypoints import FloatArray
 
 
 class Row(NamedTuple):
-    """A plane that the motion stays beyond: normal · q >= offset at one place.
+    """A plane that the motion stays beyond at one place: normal · (q, v, a) >= offset.
 
     Attributes:
         piece: Index of the piece.
         place: Where in it, from 0 to 1.
-        normal: [m/rad or m/m], shape (d,).
-        offset: [m].
+        normal: By position, velocity and acceleration in SI units, shape (3, d).
+        offset: A number near one or less, without a unit.
     """
 
     piece: int
@@ -52,6 +52,12 @@ class States:
         """Joint positions at a place of a piece, from 0 to 1."""
         time = float(self.span[:piece].sum()) + place * float(self.span[piece])
         return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
+
+    def place_of(self, time: float) -> tuple[int, float]:
+        """In which piece a time is, and where in it, from 0 to 1."""
+        x = self.curve.x
+        piece = min(max(int(np.searchsorted(x, time, side="right")) - 1, 0), len(x) - 2)
+        return piece, float((time - x[piece]) / self.span[piece])
 
 
 def states_of(curve: PiecewisePolynomial) -> States:
