@@ -46,16 +46,48 @@ def told(given: dict[str, Any], **options: Any) -> list[str]:
     return [str(one) for one in report.tried]
 
 
-@pytest.mark.parametrize("more", [{"branch": "fixed"}, {}, {"times": "fastest"}])
+@pytest.mark.parametrize("more", [{"branch": "fixed"}, {}])
 def test_a_motion_that_collides_between_two_waypoints_is_told_of_ways(more: dict[str, Any]) -> None:
     given = across(**more)
-    if "times" in more:
-        del given["waypoints"][1]["after"]
     (line,) = told(given)
     assert line.startswith(ONE)
     given["waypoints"][1] |= {"way": "clear"}
     given["waypoints"][1].pop("after", None)
     assert kw.plan(given).report.ok
+
+
+def fastest(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
+    given = across(*others, times="fastest", **more)
+    for waypoint in given["waypoints"]:
+        waypoint.pop("after", None)
+    return given
+
+
+def test_a_motion_whose_time_is_chosen_finds_its_way_where_the_fastest_collides(
+    tmp_path: Path,
+) -> None:
+    plan = kw.plan(fastest(at("back", -250)))
+    assert plan.report.ok
+    (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")
+    assert "to 'there' and 'back' collide, so way: clear was taken there" in line
+    asked = fastest(at("back", -250, way="clear"))
+    asked["waypoints"][1]["way"] = "clear"
+    assert plan.trajectory.duration == kw.plan(asked).trajectory.duration
+    frozen = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
+    assert frozen.report.ok
+    assert frozen.trajectory.duration == plan.trajectory.duration
+
+
+def test_where_no_way_is_found_that_is_told() -> None:
+    given = fastest()
+    given["scene"]["objects"] = {
+        "right": {"box": [2000, 30, 3000], "position": [1100, 0, 1000]},
+        "left": {"box": [2000, 30, 3000], "position": [-1100, 0, 1000]},
+    }
+    (line,) = told(given)
+    assert "way: clear was tried: " in line
+    assert "this is no proof that there is none" in line
+    assert "not tried" not in line
 
 
 def test_all_motions_concerned_are_in_one_line() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -33,6 +34,14 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
         InputError: Its motion was chosen already.
     """
     return resolved(scenario.task.replace(knots="optimal"), scenario.places)
+
+
+def with_ways(scenario: Scenario, ends: Sequence[int]) -> Scenario:
+    """The scenario with `way: clear` at some waypoints, by index."""
+    given = list(scenario.task.waypoints)
+    for place in (scenario.index[i] for i in ends):
+        given[place] = given[place].replace(way="clear")
+    return resolved(scenario.task.replace(waypoints=tuple(given)), scenario.places)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,13 +38,15 @@ def best_of_sequences(
     solve: Callable[[Sequence[Step]], TaskSolution],
     made: Callable[[TaskSolution], PlanT | None],
     most: int = MOST_SEQUENCES,
+    around: Callable[[list[int]], PlanT] | None = None,
 ) -> PlanT:
     """Take the best sequence of solutions whose motion collides nowhere.
 
     Where the motion of a sequence collides between two waypoints, the solutions that it has at both
     are not taken together again, and the next best sequence is planned, as long as one may be
-    feasible and clear. If all of them collide, the one with the fewest colliding pairs is given,
-    and its report says how many were tried, and which motions could find their way.
+    feasible and clear. If all of them collide, motions whose time is chosen find their way; where
+    that fails, the one with the fewest colliding pairs is given, and its report says how many were
+    tried, and which motions could find their way.
 
     Where the scenario prefers clearance, a few more are planned then, each without the solutions
     between which the one before comes nearest to something, and the one whose whole motion keeps
@@ -55,6 +57,7 @@ def best_of_sequences(
         solve: Finds the best sequence without some steps.
         made: Plans a sequence; `None` if there is no time left for it.
         most: Largest number to try, the first one included.
+        around: Plans the task with `way: clear` at some waypoints, by index.
     """
     sequences = _Sequences(first, solve, made, most)
     best = current = first
@@ -69,8 +72,21 @@ def best_of_sequences(
             "the motion of the best sequence of solutions collides; of "
             f"{sequences.tried} sequences tried this is the first that does not",
         )
-    elif told := "; ".join(filter(None, (_proposed_ways(best), sequences.in_vain(failed)))):
-        best = _with_finding(best, told, TRIED)
+    else:
+        ends, detour = _possible_ways(best), ""
+        timed = _with_chosen_time(best, ends)
+        if around is not None and timed and not sequences.late:
+            try:
+                found = around(timed)
+            except InputError as error:
+                detour = f"way: clear was tried: {error}"
+            else:
+                if _worth(found) < _worth(best):
+                    return _with_finding(found, _taken(best, timed))
+            ends = [i for i in ends if i not in timed]
+        told = filter(None, (detour, _proposal(best, ends), sequences.in_vain(failed)))
+        if line := "; ".join(told):
+            best = _with_finding(best, line, TRIED)
     best = replace(best, sequences=sequences.tried)
     if current.scenario.prefers_clearance and not failed:
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
@@ -178,16 +194,16 @@ def _worth(plan: Any) -> tuple[int, int]:
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _proposed_ways(plan: Any) -> str:
-    """Which motions collide that could find their way, in words; empty where none could.
+def _possible_ways(plan: Any) -> list[int]:
+    """Waypoints to which a motion collides that could find its way, by index.
 
-    These lie between two waypoints that collide with nothing, and are no tool path.
+    It lies between two waypoints that collide with nothing, and is no tool path.
     """
     scenario = plan.scenario
     asked = scenario if plan.chosen is None else plan.chosen.asked
     planner, _ = planner_and_rule(asked.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
-        return ""
+        return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
     fixed |= set(plan.space.waits) | {end - 1 for end in (asked.free.ways if asked.free else ())}
     hit: set[int] = set()
@@ -195,11 +211,31 @@ def _proposed_ways(plan: Any) -> str:
         first, last = np.searchsorted(scenario.times, (start - AT_WAYPOINT, end + AT_WAYPOINT))
         hit.add(int(first) - 1)
         fixed.update(range(int(first) - 1, int(last)) if last > first else ())
-    ends = [repr(scenario.waypoints[i + 1].name) for i in sorted(hit - fixed)]
+    return [i + 1 for i in sorted(hit - fixed)]
+
+
+def _with_chosen_time(plan: Any, ends: Sequence[int]) -> list[int]:
+    """Those of some waypoints whose time is chosen."""
+    return [i for i in ends if plan.chosen and plan.chosen.asked.free.duration[i - 1]]
+
+
+def _named(plan: Any, ends: Sequence[int]) -> str:
+    return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
+
+
+def _proposal(plan: Any, ends: Sequence[int]) -> str:
+    """Which motions could find their way, in words; empty where none could."""
     if not ends:
         return ""
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
-    return f"way: clear at {' and '.join(ends)} lets {motions} (not tried)"
+    return f"way: clear at {_named(plan, ends)} lets {motions} (not tried)"
+
+
+def _taken(plan: Any, ends: Sequence[int]) -> str:
+    """That motions find their way though they were not asked to, in words."""
+    motions = "the fastest motion" if len(ends) == 1 else "the fastest motions"
+    verb = "collides" if len(ends) == 1 else "collide"
+    return f"{motions} to {_named(plan, ends)} {verb}, so way: clear was taken there"
 
 
 def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:

@@ -286,7 +286,7 @@ def _with_chosen_times(
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.choosing import choose_times
-    from knotwork.choosing.task import knots_of
+    from knotwork.choosing.task import knots_of, with_ways
     from knotwork.timing.budget import Watch
 
     time = Watch(budget=budget)
@@ -305,7 +305,12 @@ def _with_chosen_times(
     def solve(avoided: Sequence[Step]) -> TaskSolution:
         return solve_task(scenario, joint_space(scenario), knots_of(scenario), avoided)
 
-    return best_of_sequences(timed(None, budget), solve, another, MOST_TIMED)
+    def around(ends: list[int]) -> Plan:
+        clear = with_ways(scenario, ends)
+        left = None if budget is None else max(time.left(), 1e-3)
+        return _with_chosen_times(clear, clear.free or free, planner, knots, left, progress, None)
+
+    return best_of_sequences(timed(None, budget), solve, another, MOST_TIMED, around)
 
 
 def _planned(
