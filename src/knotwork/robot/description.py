@@ -15,6 +15,22 @@ from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
 
 
+@dataclass(frozen=True)
+class VirtualJoint:
+    """A joint of a task: what a pose leaves open.
+
+    Attributes:
+        name: For messages.
+        axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
+        lower, upper: Limits of its position [rad], which may be infinite.
+    """
+
+    name: str
+    axis: str
+    lower: float
+    upper: float
+
+
 @dataclass(frozen=True, eq=False)
 class Description:
     """Everything a robot is made from.
@@ -33,6 +49,7 @@ class Description:
         package_paths: Folders that meshes are also looked for in.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: File that names more of them, or `None`.
+        virtual: Joints of a task after the TCP, in order.
     """
 
     name: str
@@ -50,3 +67,4 @@ class Description:
     package_paths: tuple[Path, ...] = ()
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
+    virtual: tuple[VirtualJoint, ...] = ()

@@ -16,7 +16,7 @@ from knotwork.documents.values import (
     Vector3,
     by_kind,
 )
-from knotwork.task.freedoms import After, Speed, Way
+from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement, Pose, Velocity
 
@@ -53,6 +53,11 @@ class _Posed(_Waypoint):
     )
     orientation_in: Text | None = Field(
         default=None, description="Frame the orientation alone is in; left out: that of the pose"
+    )
+    free: Free | None = Field(
+        default=None,
+        description="What the pose leaves open, and with along the path to it; none: nothing; left "
+        "out: as the tool has it",
     )
 
 

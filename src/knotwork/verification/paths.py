@@ -51,7 +51,8 @@ def _stretch(
     allowed = scenario.tolerances
     limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
     interval, full = (stretch.start, stretch.end), stretch.full_speed
-    found = path_bounds(robot, motion.curve, path.motion, interval, full, stretch.speed, limits)
+    asked = path.motion, interval, full, stretch.speed
+    found = path_bounds(robot, motion.curve, *asked, limits, freedom=path.freedom)
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
     name = f"{begin} to {end}"
     for row in _rows(found, limits, scenario, stretch):

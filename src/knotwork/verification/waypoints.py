@@ -13,7 +13,7 @@ from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -117,13 +117,17 @@ def _tool_findings(
 
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation = waypoint.rotation
-    turn = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation)))
+    turn, spin = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation))), twist.angular
+    if waypoint.freedom is not None:
+        turn = _beyond(waypoint.freedom, rotation, pose.rotation)
+        axis = pose.rotation[:, 2]
+        spin = spin - axis * (axis @ (spin - waypoint.angular))
     asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
     rows = (
         ("position", waypoint.position, pose.translation, None, "m"),
         ("orientation", asked, found if asked @ found >= 0 else -found, turn, "rad"),
         ("linear_velocity", waypoint.linear, twist.linear, None, "m/s"),
-        ("angular_velocity", waypoint.angular, twist.angular, None, "rad/s"),
+        ("angular_velocity", waypoint.angular, spin, None, "rad/s"),
     )
     for quantity, requested, achieved, distance, unit in rows:
         error = float(np.linalg.norm(achieved - requested)) if distance is None else distance
@@ -132,6 +136,19 @@ def _tool_findings(
             requested, achieved, error, getattr(scenario.tolerances, quantity), unit,
             scenario.units,
         )  # fmt: skip
+
+
+def _beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
+    """The least angle [rad] that takes a rotation to one which is free: of the axis, or of both."""
+    R = asked.T @ found
+    tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
+    turn = float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
+    least, greatest = freedom.turn
+    turns = (turn - 2.0 * np.pi, turn, turn + 2.0 * np.pi)
+    excess = min(max(least - one, one - greatest, 0.0) for one in turns)
+    # of a tilt and a turn about the axis together: cos(φ/2) = cos(tilt/2) cos(turn/2)
+    half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
+    return float(2.0 * np.arcsin(min(half, 1.0)))
 
 
 def _joint_finding(

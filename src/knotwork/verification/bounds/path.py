@@ -21,7 +21,7 @@ from knotwork.robot import Robot
 from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.path_rows import PathRows, path_rows
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
@@ -134,6 +134,7 @@ def path_bounds(
     speed: float,
     limits: PathLimits,
     budget: int = BUDGET,
+    freedom: PoseFreedom | None = None,
 ) -> StretchBounds:
     """Bound how far the tool is off a stretch of a path, over all its time.
 
@@ -146,8 +147,10 @@ def path_bounds(
         speed: That speed [m/s].
         limits: Verdicts are decided against these.
         budget: How many samples may be taken.
+        freedom: What the poses leave open, so that of the orientation only the tool's z axis is
+            compared.
     """
-    stretch = PathStretch(robot, curve, motion, *interval)
+    stretch = PathStretch(robot, curve, motion, *interval, freedom)
     t = _first_times(curve, interval, full_speed)
     if budget >= BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])

@@ -16,7 +16,7 @@ from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.verification.bounds.seen_from import seen_from, with_known
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
@@ -69,9 +69,15 @@ class PathStretch:
     """
 
     def __init__(
-        self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
+        self,
+        robot: Robot,
+        curve: PiecewisePolynomial,
+        motion: TimedPath,
+        start: float,
+        end: float,
+        freedom: PoseFreedom | None = None,
     ) -> None:
-        self.robot, self.curve, self.motion = robot, curve, motion
+        self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
         self.joints, self.known = joint_tree(robot.model), curve
         self.joint, self.lever = carried(robot.model, robot.require_tool())
         if motion.carrier is not None:
@@ -119,7 +125,7 @@ class PathStretch:
         path = self.motion.path
         # at its end the direction is that of this stretch: the next one may have another
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
-        distance, gap = path.gaps(position, rotation, s)
+        distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
         return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside))
 
     def sizes(self, t: FloatArray) -> PathSizes:

@@ -1,0 +1,119 @@
+"""Virtual joints: a pose that leaves something open is a whole pose of a longer chain.
+
+Joint positions of the longer chain are found like those of any redundant arm. Where a pose leaves
+nothing open the virtual joint is at 0, and it is dropped from what is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import BranchError
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.robot import Robot
+from knotwork.robot.description import VirtualJoint
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.task_to_joint.solution import TaskSolution
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+
+def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
+    """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
+
+    Raises:
+        BranchError: The scenario asks for a branch.
+    """
+    waypoints = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
+    free = next((one for one in waypoints if one.freedom is not None), None)
+    if free is None or free.freedom is None:
+        return space
+    if scenario.branch != "free":
+        raise BranchError(
+            free.name,
+            "is free, so that self-motion leads from one solution of its pose to others, and a "
+            "branch has no meaning; near: a configuration keeps the solutions near that",
+            branches=(),
+            where=free.where,
+        )
+    chain = robot.with_virtual_joints(VirtualJoint("free turn", "z", *free.freedom.turn))
+    return replace(
+        space,
+        joint_names=chain.joint_names,
+        joint_units=chain.joint_units,
+        lower_position_limit=chain.lower_position_limit,
+        upper_position_limit=chain.upper_position_limit,
+        limits=chain.limits,
+        configurations=chain.configurations,
+        robot=chain,
+        targets=tuple(
+            None if one is None else JointState(longer(one.position), longer(one.velocity))
+            for one in space.targets
+        ),
+        near=None if space.near is None else longer(space.near),
+        solutions=_solutions(scenario, space.solutions, robot),
+        chosen=None,
+    )
+
+
+def longer(values: FloatArray) -> FloatArray:
+    """Values of joints (..., d) with zeros for the virtual joint, shape (..., d + 1)."""
+    return np.concatenate((values, np.zeros((*values.shape[:-1], 1))), axis=-1)
+
+
+def _solutions(
+    scenario: Scenario, given: Mapping[int, FloatArray], robot: Robot
+) -> dict[int, FloatArray]:
+    """Joint positions to be near at waypoints, with the turn that is left to each pose."""
+    found = {}
+    for i, q in given.items():
+        waypoint, found[i] = scenario.waypoints[i], longer(q)
+        if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
+            found[i][-1] = _turn(robot.forward(q), waypoint.pose)
+    return found
+
+
+def _turn(tool: pin.SE3, pose: pin.SE3) -> float:
+    """Turn about z that takes a tool nearest to the orientation of a pose [rad]."""
+    R = tool.rotation.T @ pose.rotation
+    return float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
+
+
+def pinned(candidates: Candidates, chain: Robot) -> Candidates:
+    """Candidates of the arm alone as those of the longer chain, its virtual joint at 0."""
+    q = longer(candidates.q)
+    return candidates._replace(
+        q=q,
+        velocity=longer(candidates.velocity),
+        flags=configuration_flags(chain, q),
+        free=False,
+    )
+
+
+def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+    """What was found for the longer chain, at the joints of the arm alone."""
+    found, d = solution.waypoints, len(space.joint_names)
+    if len(found.joint_names) == d:
+        return solution
+    known = found.acceleration
+    waypoints = replace(
+        found,
+        joint_names=space.joint_names,
+        joint_units=space.joint_units,
+        position=found.position[:, :d],
+        velocity=found.velocity[:, :d],
+        acceleration=None if known is None else known[:, :d],
+    )
+    choices = tuple(
+        replace(one, turns=tuple(turn for turn in one.turns if turn[0] in space.joint_names))
+        for one in solution.choices
+    )
+    return replace(solution, waypoints=waypoints, choices=choices)

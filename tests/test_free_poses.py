@@ -1,0 +1,224 @@
+"""Poses that leave something open: used by what plans, unknown to what checks."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+
+import knotwork as kw
+from command_line import Command
+
+DOWN = {"rpy": [180, 0, 0]}
+TURN = {"turn": "z"}
+
+
+def arch(free: Any = TURN, robot: str = "ur5") -> dict[str, Any]:
+    """An arc over which the tool turns with the path, unless its turn is free."""
+    return {
+        "robot": robot,
+        "units": {"length": "mm", "angle": "deg"},
+        "start": "home",
+        "waypoints": [
+            {"name": "a", "pose": {"position": [400, -150, 200], **DOWN}, "after": 3, "free": free},
+            {
+                "name": "b",
+                "along": {"arc": {"through": [500, 0, 250]}},
+                "pose": {"position": [400, 150, 200]},
+                "orientation": "tangent",
+                "speed": 50,
+                "free": free,
+            },
+            {"name": "c", "pose": {"position": [350, 150, 300], **DOWN}, "after": 2},
+        ],
+    }
+
+
+def with_stops(task: dict[str, Any]) -> dict[str, Any]:
+    for waypoint in task["waypoints"][:-1]:
+        if "along" not in waypoint:
+            waypoint["stop"] = True
+    task["waypoints"][1]["stop"] = True
+    return task
+
+
+def tool_poses(plan: kw.Plan, times: np.ndarray) -> list[pin.SE3]:
+    """By plain Pinocchio, from the URDF."""
+    robot = plan.space.robot
+    assert robot is not None
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data, frame = model.createData(), model.getFrameId(robot.tool_frame)
+    poses = []
+    for q in plan.trajectory.position(times):
+        pin.framesForwardKinematics(model, data, q)
+        poses.append(data.oMf[frame].copy())
+    return poses
+
+
+def checked(motion: kw.JointTrajectory, task: dict[str, Any]) -> kw.verification.Report:
+    return kw.check(motion, kw.load_scenario(task))
+
+
+def travel(plan: kw.Plan, joint: int) -> float:
+    """How far a joint moves along the path [rad]."""
+    path = plan.scenario.paths[0]
+    times = np.linspace(path.stretches[0].start, path.stretches[-1].end, 500)
+    return float(np.abs(np.diff(plan.trajectory.position(times)[:, joint])).sum())
+
+
+def test_a_free_turn_spares_the_last_joint_and_keeps_position_and_axis() -> None:
+    free, fixed = kw.plan(with_stops(arch())), kw.plan(with_stops(arch("none")))
+    assert free.report.ok
+    assert fixed.report.ok
+    assert travel(free, 5) < 0.01 < 0.5 < travel(fixed, 5)
+    path = free.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 300)
+    asked, _, _, _ = path.state(times)
+    poses = tool_poses(free, times)
+    off = np.array([pose.translation for pose in poses]) - asked
+    assert (
+        np.linalg.norm(off, axis=1).max() < 1.1e-3
+    )  # behind or ahead of its time, but on the path
+    axes = np.array([pose.rotation[:, 2] for pose in poses])
+    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
+    assert np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1))).max() < 0.1
+
+
+def test_the_motion_has_the_joints_of_the_arm_alone() -> None:
+    plan = kw.plan(with_stops(arch()))
+    assert plan.trajectory.joint_names == kw.load_robot("ur5").joint_names
+    assert plan.joint_waypoints.joint_names == plan.trajectory.joint_names
+    assert plan.space.robot is not None
+    assert plan.space.robot.dof == 6
+
+
+def test_the_turn_of_the_tool_alone_is_for_all_poses_but_those_with_their_own() -> None:
+    task = with_stops(arch(None))
+    for waypoint in task["waypoints"]:
+        waypoint.pop("free", None)
+    task["tool"] = {"free": TURN}
+    assert kw.plan(task).report.ok
+    waypoints = kw.load_scenario(task).waypoints
+    assert all(getattr(one, "freedom", 1) is not None for one in waypoints)
+    task["waypoints"][2]["free"] = "none"
+    assert kw.load_scenario(task).waypoints[3].freedom is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_motion_is_judged_by_its_axis_and_never_by_its_turn(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    task = with_stops(arch())
+    plan = kw.plan(task)
+    turned = copy.deepcopy(task)
+    rpy = [180, 0, float(random.uniform(-170, 170))]
+    turned["waypoints"][0]["pose"]["rpy"] = rpy
+    assert checked(plan.trajectory, turned).ok
+    tilted = copy.deepcopy(turned)
+    tilted["waypoints"][0]["pose"]["rpy"] = [180 - 0.2, 0, rpy[2]]
+    report = checked(plan.trajectory, tilted)
+    failed = {one.quantity: one for one in report.failures}
+    assert {"orientation", "path_orientation"} <= set(failed)
+    assert np.degrees(failed["orientation"].value) == pytest.approx(0.2, abs=1e-4)
+    assert np.degrees(failed["path_orientation"].value) == pytest.approx(0.2, abs=0.1)
+
+
+def test_without_the_freedom_the_same_motion_fails() -> None:
+    plan = kw.plan(with_stops(arch()))
+    failed = {one.quantity for one in checked(plan.trajectory, with_stops(arch("none"))).failures}
+    assert {"orientation", "path_orientation"} & failed
+
+
+def passing(free: Any) -> dict[str, Any]:
+    """A pose that is passed at a velocity, which turns the tool about its axis, too."""
+    task = arch()
+    del task["waypoints"][1]
+    task["waypoints"][0] |= {
+        "free": free,
+        "velocity": {"linear": [60, 0, 0], "angular": [10, 0, 200]},
+    }
+    return task
+
+
+def test_a_velocity_keeps_what_is_not_free() -> None:
+    plan = kw.plan(passing(TURN))
+    assert plan.report.ok
+    robot = plan.space.robot
+    assert robot is not None
+    twist = robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
+    pose = robot.forward(plan.trajectory.position(3.0))
+    np.testing.assert_allclose(twist.linear, [0.06, 0, 0], atol=1e-6)
+    across = np.cross(twist.angular - np.radians([10, 0, 200]), pose.rotation[:, 2])
+    np.testing.assert_allclose(across, 0, atol=1e-6)
+    fixed = kw.plan(passing("none"))
+    speeds = [np.linalg.norm(one.trajectory.velocity(3.0)) for one in (plan, fixed)]
+    assert speeds[0] < speeds[1]
+    assert not checked(plan.trajectory, passing("none")).ok
+
+
+def test_a_turn_within_a_range_is_kept_and_judged() -> None:
+    task = arch()
+    del task["waypoints"][1]
+    task["waypoints"][0] |= {"free": {"turn": [-20, 30]}, "stop": True}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    R = tool_poses(plan, np.array([3.0]))[0].rotation
+    turn = float(np.degrees(np.arctan2(R[1, 0], R[0, 0])))
+    assert -30.001 < turn < 20.001  # the tool points down: its own turn is the other way round
+    task["waypoints"][0]["pose"]["rpy"] = [180, 0, turn]
+    beyond = copy.deepcopy(task)
+    beyond["waypoints"][0]["pose"]["rpy"] = [180, 0, turn + 40]
+    reports = [checked(plan.trajectory, one) for one in (task, beyond)]
+    assert [report.ok for report in reports] == [True, False]
+    (failed,) = reports[1].failures
+    assert np.degrees(failed.value) == pytest.approx(10, abs=1e-4)
+
+
+@pytest.mark.parametrize("free", [TURN, "none"])
+def test_the_command_line_plans_and_checks_it(free: Any, tmp_path: Path, knotwork: Command) -> None:
+    path = tmp_path / "arch.yaml"
+    path.write_text(yaml.safe_dump(with_stops(arch(free))))
+    planned = knotwork("plan", str(path), "--out", str(tmp_path / "out"))
+    assert planned.code == 0, planned.out + planned.err
+    assert knotwork("check", str(tmp_path / "out"), "--scenario", str(path)).code == 0
+
+
+WRONG: list[tuple[str, Any, str]] = [
+    ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
+    ("nothing", {}, "free.turn"),
+    ("a word", "turn", "must be a mapping with turn, or none"),
+    ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
+    ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
+    ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),
+    ("another key", {"turns": "z"}, "turn"),
+]
+
+
+@pytest.mark.parametrize(
+    ("free", "message"), [one[1:] for one in WRONG], ids=[one[0] for one in WRONG]
+)
+def test_a_wrong_freedom_is_refused(free: Any, message: str) -> None:
+    task = with_stops(arch())
+    task["waypoints"][0]["free"] = free
+    with pytest.raises(kw.InputError, match=r"waypoints\[0\]") as error:
+        kw.load_scenario(task)
+    assert message in str(error.value)
+
+
+def test_what_is_not_supported_is_refused() -> None:
+    task = with_stops(arch())
+    task["waypoints"][1]["free"] = "none"
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\].*begins at a pose that is free"):
+        kw.load_scenario(task)
+    task = with_stops(arch())
+    task["waypoints"][1]["speed"] = "fastest"
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.speed.*chosen, along a path"):
+        kw.load_scenario(task)
+    task = with_stops(arch())
+    task["branch"] = "keep"
+    with pytest.raises(kw.InputError, match=r"free.*near: a configuration"):
+        kw.plan(task)
