@@ -187,6 +187,28 @@ def test_the_command_line_plans_and_checks_it(free: Any, tmp_path: Path, knotwor
     assert knotwork("check", str(tmp_path / "out"), "--scenario", str(path)).code == 0
 
 
+def test_a_range_along_a_path_is_judged_at_all_times() -> None:
+    task = with_stops(arch({"turn": [-100, 10]}))
+    plan = kw.plan(task)
+    assert plan.report.ok
+    path = plan.scenario.paths[0]
+    times = np.linspace(path.motion.start_time, path.motion.end_time, 4000)
+    asked = path.motion.path.rotation(path.motion.arc_length(times))
+    turns = []
+    for R, pose in zip(asked, tool_poses(plan, times), strict=True):
+        x = R.T @ pose.rotation[:, 0]  # the axes agree within a tenth of a degree
+        turns.append(np.degrees(np.arctan2(x[1], x[0])))
+    least, most = min(turns), max(turns)
+    assert -100.1 < least < most < 10.1
+    found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
+    (row,) = (one for one in found.findings if one.quantity == "path_turn")
+    assert found.ok
+    assert np.degrees(row.value) == pytest.approx(-3, abs=0.1)
+    found = checked(plan.trajectory, with_stops(arch({"turn": [-179, max(0.0, most - 3)]})))
+    assert {one.quantity for one in found.failures} >= {"path_turn"}
+    assert most > 3
+
+
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
     ("nothing", {}, "free.turn"),

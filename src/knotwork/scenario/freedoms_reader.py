@@ -75,8 +75,8 @@ def freedom_of(
         places: Of the file, for errors.
 
     Raises:
-        DocumentError: It is not the same all along, the path begins free and goes on fixed, the
-            turn is bounded, or the speed is chosen.
+        DocumentError: It is not the same all along, the path begins free and goes on fixed, or
+            the speed is chosen.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, one in enumerate(own, path.first + 1):
@@ -93,10 +93,6 @@ def freedom_of(
             "free: with the path, too, or free: none where it begins",
         )
     for i, one in enumerate(own, path.first + 1):
-        if one is not None and math.isfinite(max(one.turn)):
-            raise places.error(
-                ("waypoints", i, "free"), "has a range, and leads along a path", "turn: z"
-            )
         if one is not None and isinstance(getattr(file.waypoints[i], "speed", None), str | AtMost):
             raise places.error(
                 ("waypoints", i, "speed"), "is chosen, along a path that is free", "a speed"

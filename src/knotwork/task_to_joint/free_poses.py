@@ -44,7 +44,9 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             branches=(),
             where=free.where,
         )
-    chain = robot.with_virtual_joints(VirtualJoint("free turn", "z", *free.freedom.turn))
+    least, greatest = free.freedom.turn
+    # the virtual joint leads from the tool to the pose, a turn that is free the other way
+    chain = robot.with_virtual_joints(VirtualJoint("free turn", "z", -greatest, -least))
     return replace(
         space,
         joint_names=chain.joint_names,

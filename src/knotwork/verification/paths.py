@@ -112,6 +112,12 @@ def _rows(
         f"the tool is turned off by {units.text(found.orientation.value, 'rad', '.3g')}, tolerance "
         f"{units.text(limits.orientation, 'rad', '.3g')}",
     )  # fmt: skip
+    if found.turn is not None:
+        yield _Row(
+            "path_turn", found.turn, limits.orientation, "rad", whole,
+            f"the tool's turn is beyond its range by {units.text(found.turn.value, 'rad', '.3g')} "
+            f"(negative: inside), tolerance {units.text(limits.orientation, 'rad', '.3g')}",
+        )  # fmt: skip
     yield _Row(
         "path_progress", _progress_bound(found), max(allowed.path, allowed.position), "m", whole,
         _progress_text(found.progress, scenario, kind),

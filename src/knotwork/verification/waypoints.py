@@ -11,6 +11,7 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
+from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
@@ -142,10 +143,7 @@ def _beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float
     """The least angle [rad] that takes a rotation to one which is free: of the axis, or of both."""
     R = asked.T @ found
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
-    turn = float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
-    least, greatest = freedom.turn
-    turns = (turn - 2.0 * np.pi, turn, turn + 2.0 * np.pi)
-    excess = min(max(least - one, one - greatest, 0.0) for one in turns)
+    excess = max(float(turned_beyond(freedom, asked[None], found[None])[0]), 0.0)
     # of a tilt and a turn about the axis together: cos(φ/2) = cos(tilt/2) cos(turn/2)
     half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
     return float(2.0 * np.arcsin(min(half, 1.0)))

@@ -102,6 +102,7 @@ class StretchBounds(NamedTuple):
         progress: Along the path. It is proved where the distance is.
         speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
             it is nowhere.
+        turn: How far its turn is beyond a range that is free [rad]; `None` if it has none.
         ramp: How much the tool is faster than that speed elsewhere, or moves backwards [m/s];
             `None` if the speed is asked for in full everywhere.
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where the
@@ -116,6 +117,7 @@ class StretchBounds(NamedTuple):
     orientation: PathBound
     progress: Progress
     speed: PathBound | None
+    turn: PathBound | None
     ramp: PathBound | None
     slowest: float
     fastest: float
@@ -155,7 +157,8 @@ def path_bounds(
     if budget >= BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
-    most = np.array([limits.position, gap_of(limits.orientation), limits.speed, limits.speed])
+    angle = gap_of(limits.orientation)
+    most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
     # the bounds alone tell how fine the samples must be, before any is taken
     sizes = stretch.sizes(t)
     for _ in range(4):
@@ -221,7 +224,7 @@ def _summed(
 ) -> StretchBounds:
     broken = (rows.ends.max(axis=1) > most)[:, None]
     use = (np.where(broken, rows.ends, rows.upper) / most[:, None]).max(axis=0)
-    position, orientation, speed, ramp = (
+    position, orientation, speed, ramp, turn = (
         _worst(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
     )
     value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
@@ -232,6 +235,7 @@ def _summed(
         orientation=orientation._replace(value=value, bound=bound),
         progress=_progress(stretch, t, found.s),
         speed=speed if in_full.any() else None,
+        turn=turn if rows.rows[4].any() else None,
         ramp=ramp if in_ramps.any() else None,
         slowest=float(rows.least[in_full].min(initial=np.inf)),
         fastest=float(rows.greatest[in_full].max(initial=-np.inf)),
