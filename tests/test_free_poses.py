@@ -209,13 +209,53 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
     assert most > 3
 
 
+def test_a_range_narrower_than_the_path_turns_is_kept() -> None:
+    assert kw.plan(with_stops(arch({"turn": [-20, 20]}))).report.ok
+
+
+CONE = {"turn": "z", "tilt": 10}
+
+
+def test_a_tilt_is_used_and_keeps_within_its_cone() -> None:
+    cone = kw.plan(with_stops(arch(CONE)))
+    assert cone.report.ok
+    path = cone.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 3000)
+    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
+    axes = np.array([pose.rotation[:, 2] for pose in tool_poses(cone, times)])
+    tilts = np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1)))
+    assert 1.0 < tilts.max() < 10.1
+    assert not checked(cone.trajectory, with_stops(arch())).ok
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_motion_is_judged_by_its_cone(seed: int) -> None:
+    yaw, about = np.random.default_rng(seed).uniform(-np.pi, np.pi, 2)
+    motion = kw.plan(with_stops(arch("none"))).trajectory
+    task = with_stops(arch(CONE))
+    down = pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0)
+    for tilt, ok in ((9.95, True), (10.25, False)):
+        axis = np.array([np.cos(about), np.sin(about), 0.0])
+        asked = down @ pin.exp3(np.radians(tilt) * axis) @ pin.exp3(np.array([0.0, 0.0, yaw]))
+        task["waypoints"][0]["pose"] = {
+            "position": [400, -150, 200],
+            "rotation_matrix": asked.tolist(),
+        }
+        failed = {one.quantity for one in checked(motion, task).failures}
+        assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
+
+
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
     ("nothing", {}, "free.turn"),
-    ("a word", "turn", "must be a mapping with turn, or none"),
+    ("a word", "turn", "must be a mapping with turn and tilt, or none"),
     ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
     ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
     ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),
+    ("a tilt alone", {"tilt": 10}, "free.turn"),
+    ("a tilt with a range", {"turn": [-90, 90], "tilt": 10}, "given together with a range"),
+    ("lying down", {"turn": "z", "tilt": 90}, "an angle below a quarter of a turn, 90"),
+    ("no tilt", {"turn": "z", "tilt": 0}, "free.tilt"),
     ("another key", {"turns": "z"}, "turn"),
 ]
 

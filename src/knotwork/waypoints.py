@@ -135,13 +135,15 @@ class ReadOnlyArrays:
 
 @dataclass(frozen=True)
 class PoseFreedom:
-    """What a pose leaves open: the tool may turn about its own z axis.
+    """What a pose leaves open: the tool may turn about its own z axis, and that axis may tilt.
 
     Attributes:
         turn: Least and greatest turn from the pose [rad]; infinite where any will do.
+        tilt: Greatest angle between the axis and that of the pose [rad].
     """
 
     turn: tuple[float, float]
+    tilt: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,6 +51,7 @@ class Robot(ChainKinematics):
         payload: `Payload` that the tool frame carries, or `None`.
         gravity: In the axes of the base frame [m/s²], shape (3,).
         virtual: Which joints are those of a freedom, shape (d,).
+        virtual_joints: These joints, which are the last.
         tool_candidates: Links that carry no other, which a tool frame may be.
         configurations: Those named configurations that place every joint [rad or m].
         locked: Positions of the joints that do not move [rad or m].
@@ -96,7 +97,7 @@ class Robot(ChainKinematics):
             "m" if given.urdf.types[name] == "prismatic" else "rad" for name in names
         )
         self._set_limits()
-        extra = given.virtual
+        extra = self.virtual_joints = given.virtual
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
         self.joint_names += tuple(one.name for one in extra)
         self.joint_units += ("rad",) * len(extra)

@@ -23,7 +23,7 @@ def read_freedoms(file: Task, places: Places) -> Freedoms:
 
     Raises:
         DocumentError: A turn does not contain the pose, reaches beyond half a turn, or differs
-            from that of another waypoint.
+            from that of another waypoint; or a tilt is too large, or given with a range.
     """
     tool = None if file.tool is None else file.tool.free
     general = None if tool is None else _read(tool, places, ("tool", "free"), file)
@@ -42,17 +42,27 @@ def read_freedoms(file: Task, places: Places) -> Freedoms:
             raise places.error(
                 ("waypoints", i, "free"),
                 "differs from what other poses leave open",
-                "the same turn wherever one is free",
+                "the same wherever one is free",
             )
     return found
 
 
 def _read(given: FreePose, places: Places, location: Location, file: Task) -> PoseFreedom:
+    unit = si_factors(file.units)[1]
+    if given.tilt is not None and given.tilt >= 0.5 * math.pi:
+        raise places.error(
+            (*location, "tilt"),
+            f"is {given.tilt / unit:.6g} {file.units.angle}",
+            f"an angle below a quarter of a turn, {0.5 * math.pi / unit:.6g}",
+        )
     if given.turn == "z":
-        return PoseFreedom((-math.inf, math.inf))
+        return PoseFreedom((-math.inf, math.inf), given.tilt or 0.0)
+    if given.tilt is not None:
+        raise places.error(
+            (*location, "tilt"), "is given together with a range of turns", "tilt with turn: z"
+        )
     low, high = given.turn
     if not (low <= 0.0 <= high and max(-low, high) <= math.pi * (1.0 + 1e-12)):
-        unit = si_factors(file.units)[1]
         half = f"{math.pi / unit:.6g}"
         raise places.error(
             (*location, "turn"),

@@ -58,11 +58,14 @@ class FreePose(TaskPart):
         description="The tool may turn about its z axis: z, however far; or the least and the "
         "greatest turn from the pose [angle]"
     )
+    tilt: Positive | None = Field(
+        default=None, description="The z axis may be this far from that of the pose [angle]"
+    )
 
 
 Free = Annotated[
     Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
-    by_kind("a mapping with turn, or none", ["none"]),
+    by_kind("a mapping with turn and tilt, or none", ["none"]),
 ]
 
 

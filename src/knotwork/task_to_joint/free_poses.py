@@ -26,8 +26,17 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 
-def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
+def with_virtual_joints(
+    scenario: Scenario, space: JointSpace, robot: Robot, ease: float, pull: float
+) -> JointSpace:
     """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
+
+    Args:
+        scenario: The task.
+        space: Its joints.
+        robot: Their robot.
+        ease: Of those joints that are bounded: see `VirtualJoint`.
+        pull: Likewise.
 
     Raises:
         BranchError: The scenario asks for a branch.
@@ -45,8 +54,16 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             where=free.where,
         )
     least, greatest = free.freedom.turn
-    # the virtual joint leads from the tool to the pose, a turn that is free the other way
-    chain = robot.with_virtual_joints(VirtualJoint("free turn", "z", -greatest, -least))
+    bounded = np.isfinite(greatest - least)
+    own = (ease, pull) if bounded else ()
+    # virtual joints lead from the tool to the pose, a turn that is free the other way
+    joints = [VirtualJoint("free turn", "z", -greatest, -least, *own)]
+    if free.freedom.tilt:
+        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
+        most = free.freedom.tilt / np.sqrt(2.0)
+        tilts = (VirtualJoint(f"free tilt {k}", k, -most, most, ease, pull) for k in "xy")
+        joints = [*tilts, *joints]
+    chain, count = robot.with_virtual_joints(*joints), len(joints)
     return replace(
         space,
         joint_names=chain.joint_names,
@@ -57,44 +74,54 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
         configurations=chain.configurations,
         robot=chain,
         targets=tuple(
-            None if one is None else JointState(longer(one.position), longer(one.velocity))
+            None
+            if one is None
+            else JointState(longer(one.position, count), longer(one.velocity, count))
             for one in space.targets
         ),
-        near=None if space.near is None else longer(space.near),
-        solutions=_solutions(scenario, space.solutions, robot),
+        near=None if space.near is None else longer(space.near, count),
+        solutions=_solutions(scenario, space.solutions, robot, count),
         chosen=None,
     )
 
 
-def longer(values: FloatArray) -> FloatArray:
-    """Values of joints (..., d) with zeros for the virtual joint, shape (..., d + 1)."""
-    return np.concatenate((values, np.zeros((*values.shape[:-1], 1))), axis=-1)
+def bounded(scenario: Scenario) -> bool:
+    """Whether something that poses leave open is within limits."""
+    found = (one.freedom for one in scenario.waypoints if isinstance(one, CartesianWaypoint))
+    return any(one is not None and (one.tilt or np.isfinite(max(one.turn))) for one in found)
+
+
+def longer(values: FloatArray, count: int) -> FloatArray:
+    """Values of joints (..., d) with zeros for virtual joints, shape (..., d + count)."""
+    return np.concatenate((values, np.zeros((*values.shape[:-1], count))), axis=-1)
 
 
 def _solutions(
-    scenario: Scenario, given: Mapping[int, FloatArray], robot: Robot
+    scenario: Scenario, given: Mapping[int, FloatArray], robot: Robot, count: int
 ) -> dict[int, FloatArray]:
     """Joint positions to be near at waypoints, with the turn that is left to each pose."""
     found = {}
     for i, q in given.items():
-        waypoint, found[i] = scenario.waypoints[i], longer(q)
+        waypoint, found[i] = scenario.waypoints[i], longer(q, count)
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            found[i][-1] = _turn(robot.forward(q), waypoint.pose)
+            found[i][-count:] = _angles(robot.forward(q), waypoint.pose)[-count:]
     return found
 
 
-def _turn(tool: pin.SE3, pose: pin.SE3) -> float:
-    """Turn about z that takes a tool nearest to the orientation of a pose [rad]."""
+def _angles(tool: pin.SE3, pose: pin.SE3) -> tuple[float, float, float]:
+    """Turns about x, y, z, in this order, that take a tool to the orientation of a pose [rad]."""
     R = tool.rotation.T @ pose.rotation
-    return float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
+    x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
+    return float(x), float(y), float(np.arctan2(-R[0, 1], R[0, 0]))
 
 
 def pinned(candidates: Candidates, chain: Robot) -> Candidates:
     """Candidates of the arm alone as those of the longer chain, its virtual joint at 0."""
-    q = longer(candidates.q)
+    count = int(chain.virtual.sum())
+    q = longer(candidates.q, count)
     return candidates._replace(
         q=q,
-        velocity=longer(candidates.velocity),
+        velocity=longer(candidates.velocity, count),
         flags=configuration_flags(chain, q),
         free=False,
     )

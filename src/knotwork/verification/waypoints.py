@@ -123,6 +123,8 @@ def _tool_findings(
         turn = _beyond(waypoint.freedom, rotation, pose.rotation)
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
+        if waypoint.freedom.tilt:
+            spin = waypoint.angular  # an axis that may tilt may do so at any speed
     asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
     rows = (
         ("position", waypoint.position, pose.translation, None, "m"),
@@ -143,6 +145,7 @@ def _beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float
     """The least angle [rad] that takes a rotation to one which is free: of the axis, or of both."""
     R = asked.T @ found
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
+    tilt = max(tilt - freedom.tilt, 0.0)
     excess = max(float(turned_beyond(freedom, asked[None], found[None])[0]), 0.0)
     # of a tilt and a turn about the axis together: cos(φ/2) = cos(tilt/2) cos(turn/2)
     half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))

@@ -26,8 +26,6 @@ FASTEST_JOINT = 10.0
 # Jacobians are inverted where their condition number is below this: one correction then takes
 # rounding back to that of a singular value decomposition.
 WELL_CONDITIONED = 1e4
-# How much easier than others virtual joints move in the least norm: for next to nothing.
-EASY = 30.0
 # Singular values below this part of the largest are taken for rounding of zero: a joint rotated
 # by a few times 1e-13 rad off a singularity has one of that size.
 RANK_TOLERANCE = 1e-11
@@ -234,7 +232,9 @@ def joint_scales(robot: Robot) -> FloatArray:
     limit = robot.velocity_limit
     finite = np.isfinite(limit)
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
-    return np.where(robot.virtual, EASY, np.where(finite, limit, usual) / usual)
+    scales = np.where(finite, limit, usual) / usual
+    scales[robot.virtual] = [one.ease for one in robot.virtual_joints]
+    return scales
 
 
 def _unattainable(

@@ -29,6 +29,7 @@ class JointField:
         self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
         limits = limits_of(robot)
         self.pull = np.where(np.isfinite(limits).all(axis=0), pull if robot.dof > 6 else 0.0, 0.0)
+        self.pull[robot.virtual] = [one.pull for one in robot.virtual_joints]
         self.middle = middle(limits)
 
     def velocities(self, q: FloatArray, twist: FloatArray, share: ArrayLike = 1.0) -> FloatArray:
