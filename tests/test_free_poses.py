@@ -245,6 +245,75 @@ def test_a_motion_is_judged_by_its_cone(seed: int) -> None:
         assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
 
 
+def dome(folder: Path, rows: str = "") -> dict[str, Any]:
+    """A serpentine over a sphere, its points with normals as a CAM tool writes them."""
+    centre, radius = np.array([450.0, 0.0, -100.0]), 300.0
+    normals = []
+    for k, y in enumerate(np.linspace(-0.2, 0.2, 5)):
+        across = np.linspace(-0.2, 0.2, 12) * (-1) ** k
+        turn = [] if k == 0 else [[(-1) ** k * -0.2, y - 0.05]]
+        normals += [*([x + (-1) ** k * -0.03, w] for x, w in turn), *([x, y] for x in across)]
+    normal = np.array([[x, y, np.sqrt(1 - x * x - y * y)] for x, y in normals])
+    points = centre + radius * normal
+    text = "x,y,z,nx,ny,nz\n" + "\n".join(
+        ",".join(f"{value:.9f}" for value in row) for row in np.hstack((points, normal))
+    )
+    (folder / "dome.csv").write_text(rows or text)
+    z = -normal[0]
+    x = np.cross([0, 1, 0], z) / np.linalg.norm(np.cross([0, 1, 0], z))
+    rotation = np.column_stack((x, np.cross(z, x), z))
+    task = arch()
+    first, path = task["waypoints"][:2]
+    first["pose"] = {"position": points[0].tolist(), "rotation_matrix": rotation.tolist()}
+    path |= {"pose": {"position": points[-1].tolist()}, "along": {"points": "dome.csv"}}
+    del first["free"], path["free"], path["orientation"], task["waypoints"][2]
+    return task
+
+
+def written(task: dict[str, Any], folder: Path) -> Path:
+    path = folder / "task.yaml"
+    path.write_text(yaml.safe_dump(task))
+    return path
+
+
+def test_normals_of_points_give_the_axis_and_free_the_turn(tmp_path: Path) -> None:
+    plan = kw.plan(written(dome(tmp_path), tmp_path))
+    assert plan.report.ok
+    assert plan.scenario.paths[0].freedom is not None
+    motion = plan.scenario.paths[0].motion
+    times = np.linspace(motion.start_time, motion.end_time, 400)
+    for pose in tool_poses(plan, times):
+        out = pose.translation - np.array([0.45, 0.0, -0.1])
+        out /= np.linalg.norm(out)
+        assert np.degrees(np.arccos(np.clip(-out @ pose.rotation[:, 2], -1, 1))) < 1.0
+    assert travel(plan, 5) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("x,y,z,nx,ny\n0,0,0,0,0\n1,0,0,0,0\n", "no column is named nz"),
+        ("x,y,z,nx,ny,nz\n0,0,0,0,0,0.5\n1,0,0,0,0,1\n", "the normal has length 0.5"),
+        ("x,y,z,nx,ny,nz,qx,qy,qz,qw\n", "gives rotations and normals"),
+        ("x,y,z,n\n0,0,0,0\n", "unknown heading 'n'"),
+    ],
+)
+def test_wrong_normals_are_refused(rows: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(kw.InputError, match=message):
+        kw.load_scenario(written(dome(tmp_path, rows), tmp_path))
+
+
+def test_normals_need_a_free_turn_and_an_axis_that_begins_along_them(tmp_path: Path) -> None:
+    task = dome(tmp_path)
+    task["waypoints"][1]["free"] = "none"
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*normals do not say"):
+        kw.load_scenario(written(task, tmp_path))
+    task = dome(tmp_path)
+    task["waypoints"][0]["pose"] = {"position": task["waypoints"][0]["pose"]["position"], **DOWN}
+    with pytest.raises(kw.InputError, match="at the first point the tool is turned"):
+        kw.load_scenario(written(task, tmp_path))
+
+
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
     ("nothing", {}, "free.turn"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
@@ -14,12 +14,13 @@ from knotwork.waypoints import PoseFreedom
 Freedoms = list[PoseFreedom | None]
 
 
-def read_freedoms(file: Task, places: Places) -> Freedoms:
+def read_freedoms(file: Task, places: Places, normals: Collection[int] = ()) -> Freedoms:
     """What the poses of all waypoints leave open; `None` for nothing, and where there is no pose.
 
     Args:
         file: What the file says, in SI.
         places: Where it says it, for errors.
+        normals: Waypoints, by index, to which paths with normals lead: these free the turn.
 
     Raises:
         DocumentError: A turn does not contain the pose, reaches beyond half a turn, or differs
@@ -30,10 +31,17 @@ def read_freedoms(file: Task, places: Places) -> Freedoms:
     found: Freedoms = []
     for i, waypoint in enumerate(file.waypoints):
         own = None if isinstance(waypoint, JointWaypoint) else waypoint.free
+        if own == "none" and i in normals:
+            raise places.error(
+                ("waypoints", i, "free"),
+                "is none, but normals do not say how the tool is turned about its axis",
+                "turn: z, or columns qx, qy, qz, qw",
+            )
         if isinstance(waypoint, JointWaypoint) or own == "none":
             found.append(None)
         elif own is None:
-            found.append(general)
+            implied = PoseFreedom((-math.inf, math.inf)) if i in normals else None
+            found.append(general or implied)
         else:
             found.append(_read(own, places, ("waypoints", i, "free"), file))
     known = [one for one in found if one is not None]

@@ -52,6 +52,7 @@ class WaypointReader:
     def __init__(self, file: Task, places: Places, length: float, angle: float) -> None:
         self.file, self.places, self.length, self.angle = file, places, length, angle
         self.indices: tuple[int, ...] = ()
+        self._normals: set[int] = set()
 
     def joint_values(
         self, values: Mapping[str, Any] | float | str, location: Location
@@ -80,7 +81,7 @@ class WaypointReader:
         check_places(self.file, self.places)
         poses = self._poses()
         times, paths = self._times(poses)
-        freedoms = read_freedoms(self.file, self.places)
+        freedoms = read_freedoms(self.file, self.places, self._normals)
         open_ = (freedom_of(one, freedoms, self.file, self.places) for one in paths)
         paths = [replace(one, freedom=free) for one, free in zip(paths, open_, strict=True)]
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
@@ -210,7 +211,8 @@ class WaypointReader:
         from knotwork.scenario.path_reader import PathReader
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        curves = PathCurves(self.file, self.places, self.length, frames, axes, poses)
+        where = self.file, self.places, self.length
+        curves = PathCurves(*where, frames, axes, poses, normals=self._normals)
         return PathReader(curves, self._stops, self.carriers)
 
     def _poses(self) -> dict[int, pin.SE3]:

@@ -153,7 +153,8 @@ class AlongPoints(TaskPart):
         by_kind("the name of a CSV file, or a list of points x, y, z"),
     ] = Field(
         description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
-        "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations"
+        "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, or "
+        "nx, ny, nz for normals of the surface, which the tool's z axis points against, turn free"
     )
 
 

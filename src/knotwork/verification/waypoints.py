@@ -56,10 +56,13 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     """Compare the tool's pose and velocity with those asked for, by forward kinematics (eq 1)."""
     if space.robot is None:
         return
+    # where a path begins the tool has its velocity, and so its freedom
+    onward = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
     for waypoint, time, _ in _reached(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
-            yield from _tool_findings(waypoint, space.robot, q, v, scenario)
+            spin = waypoint.freedom or onward.get(waypoint.name)
+            yield from _tool_findings(waypoint, space.robot, q, v, scenario, spin)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -113,7 +116,9 @@ def _tool_findings(
     q: FloatArray,
     v: FloatArray,
     scenario: Scenario,
+    moving: PoseFreedom | None,
 ) -> Iterator[Finding]:
+    """Compare the tool with a waypoint; `moving` is what the velocity there leaves open."""
     import pinocchio as pin
 
     pose, twist = robot.forward(q), robot.twist(q, v)
@@ -121,9 +126,10 @@ def _tool_findings(
     turn, spin = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation))), twist.angular
     if waypoint.freedom is not None:
         turn = _beyond(waypoint.freedom, rotation, pose.rotation)
+    if moving is not None:
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
-        if waypoint.freedom.tilt:
+        if moving.tilt:
             spin = waypoint.angular  # an axis that may tilt may do so at any speed
     asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
     rows = (
