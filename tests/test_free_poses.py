@@ -55,7 +55,8 @@ def tool_poses(plan: kw.Plan, times: np.ndarray) -> list[pin.SE3]:
     data, frame = model.createData(), model.getFrameId(robot.tool_frame)
     poses = []
     for q in plan.trajectory.position(times):
-        pin.framesForwardKinematics(model, data, q)
+        still = np.zeros(model.nq - len(q))  # fingers
+        pin.framesForwardKinematics(model, data, np.append(q, still))
         poses.append(data.oMf[frame].copy())
     return poses
 
@@ -312,6 +313,39 @@ def test_normals_need_a_free_turn_and_an_axis_that_begins_along_them(tmp_path: P
     task["waypoints"][0]["pose"] = {"position": task["waypoints"][0]["pose"]["position"], **DOWN}
     with pytest.raises(kw.InputError, match="at the first point the tool is turned"):
         kw.load_scenario(written(task, tmp_path))
+
+
+def between_boxes(*boxes: list[float]) -> dict[str, Any]:
+    """A Panda's line of 0.9 m past boxes, at 50 mm/s."""
+    turned = {"quaternion_xyzw": [0, 0, 0, 1]}
+    size = {"box": [0.15, 0.15, 0.15]}
+    return {
+        "robot": "panda",
+        "tool": {"frame": "panda_hand"},
+        "scene": {"objects": {f"box {i}": {**size, "position": at} for i, at in enumerate(boxes)}},
+        "waypoints": [
+            {"name": "a", "pose": {"position": [0.45, 0.54, 0.79], **turned}},
+            {
+                "name": "b",
+                "along": "line",
+                "speed": 0.05,
+                "pose": {"position": [-0.45, 0.54, 0.79]},
+            },
+        ],
+    }
+
+
+def test_self_motion_goes_where_the_path_leads_on() -> None:
+    plan = kw.plan(between_boxes([0.2, 0.3, 0.4], [-0.25, 0.3, 0.75]))
+    assert plan.report.ok
+    times = np.linspace(0.0, plan.trajectory.end_time, 400)
+    points = np.array([pose.translation for pose in tool_poses(plan, times)])
+    assert np.abs(points[:, 1:] - [0.54, 0.79]).max() < 1e-4
+
+
+def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> None:
+    with pytest.raises(kw.InputError, match="can't be followed"):
+        kw.plan(between_boxes([-0.35, 0.54, 0.79]))
 
 
 WRONG: list[tuple[str, Any, str]] = [

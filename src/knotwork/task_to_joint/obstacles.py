@@ -110,17 +110,18 @@ class Obstacles:
     def _own(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])
 
-    def contact(self, found: Continuation, start: int) -> int | None:
-        """The first of `LOOKS` steps of a way along a path that collides; `None` if none does.
+    def contact(self, found: Continuation, start: int, count: int = LOOKS) -> int | None:
+        """The first of some steps of a way along a path that collides; `None` if none does.
 
         Args:
             found: The ways.
             start: Which of them.
+            count: At how many steps to look.
         """
         if self._pairs is None:
             return None
         steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
-        looks = steps[distinct(np.linspace(0, len(steps) - 1, LOOKS).astype(np.intp))]
+        looks = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._own(found.position[looks, start])
         gaps = self._pairs.clearances(q, found.time[looks])
         return next((int(k) for k, gap in zip(looks, gaps, strict=False) if gap < 0.0), None)

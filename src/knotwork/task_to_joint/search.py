@@ -172,7 +172,15 @@ class Search:
             )
         positions = self._refined(chosen)
         velocities = [
-            velocity_at(self.scenario, self.robot, self.robot_at(i), i, q, self.speeds[i])
+            velocity_at(
+                self.scenario,
+                self.robot,
+                self.robot_at(i),
+                i,
+                q,
+                self.speeds[i],
+                self.dependent.pull,
+            )
             for i, q in enumerate(positions)
         ]
         return Found(chosen, positions, np.array(velocities))

@@ -108,7 +108,14 @@ def _best(search: Search, knots: Any) -> TaskSolution:
     hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
     values = found.positions, found.velocities
     return TaskSolution(
-        completed_waypoints(search.scenario, search.space, *values, knots, search.dependent.way),
+        completed_waypoints(
+            search.scenario,
+            search.space,
+            *values,
+            knots,
+            search.dependent.way,
+            search.dependent.pull,
+        ),
         infeasibilities,
         describe_choices(search, found),
         None if hopeless else found.sequence.q,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.following.continuation import velocity_on_path
+from knotwork.kinematics.following.joint_field import Pull
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
@@ -18,6 +21,7 @@ def velocity_at(
     index: int,
     q: FloatArray,
     given: FloatArray | None,
+    pull: Callable[[ScenarioPath], float | Pull],
 ) -> FloatArray:
     """Joint velocities [rad/s or m/s], shape (d,), that give the tool its twist at a waypoint.
 
@@ -29,6 +33,8 @@ def velocity_at(
         q: Joint positions there [rad or m], shape (d,).
         given: Joint velocities where the waypoint gives them, else `None`.
 
+        pull: Gives where self-motion is pulled to along a path.
+
     Raises:
         SingularityError: No joint velocities give the twist.
     """
@@ -37,7 +43,7 @@ def velocity_at(
         return np.array(given)
     for path in scenario.paths:
         if path.first <= index <= path.last:
-            return velocity_on_path(chain, path.motion, q, target.time, rate)
+            return velocity_on_path(chain, path.motion, q, target.time, pull(path))
     unmoved = np.zeros(chain.dof - robot.dof)
     q = q[: robot.dof]
 
