@@ -140,6 +140,9 @@ class PoseFreedom:
     Attributes:
         turn: Least and greatest turn from the pose [rad]; infinite where any will do.
         tilt: Greatest angle between the axis and that of the pose [rad].
+
+    >>> kw.waypoints.PoseFreedom((-1.5, 1.5)).tilt
+    0.0
     """
 
     turn: tuple[float, float]
