@@ -118,6 +118,7 @@ PLAIN_DATA = {
         "EndAcceleration",
         "Euler",
         "Fastest",
+        "FreePose",
         "Frame",
         "FrameMotion",
         "FrameSpeed",

@@ -40,6 +40,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             "mass": 1.5,
             "centre_of_mass": [0, 0, 0.05],
             "inertia": {"ixx": 1, "iyy": 1, "izz": 1, "ixy": 0, "ixz": 0, "iyz": 0},
+            "free": {"turn": "z", "tilt": 0.1},
         },
         "gravity": [0, 0, -9.81],
         "frames": {

@@ -39,6 +39,7 @@ TITLES = {
     "AlongPoints": "along: points",
     "JointWaypoint": "A waypoint by joints",
     "Fastest": "after: fastest",
+    "FreePose": "free",
     "AtMost": "speed: at_most",
     "ClearWay": "way: clear",
     "Pose": "pose",

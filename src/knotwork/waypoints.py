@@ -133,6 +133,22 @@ class ReadOnlyArrays:
         self.__dict__.update(state)
 
 
+@dataclass(frozen=True)
+class PoseFreedom:
+    """What a pose leaves open: the tool may turn about its own z axis, and that axis may tilt.
+
+    Attributes:
+        turn: Least and greatest turn from the pose [rad]; infinite where any will do.
+        tilt: Greatest angle between the axis and that of the pose [rad].
+
+    >>> kw.waypoints.PoseFreedom((-1.5, 1.5)).tilt
+    0.0
+    """
+
+    turn: tuple[float, float]
+    tilt: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class CartesianWaypoint:
     """A pose the tool must reach at a time, with the velocity it must have there.
@@ -145,6 +161,7 @@ class CartesianWaypoint:
         pose: Pose of the tool [m]. The waypoint keeps a copy.
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Where the waypoint was defined, for messages.
+        freedom: What the pose leaves open, or `None`.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
@@ -161,6 +178,7 @@ class CartesianWaypoint:
     pose: pin.SE3
     twist: pin.Motion
     where: str = ""
+    freedom: PoseFreedom | None = None
 
     def __post_init__(self) -> None:
         import pinocchio as pin

@@ -120,7 +120,9 @@ def deviation_from_path(
     place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
     rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
     place, rotation, _ = path.motion.seen(times, place, rotation, place)
-    off, gap = path.motion.path.gaps(place, rotation, _progress(place, path, stretch, times))
+    along = _progress(place, path, stretch, times)
+    free = path.freedom is not None
+    off, gap = path.motion.path.gaps(place, rotation, along, axis=free)
     return off, angle_of(gap)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.robot.description import VirtualJoint
 from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
 
 _TCP = "knotwork: tool centre point"
+_TURNS = {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ}
 
 
 class ChainKinematics:
@@ -28,7 +31,7 @@ class ChainKinematics:
     tool_candidates: tuple[str, ...]
     payload: Payload | None
 
-    def _add_frames(self, gravity: FloatArray | None) -> None:
+    def _add_frames(self, gravity: FloatArray | None, virtual: Sequence[VirtualJoint]) -> None:
         """Add the TCP, the payload and the gravity, if it is not that of the URDF, to `model`."""
         model = self.model
         base = model.frames[model.getFrameId(self.base_frame, pin.BODY)].placement
@@ -38,7 +41,11 @@ class ChainKinematics:
         if self.tool_frame is not None:
             tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
             placement = tool.placement * self.tool_offset
-            frame = pin.Frame(_TCP, tool.parentJoint, placement, pin.OP_FRAME)
+            carrier = tool.parentJoint
+            for one in virtual:
+                carrier = model.addJoint(carrier, _TURNS[one.axis](), placement, one.name)
+                placement = pin.SE3.Identity()
+            frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)
             carried = self.payload
             if carried is not None:

@@ -15,6 +15,26 @@ from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
 
 
+@dataclass(frozen=True)
+class VirtualJoint:
+    """A joint of a task: what a pose leaves open.
+
+    Attributes:
+        name: For messages.
+        axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
+        lower, upper: Limits of its position [rad], which may be infinite.
+        ease: How much easier than others it moves in the least norm of joint velocities.
+        pull: How fast it is pulled to the middle of its range along tool paths [1/s].
+    """
+
+    name: str
+    axis: str
+    lower: float
+    upper: float
+    ease: float = 30.0
+    pull: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Description:
     """Everything a robot is made from.
@@ -33,6 +53,7 @@ class Description:
         package_paths: Folders that meshes are also looked for in.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: File that names more of them, or `None`.
+        virtual: Joints of a task after the TCP, in order.
     """
 
     name: str
@@ -50,3 +71,4 @@ class Description:
     package_paths: tuple[Path, ...] = ()
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
+    virtual: tuple[VirtualJoint, ...] = ()

@@ -16,7 +16,7 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.renamed import old_method
 from knotwork.robot.chain import select_chain
 from knotwork.robot.chain_kinematics import ChainKinematics
-from knotwork.robot.description import Description
+from knotwork.robot.description import Description, VirtualJoint
 from knotwork.robot.joint_limits import chain_limits, limit_tables
 from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
@@ -50,6 +50,8 @@ class Robot(ChainKinematics):
         tool_offset: TCP in the tool frame.
         payload: `Payload` that the tool frame carries, or `None`.
         gravity: In the axes of the base frame [m/s²], shape (3,).
+        virtual: Which joints are those of a freedom, shape (d,).
+        virtual_joints: These joints, which are the last.
         tool_candidates: Links that carry no other, which a tool frame may be.
         configurations: Those named configurations that place every joint [rad or m].
         locked: Positions of the joints that do not move [rad or m].
@@ -89,25 +91,38 @@ class Robot(ChainKinematics):
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
-        self._add_frames(given.gravity)
+        self._add_frames(given.gravity, given.virtual)
+        names = self.joint_names
         self.joint_units = tuple(
-            "m" if given.urdf.types[name] == "prismatic" else "rad" for name in self.joint_names
+            "m" if given.urdf.types[name] == "prismatic" else "rad" for name in names
         )
         self._set_limits()
+        extra = self.virtual_joints = given.virtual
+        self.virtual = np.array([False] * len(names) + [True] * len(extra))
+        self.joint_names += tuple(one.name for one in extra)
+        self.joint_units += ("rad",) * len(extra)
         self.configurations = MappingProxyType(
             {
-                name: read_only([values[j] for j in self.joint_names], (self.dof,), name)
+                name: read_only(
+                    [*(values[j] for j in names), *(0.0 for _ in extra)], (self.dof,), name
+                )
                 for name, values in given.configurations.items()
-                if all(joint in values for joint in self.joint_names)
+                if all(joint in values for joint in names)
             }
         )
 
     def _set_limits(self) -> None:
         given = self._given
         planned = self.tool_frame is not None
-        self.lower_position_limit, self.upper_position_limit, magnitudes = chain_limits(
+        lower, upper, magnitudes = chain_limits(
             given.urdf, given.limits, self.joint_names, self.name, planned=planned
         )
+        if given.virtual:
+            lower = np.append(lower, [one.lower for one in given.virtual])
+            upper = np.append(upper, [one.upper for one in given.virtual])
+            endless = np.full(len(given.virtual), np.inf)
+            magnitudes = {kind: np.append(most, endless) for kind, most in magnitudes.items()}
+        self.lower_position_limit, self.upper_position_limit = lower, upper
         self.limits = MappingProxyType(magnitudes)
         self.velocity_limit = magnitudes["velocity"]
         self.acceleration_limit = magnitudes["acceleration"]
@@ -163,6 +178,14 @@ class Robot(ChainKinematics):
         if payload is not None:
             robot.require_tool()
         return robot
+
+    def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
+        """The chain with joints of a task after the TCP, which move its frame on.
+
+        They come last in all arrays, have no mass, and no limits but those of their positions.
+        """
+        self.require_tool()
+        return Robot(replace(self._given, virtual=joints))
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot another way: on a wall, on a ceiling, or where nothing has weight.

@@ -19,7 +19,7 @@ from knotwork.scenario.scene_model import Scene
 from knotwork.task.tool import Limits
 from knotwork.task.units import si_factors
 from knotwork.units import Units
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -110,12 +110,14 @@ class ScenarioPath:
         motion: Poses of the tool over time.
         stretches: From waypoint to waypoint.
         asked: Requirements on their speeds.
+        freedom: What its poses leave open, or `None`.
     """
 
     first: int
     motion: TimedPath
     stretches: tuple[Stretch, ...]
     asked: AskedTiming
+    freedom: PoseFreedom | None = None
 
     @property
     def last(self) -> int:

@@ -17,6 +17,7 @@ from knotwork.errors import InputError, PathError
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.tool_paths import Curve, OrientationCurve
+from knotwork.tool_paths.rotations import carried_along
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ class PathCurves:
         axes: Likewise the axes that orientations on it are in, shape (3, 3).
         poses: Of waypoints given by poses, by index; paths correct those of theirs.
         rotations: Of the tool at the points of those paths that come from a file with orientations.
+        normals: Paths, by index, of which the file has normals, so that the turn is free.
     """
 
     file: Task
@@ -61,6 +63,7 @@ class PathCurves:
     axes: Mapping[int, FloatArray]
     poses: dict[int, pin.SE3]
     rotations: dict[int, FloatArray] = field(default_factory=dict)
+    normals: set[int] = field(default_factory=set)
 
     def waypoint(self, i: int) -> PathWaypoint:
         """Waypoint i of the file, to which a path leads."""
@@ -138,6 +141,8 @@ class PathCurves:
             points = np.vstack((points, end))
             if rotations is not None:
                 own = rotations[-1] if self._unturned(i) else self.poses[i].rotation
+                if i in self.normals:
+                    own = carried_along(rotations[-1], own[None, :, 2])[0]
                 rotations = np.concatenate((rotations, own[None]))
         points[0], points[-1] = start, end
         if rotations is not None:
@@ -156,6 +161,10 @@ class PathCurves:
             points = read.points
             if read.rotations is not None:
                 rotations = self.axes[i] @ read.rotations
+            elif read.normals is not None:
+                self.normals.add(i)
+                axes = -read.normals @ np.array(self.axes[i]).T
+                rotations = carried_along(np.array(self.poses[i - 1].rotation), axes)
         else:
             points = np.array(along.points)
         return points @ placed.rotation.T + placed.translation, rotations
@@ -182,8 +191,15 @@ class PathCurves:
         """Whether the pose of a waypoint gives no orientation."""
         return all(getattr(self.waypoint(i).pose, name) is None for name in ORIENTATIONS)
 
+    def _between(self, i: int, one: FloatArray, other: FloatArray) -> float:
+        """Angle between two rotations on a path, or with normals between their z axes [rad]."""
+        if i not in self.normals:
+            return angle_between(one, other)
+        across = np.linalg.norm(np.cross(one[:, 2], other[:, 2]))
+        return float(np.arctan2(across, one[:, 2] @ other[:, 2]))
+
     def _check_begin(self, i: int, rotation: FloatArray) -> None:
-        angle = angle_between(self.poses[i - 1].rotation, rotation)
+        angle = self._between(i, self.poses[i - 1].rotation, rotation)
         if angle > ROUNDED_ANGLE:
             raise self.places.error(
                 ("waypoints", i, "along", "points"),
@@ -214,7 +230,7 @@ class PathCurves:
             raise self.places.error(
                 ("waypoints", i, "orientation"),
                 "is given together with points that have orientations",
-                "orientation: tangent, or columns qx, qy, qz, qw, not both",
+                "orientation: tangent, or columns of orientations or normals, not both",
             )
         if asked and (tangent or given is not None):
             self._check_end(i, turn.rotations[-1], own)
@@ -224,7 +240,7 @@ class PathCurves:
         return turn
 
     def _check_end(self, i: int, turned: FloatArray, own: FloatArray) -> None:
-        angle = angle_between(turned, own)
+        angle = self._between(i, turned, own)
         if angle > ROUNDED_ANGLE:
             raise self.places.error(
                 ("waypoints", i, "pose"),

@@ -100,6 +100,12 @@ def _held(
             raise reader.places.error(
                 (*place, key), f"there is no waypoint {waypoint!r}", did_you_mean(waypoint, names)
             )
+        if getattr(waypoints[names.index(waypoint)], "freedom", None) is not None:
+            raise reader.places.error(
+                (*place, key),
+                f"the pose at {waypoint!r} is free, so that it is not known how the tool holds it",
+                "a pose with free: none",
+            )
     if names.index(given.leave) <= names.index(given.take):
         raise reader.places.error(
             (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"

@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
+from knotwork.scenario.freedoms_reader import freedom_of, read_freedoms
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
 from knotwork.task import (
     JointWaypoint,
@@ -51,6 +52,7 @@ class WaypointReader:
     def __init__(self, file: Task, places: Places, length: float, angle: float) -> None:
         self.file, self.places, self.length, self.angle = file, places, length, angle
         self.indices: tuple[int, ...] = ()
+        self._normals: set[int] = set()
 
     def joint_values(
         self, values: Mapping[str, Any] | float | str, location: Location
@@ -79,6 +81,9 @@ class WaypointReader:
         check_places(self.file, self.places)
         poses = self._poses()
         times, paths = self._times(poses)
+        freedoms = read_freedoms(self.file, self.places, self._normals)
+        open_ = (freedom_of(one, freedoms, self.file, self.places) for one in paths)
+        paths = [replace(one, freedom=free) for one, free in zip(paths, open_, strict=True)]
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
         index: dict[int, int] = {}
         indices: list[int] = []
@@ -97,7 +102,7 @@ class WaypointReader:
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
-                made = CartesianWaypoint(names[i], times[i], pose, twist, where)
+                made = CartesianWaypoint(names[i], times[i], pose, twist, where, freedoms[i])
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:
@@ -206,7 +211,8 @@ class WaypointReader:
         from knotwork.scenario.path_reader import PathReader
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        curves = PathCurves(self.file, self.places, self.length, frames, axes, poses)
+        where = self.file, self.places, self.length
+        curves = PathCurves(*where, frames, axes, poses, normals=self._normals)
         return PathReader(curves, self._stops, self.carriers)
 
     def _poses(self) -> dict[int, pin.SE3]:

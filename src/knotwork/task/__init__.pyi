@@ -2,6 +2,7 @@ from .freedoms import AtMost as AtMost
 from .freedoms import ChosenMotion as ChosenMotion
 from .freedoms import ClearWay as ClearWay
 from .freedoms import Fastest as Fastest
+from .freedoms import FreePose as FreePose
 from .freedoms import Weights as Weights
 from .options import Balanced as Balanced
 from .options import Branch as Branch

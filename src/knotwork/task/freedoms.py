@@ -7,7 +7,15 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, Items, JointMap, Number, Positive, by_kind
+from knotwork.documents.values import (
+    LARGEST,
+    Interval,
+    Items,
+    JointMap,
+    Number,
+    Positive,
+    by_kind,
+)
 from knotwork.task.part import TaskPart
 
 
@@ -37,6 +45,27 @@ Speed = Annotated[
     | Annotated[Literal["fastest"], Tag("text")]
     | Annotated[AtMost, Tag("mapping")],
     by_kind("a positive number, fastest, or {at_most: a positive number}", ["fastest"]),
+]
+
+
+class FreePose(TaskPart):
+    """What a pose leaves open. Where and how fast the tool is stays as given."""
+
+    turn: Annotated[
+        Annotated[Literal["z"], Tag("text")] | Annotated[Interval, Tag("list")],
+        by_kind("z, or a list of two angles, the least and the greatest", ["z"]),
+    ] = Field(
+        description="The tool may turn about its z axis: z, however far; or the least and the "
+        "greatest turn from the pose [angle]"
+    )
+    tilt: Positive | None = Field(
+        default=None, description="The z axis may be this far from that of the pose [angle]"
+    )
+
+
+Free = Annotated[
+    Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
+    by_kind("a mapping with turn and tilt, or none", ["none"]),
 ]
 
 

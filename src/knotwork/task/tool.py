@@ -9,6 +9,7 @@ from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import LARGEST, Items, LimitsFile, Number, Positive, Vector3, by_kind
+from knotwork.task.freedoms import FreePose
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
 from knotwork.task.scene import HeldObject, Shapes
@@ -34,6 +35,9 @@ class Tool(TaskPart):
         default=None, description="Frame of the robot; left out: the robot's own"
     )
     offset: Placement | None = Field(default=None, description="TCP in the axes of that frame")
+    free: FreePose | None = Field(
+        default=None, description="What all poses leave open, but those with a free of their own"
+    )
     mass: Mass | None = Field(
         default=None,
         description="Of the tool and what it holds, in addition to the robot's own masses [kg]",

@@ -16,7 +16,7 @@ from knotwork.documents.values import (
     Vector3,
     by_kind,
 )
-from knotwork.task.freedoms import After, Speed, Way
+from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement, Pose, Velocity
 
@@ -53,6 +53,11 @@ class _Posed(_Waypoint):
     )
     orientation_in: Text | None = Field(
         default=None, description="Frame the orientation alone is in; left out: that of the pose"
+    )
+    free: Free | None = Field(
+        default=None,
+        description="What the pose leaves open, and with along the path to it; none: nothing; left "
+        "out: as the tool has it",
     )
 
 
@@ -148,7 +153,8 @@ class AlongPoints(TaskPart):
         by_kind("the name of a CSV file, or a list of points x, y, z"),
     ] = Field(
         description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
-        "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations"
+        "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, or "
+        "nx, ny, nz for normals of the surface, which the tool's z axis points against, turn free"
     )
 
 

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import whole_turns
+from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.continuation import Continuation, continue_along
+from knotwork.kinematics.following.joint_field import Pull
 from knotwork.kinematics.following.limiting_constraint import LimitingConstraint, following_error
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.branches import described, in_branch
-from knotwork.task_to_joint.obstacles import Obstacles
-from knotwork.waypoints import FloatArray
+from knotwork.task_to_joint.obstacles import LOOKS, Obstacles
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Joint positions that differ by no more than this are those of one way [rad or m].
 SAME = 1e-9
+# Where self-motion leads nowhere by itself, it is pulled to this many postures that the path may
+# end in, at these rates over its duration, until some lead along it.
+PULLS = (1.0, 2.0, 4.0)
+MOST_POSTURES = 24
+# Such self-motion is looked at more closely for collisions.
+CLOSER = 4
+# The part of the limits of acceleration that it takes in the mean where the tool starts moving.
+STARTS = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +51,30 @@ class DependentWaypoints:
     waits: tuple[int, ...]
     obstacles: Obstacles | None = None
     _ways: dict[int, Continuation] = field(default_factory=dict, repr=False)
+    _pulls: dict[int, Pull] = field(default_factory=dict, repr=False)
+
+    def pull(self, path: ScenarioPath) -> float | Pull:
+        """Where self-motion is pulled to along a path."""
+        return self._pulls.get(path.first, self.scenario.pull_to_middle)
+
+    def _postures(
+        self, robot: Robot, path: ScenarioPath, start: Candidates
+    ) -> Iterator[list[Pull]]:
+        """Self-motions along a path of an arm that moves freely, each to a posture at its end."""
+        end = self.scenario.waypoints[path.last]
+        asked = self.scenario.pull_to_middle or robot.dof <= 6 or robot.virtual.any()
+        if asked or not isinstance(end, CartesianWaypoint):
+            return
+        still = replace(end, twist=pin.Motion.Zero())
+        found = find_candidates(robot, [still], [start.q[0]], self.scenario.units)[0]
+        if self.obstacles is not None:
+            found = taken(found, self.obstacles.collide(path.last, found) == 0.0)
+        duration = path.motion.end_time - path.motion.start_time
+        # where the tool starts moving, self-motion does so as fast
+        starts = float(path.motion.timing.full_speed[0][0]) or np.inf
+        most = np.minimum(STARTS * robot.acceleration_limit * starts, FASTEST_JOINT)
+        for rate in PULLS:
+            yield [Pull(rate / duration, q, most) for q in found.q[:MOST_POSTURES]]
 
     @property
     def groups(self) -> list[range]:
@@ -103,15 +138,34 @@ class DependentWaypoints:
         """Rows that lead along a path, and the candidates at its waypoints after the first."""
         _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
         times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
-        pull = self.scenario.pull_to_middle
-        found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
         turns = start.q - start.q[own][back]
-        self._ways[path.first] = found
-        free = found.free(robot, back, turns)
-        contacts = self._contacts(found, distinct(back[free]))
-        free &= ~np.isin(back, list(contacts))
         asked = in_branch(self.scenario, start)
         tried = np.flatnonzero(asked if asked.any() else ~asked)
+
+        def followed(pull: float | Pull) -> tuple[Continuation, Any, dict[int, int]]:
+            found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
+            free = found.free(robot, back, turns)
+            if isinstance(pull, Pull):  # a posture is not turned with the start
+                free &= ~turns.any(axis=1)
+            looks = LOOKS if isinstance(pull, float) else CLOSER * LOOKS
+            contacts = self._contacts(found, distinct(back[free]), looks)
+            return found, free & ~np.isin(back, list(contacts)), contacts
+
+        found, free, contacts = followed(self.pull(path))
+        if not free[tried].any():
+            for pulls in self._postures(robot, path, start):
+                least = np.inf
+                for pull in pulls:
+                    other = followed(pull)
+                    leads = back[tried[other[1][tried]]]
+                    use = np.abs(other[0].velocity[:, leads]) / robot.velocity_limit
+                    peak = float(use.max(axis=(0, 2)).min(initial=np.inf))
+                    if peak < least:
+                        least, self._pulls[path.first] = peak, pull
+                        found, free, contacts = other
+                if least < np.inf:
+                    break
+        self._ways[path.first] = found
         if not free[tried].any():
             contacts |= self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
             collisions = self._collisions(found, contacts)
@@ -140,11 +194,11 @@ class DependentWaypoints:
         own = int(off.argmin())
         return found.taken(own, turns[own]) if off[own] <= SAME else None
 
-    def _contacts(self, found: Continuation, ways: Any) -> dict[int, int]:
+    def _contacts(self, found: Continuation, ways: Any, looks: int = LOOKS) -> dict[int, int]:
         """The first collisions of ways that have any, by their starts' indices."""
         if self.obstacles is None:
             return {}
-        contacts = {int(b): self.obstacles.contact(found, int(b)) for b in ways}
+        contacts = {int(b): self.obstacles.contact(found, int(b), looks) for b in ways}
         return {b: steps for b, steps in contacts.items() if steps is not None}
 
     def _collisions(

@@ -14,6 +14,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.kinematics.following.continuation import Continuation
+    from knotwork.kinematics.following.joint_field import Pull
 
     KnownWay = Callable[[ScenarioPath, FloatArray], Continuation | None]
 
@@ -25,6 +26,7 @@ def completed_waypoints(
     velocities: FloatArray,
     knots: Any,
     way: KnownWay = lambda path, start: None,
+    pull: Callable[[ScenarioPath], float | Pull] | None = None,
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -38,6 +40,7 @@ def completed_waypoints(
         velocities: There [rad/s or m/s], shape (n, d).
         knots: Where the knots of the motion will sit: see `ModifiedHermiteSpline`.
         way: Gives the way along a path from where it begins, if it is known.
+        pull: Gives where self-motion is pulled to along a path; by default as the scenario says.
 
     Raises:
         PathError: The tolerances take too many waypoints, or are too fine to be proved.
@@ -55,7 +58,8 @@ def completed_waypoints(
         _hold(positions, space.waits)
         parts.append(tuple(one[done : path.first] for one in columns))
         start = positions[path.first]
-        followed = followed_path(scenario, space.robot, path, start, knots, way(path, start))
+        found = way(path, start), None if pull is None else pull(path)
+        followed = followed_path(scenario, space.robot, path, start, knots, *found)
         followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # where the next path begins, its first waypoint stands for the last of this one
@@ -97,10 +101,12 @@ def followed_path(
     start: FloatArray,
     knots: Any,
     found: Continuation | None = None,
+    pull: float | Pull | None = None,
 ) -> tuple[Any, ...]:
     """Times, names, positions, velocities, accelerations along a path; which waypoints are asked.
 
-    `found` is the way from its start, if it is known.
+    `found` is the way from its start, if it is known, and `pull` where self-motion is pulled to, by
+    default as the scenario says.
     """
     from knotwork.kinematics.following.insertion import with_waypoints_inserted
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
@@ -110,7 +116,8 @@ def followed_path(
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = _ends(path)
     try:
-        joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle, found)
+        pull = scenario.pull_to_middle if pull is None else pull
+        joints = JointsOnPath(robot, path.motion, start, pull, found)
         followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)

@@ -35,7 +35,7 @@ class Obstacles:
     Args:
         scenario: The task.
         space: The joints it is for.
-        robot: Their robot.
+        robot: Their robot, without virtual joints: of joint positions only its own count.
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
@@ -50,7 +50,7 @@ class Obstacles:
                 if isinstance(waypoint, CartesianWaypoint):
                     poses.append(waypoint.pose)
                 elif state is not None:
-                    poses.append(robot.forward(state.position))
+                    poses.append(robot.forward(state.position[: robot.dof]))
             holds = {
                 one.name: hold_between(place[one.take], place[one.leave], times, poses)
                 for one in scenario.scene.held
@@ -95,7 +95,9 @@ class Obstacles:
 
     def collides(self, q: FloatArray, time: float) -> bool:
         """Whether a configuration collides."""
-        return self._pairs is not None and bool(self._pairs.clearance(q[None], time)[0] < 0.0)
+        return self._pairs is not None and bool(
+            self._pairs.clearance(self._own(q[None]), time)[0] < 0.0
+        )
 
     def _of_branches(self, index: int, candidates: Candidates, most: float) -> FloatArray:
         """Clearance of candidates; turns make no difference to it."""
@@ -103,20 +105,25 @@ class Obstacles:
             return np.full(len(candidates.q), most)
         _, own, back = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
-        return np.asarray(self._pairs.clearance(candidates.q[own], time, most)[back])
+        return np.asarray(self._pairs.clearance(self._own(candidates.q[own]), time, most)[back])
 
-    def contact(self, found: Continuation, start: int) -> int | None:
-        """The first of `LOOKS` steps of a way along a path that collides; `None` if none does.
+    def _own(self, q: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(q[:, : self.robot.dof])
+
+    def contact(self, found: Continuation, start: int, count: int = LOOKS) -> int | None:
+        """The first of some steps of a way along a path that collides; `None` if none does.
 
         Args:
             found: The ways.
             start: Which of them.
+            count: At how many steps to look.
         """
         if self._pairs is None:
             return None
         steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
-        looks = steps[distinct(np.linspace(0, len(steps) - 1, LOOKS).astype(np.intp))]
-        gaps = self._pairs.clearances(found.position[looks, start], found.time[looks])
+        looks = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
+        q = self._own(found.position[looks, start])
+        gaps = self._pairs.clearances(q, found.time[looks])
         return next((int(k) for k, gap in zip(looks, gaps, strict=False) if gap < 0.0), None)
 
     def described(self, found: Continuation, start: int, contact: int) -> tuple[float, str]:
@@ -156,7 +163,7 @@ class Obstacles:
         """Distance of each pair beyond the required margin, and the pair."""
         from knotwork.scene.distances import nearest_of_bodies
 
-        rotation, origin = (x[0] for x in self.model.placed(q[None], np.array([time])))
+        rotation, origin = (x[0] for x in self.model.placed(self._own(q[None]), np.array([time])))
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):

@@ -26,6 +26,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
 from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
+from knotwork.task_to_joint.free_poses import pinned
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.task_to_joint.solution import Step
 from knotwork.task_to_joint.velocities import velocity_at
@@ -60,14 +61,15 @@ class Search:
 
     Args:
         scenario: The task.
-        space: The joints it is for.
-        robot: Their robot.
-        given: Joint positions at each waypoint, `None` where a pose is given.
-        speeds: Joint velocities at each waypoint, `None` where a pose is given.
-        near: Configuration to be near, or `None`.
+        space: The joints it is for, and after them the virtual ones of what poses leave open.
+        arm: The robot without virtual joints.
         avoided: Steps that count as collisions.
 
     Attributes:
+        robot: The robot with its virtual joints.
+        given: Joint positions at each waypoint, `None` where a pose is given.
+        speeds: Joint velocities at each waypoint, `None` where a pose is given.
+        near: Configuration to be near, or `None`.
         rules: What steps of the sequence cost.
         samples: Times between two waypoints at which intervals are evaluated for a redundant arm.
         candidates: Found at each waypoint; `None` where joint positions are given.
@@ -80,17 +82,17 @@ class Search:
         self,
         scenario: Scenario,
         space: JointSpace,
-        robot: Robot,
-        given: list[FloatArray | None],
-        speeds: list[FloatArray | None],
-        near: FloatArray | None,
+        arm: Robot,
         avoided: Iterable[Step] = (),
     ) -> None:
-        self.scenario, self.space, self.robot = scenario, space, robot
-        self.given, self.speeds, self.near = given, speeds, near
+        robot = space.robot or arm
+        self.scenario, self.space, self.arm, self.robot = scenario, space, arm, robot
+        self.near = space.near
+        self.given = [None if one is None else one.position for one in space.targets]
+        self.speeds = [None if one is None else one.velocity for one in space.targets]
         rules = scenario.scene.rules
         checked = rules.itself or scenario.scene.asks()
-        self.obstacles = Obstacles(scenario, space, robot) if checked else None
+        self.obstacles = Obstacles(scenario, space, arm) if checked else None
         self.dependent = DependentWaypoints(scenario, space.waits, self.obstacles)
         self.groups = {i: group for group in self.dependent.groups for i in group}
         check_branch(scenario, robot)
@@ -100,7 +102,7 @@ class Search:
         self.revolute = joint_axes(robot).revolute
         branch = scenario.branch if isinstance(scenario.branch, str) else "free"
         self.rules = Rules(
-            speed=np.where(np.isfinite(limit), limit, 1.0),
+            speed=np.where(robot.virtual, np.inf, np.where(np.isfinite(limit), limit, 1.0)),
             limit=limit,
             unbounded=unbounded(robot),
             avoided=branch == "keep" or self._in_motion(),
@@ -122,15 +124,34 @@ class Search:
             CollisionError: Something that stands around touches the robot where it starts.
         """
         result: list[Candidates | None] = [None] * len(self.given)
+        for robot in dict.fromkeys((self.arm, self.robot)):
+            for i, one in self._found(robot).items():
+                result[i] = one if robot is self.robot else pinned(one, self.robot)
+        self.candidates = self.dependent.completed(self.robot, result)
+        if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
+            self.obstacles.check_start(self.given[0])
+
+    def robot_at(self, i: int) -> Robot:
+        """The robot whose joints move the tool at a waypoint: the arm where nothing is open."""
+        target = self.scenario.waypoints[i]
+        free = isinstance(target, CartesianWaypoint) and target.freedom is not None
+        return self.robot if free else self.arm
+
+    def _found(self, robot: Robot) -> dict[int, Candidates]:
+        """Candidates at the waypoints where the joints are those of a robot, by index."""
+        result: dict[int, Candidates] = {}
         poses, units = [], self.scenario.units
         for i in self.dependent.free:
             target = self.scenario.waypoints[i]
-            if isinstance(target, CartesianWaypoint) and i in self.space.solutions:
-                result[i] = nearest_candidate(self.robot, target, self.space.solutions[i], units)
-            elif isinstance(target, CartesianWaypoint):
+            if self.robot_at(i) is not robot or not isinstance(target, CartesianWaypoint):
+                continue
+            if i in self.space.solutions:
+                near = self.space.solutions[i][: robot.dof]
+                result[i] = nearest_candidate(robot, target, near, units)
+            else:
                 poses.append((i, target))
-        references = [self._reference(i) for i, _ in poses]
-        found = find_candidates(self.robot, [target for _, target in poses], references, units)
+        references = [self._reference(i)[: robot.dof] for i, _ in poses]
+        found = find_candidates(robot, [target for _, target in poses], references, units)
         for (i, _), candidates in zip(poses, found, strict=True):
             result[i] = (
                 candidates._replace(
@@ -140,9 +161,7 @@ class Search:
                 if i in self.free_velocity
                 else candidates
             )
-        self.candidates = self.dependent.completed(self.robot, result)
-        if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
-            self.obstacles.check_start(self.given[0])
+        return result
 
     def solve(self) -> Found:
         """Positions and velocities at all waypoints, of which the candidates are found."""
@@ -153,7 +172,15 @@ class Search:
             )
         positions = self._refined(chosen)
         velocities = [
-            velocity_at(self.scenario, self.robot, i, q, self.speeds[i])
+            velocity_at(
+                self.scenario,
+                self.robot,
+                self.robot_at(i),
+                i,
+                q,
+                self.speeds[i],
+                self.dependent.pull,
+            )
             for i, q in enumerate(positions)
         ]
         return Found(chosen, positions, np.array(velocities))
@@ -180,10 +207,7 @@ class Search:
         free = Search(
             replace(self.scenario, branch="free"),
             self.space,
-            self.robot,
-            self.given,
-            self.speeds,
-            self.near,
+            self.arm,
         )
         chosen = free.choose(self.candidates)
         return not (chosen.cost.impossible or chosen.cost.infeasible)

@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
+from knotwork.errors import FollowingError, OutOfReachError, RobotError, UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.task_to_joint.solution import Step, TaskSolution
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
-    from knotwork.task_to_joint.inserted import KnownWay
     from knotwork.task_to_joint.search import Search
+
+
+LADDER = ((30.0, 0.0), (30.0, 1.0), (30.0, 4.0), (30.0, 16.0), (0.03, 0.0))
+"""How easily what is open within limits moves along a path, and how fast it is pulled to the middle
+of its range [1/s]: tried one after the other where a path can't be followed."""
 
 
 def solve_task(
@@ -69,9 +73,23 @@ def solve_task(
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
+    from knotwork.task_to_joint.free_poses import (
+        bounded,
+        with_virtual_joints,
+        without_virtual_joints,
+    )
     from knotwork.task_to_joint.search import Search
 
-    return _best(Search(scenario, space, space.robot, given, speeds, space.near, avoided), knots)
+    errors: list[FollowingError] = []
+    for rung in LADDER if bounded(scenario) else LADDER[:1]:
+        chain = with_virtual_joints(scenario, space, space.robot, *rung)
+        try:
+            solution = _best(Search(scenario, chain, space.robot, avoided), knots)
+        except FollowingError as error:
+            errors.append(error)
+        else:
+            return _with_chosen(without_virtual_joints(solution, space), space)
+    raise errors[0]
 
 
 def _best(search: Search, knots: Any) -> TaskSolution:
@@ -90,7 +108,14 @@ def _best(search: Search, knots: Any) -> TaskSolution:
     hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
     values = found.positions, found.velocities
     return TaskSolution(
-        _completed(search.scenario, search.space, *values, knots, search.dependent.way),
+        completed_waypoints(
+            search.scenario,
+            search.space,
+            *values,
+            knots,
+            search.dependent.way,
+            search.dependent.pull,
+        ),
         infeasibilities,
         describe_choices(search, found),
         None if hopeless else found.sequence.q,
@@ -105,26 +130,19 @@ def _as_given(
         from knotwork.task_to_joint.obstacles import Obstacles
 
         Obstacles(scenario, space, space.robot).check_start(positions[0])
-    return TaskSolution(_completed(scenario, space, positions, velocities, knots))
+    waypoints = completed_waypoints(scenario, space, positions, velocities, knots)
+    return _with_chosen(TaskSolution(waypoints), space)
 
 
-def _completed(
-    scenario: Scenario,
-    space: JointSpace,
-    positions: FloatArray,
-    velocities: FloatArray,
-    knots: Any,
-    *way: KnownWay,
-) -> JointWaypoints:
-    """Waypoints at the joints, with those along paths and the velocities that were chosen."""
-    waypoints = completed_waypoints(scenario, space, positions, velocities, knots, *way)
+def _with_chosen(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+    """The solution with the velocities that were chosen."""
     chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
     if not chosen:
-        return waypoints
-    velocity = waypoints.velocity.copy()
+        return solution
+    velocity = solution.waypoints.velocity.copy()
     for name, own in chosen.items():
-        velocity[waypoints.names.index(name)] = own
-    return replace(waypoints, velocity=velocity)
+        velocity[solution.waypoints.names.index(name)] = own
+    return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:

@@ -2,26 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.following.continuation import velocity_on_path
+from knotwork.kinematics.following.joint_field import Pull
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
 def velocity_at(
-    scenario: Scenario, robot: Robot, index: int, q: FloatArray, given: FloatArray | None
+    scenario: Scenario,
+    chain: Robot,
+    robot: Robot,
+    index: int,
+    q: FloatArray,
+    given: FloatArray | None,
+    pull: Callable[[ScenarioPath], float | Pull],
 ) -> FloatArray:
     """Joint velocities [rad/s or m/s], shape (d,), that give the tool its twist at a waypoint.
 
     Args:
         scenario: The task.
-        robot: The arm.
+        chain: The arm with its virtual joints.
+        robot: That, or the arm alone where the pose leaves nothing open.
         index: Index of the waypoint.
         q: Joint positions there [rad or m], shape (d,).
         given: Joint velocities where the waypoint gives them, else `None`.
+
+        pull: Gives where self-motion is pulled to along a path.
 
     Raises:
         SingularityError: No joint velocities give the twist.
@@ -31,7 +43,9 @@ def velocity_at(
         return np.array(given)
     for path in scenario.paths:
         if path.first <= index <= path.last:
-            return velocity_on_path(robot, path.motion, q, target.time, rate)
+            return velocity_on_path(chain, path.motion, q, target.time, pull(path))
+    unmoved = np.zeros(chain.dof - robot.dof)
+    q = q[: robot.dof]
 
     def solved(preferred: FloatArray | None) -> FloatArray:
         return solve_velocity_ik(
@@ -46,9 +60,9 @@ def velocity_at(
 
     v = solved(None)
     if not rate or not v.any():
-        return v
+        return np.append(v, unmoved)
     more = solved(pull_to_middle(robot, q, rate)) - v
-    return v + _most_within(v, more, robot.velocity_limit) * more
+    return np.append(v + _most_within(v, more, robot.velocity_limit) * more, unmoved)
 
 
 def _most_within(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:

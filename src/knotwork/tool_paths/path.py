@@ -216,7 +216,7 @@ class ToolPath:
         return best
 
     def gaps(
-        self, places: FloatArray, rotations: FloatArray, s: FloatArray
+        self, places: FloatArray, rotations: FloatArray, s: FloatArray, *, axis: bool = False
     ) -> tuple[FloatArray, FloatArray]:
         """How far poses are off those of the path.
 
@@ -224,13 +224,17 @@ class ToolPath:
             places: [m], shape (k, 3).
             rotations: Shape (k, 3, 3).
             s: Arc lengths of the points that they are compared with [m], shape (k,).
+            axis: Of the rotations only the z axes count.
 
         Returns:
             Distances [m] and Frobenius norms of the difference of the rotations, see
             `rotations.angle_of`; shape (k,) each.
         """
         distance = np.linalg.norm(places - self.position(s), axis=1)
-        return distance, np.linalg.norm(rotations - self.rotation(s), axis=(1, 2))
+        apart = rotations - self.rotation(s)
+        if axis:  # a unit vector turned by φ moves by 2 sin(φ/2), and a rotation by √8 sin(φ/2)
+            return distance, math.sqrt(2.0) * np.linalg.norm(apart[:, :, 2], axis=1)
+        return distance, np.linalg.norm(apart, axis=(1, 2))
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the norm of d²P/dτ²; arc length goes evenly from s0 to s1, τ from 0 to 1.

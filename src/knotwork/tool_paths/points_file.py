@@ -6,6 +6,7 @@ import csv
 import io
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,20 +17,32 @@ from knotwork.waypoints import FloatArray
 
 POSITION = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
+NORMAL = ("nx", "ny", "nz")
 
 NORM = 1e-3
-"""How far a quaternion's length may be from 1: values in files are often rounded."""
+"""How far lengths of quaternions and normals may be from 1: values in files are often rounded."""
 
 
-def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray | None]:
-    """Read points, and quaternions if there are any.
+class PathPoints(NamedTuple):
+    """The points of a file.
+
+    Attributes:
+        points: [m], shape (n, 3).
+        quaternions: Rotations of the tool there (x, y, z, w), shape (n, 4), or `None`.
+        normals: Of the surface, of about length one, shape (n, 3), or `None`.
+    """
+
+    points: FloatArray
+    quaternions: FloatArray | None
+    normals: FloatArray | None
+
+
+def read_points(path: Path, length_unit: float) -> PathPoints:
+    """Read points, and quaternions or normals if there are any.
 
     Args:
         path: The file.
         length_unit: What a length of 1 in the file is in metres.
-
-    Returns:
-        Points [m], shape (n, 3), and quaternions (x, y, z, w), shape (n, 4), or `None`.
 
     Raises:
         DocumentError: The file can't be read, a heading or a value is wrong, there are fewer than
@@ -53,17 +66,20 @@ def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray 
             path,
             [Problem(lines[i + 1], "", f"{message} {lines[i]}", "leave one out") for i in repeated],
         )
-    if "qx" not in names:
-        return points, None
-    quaternions = values[:, [names.index(name) for name in QUATERNION]]
-    size = np.linalg.norm(quaternions, axis=1)
-    problems = [
-        Problem(lines[i], "qx, qy, qz, qw", f"the quaternion has length {size[i]:.6g}", "1")
-        for i in np.flatnonzero(np.abs(size - 1.0) > NORM)
-    ]
-    if problems:
-        raise DocumentError(path, problems)
-    return points, quaternions
+    units: list[FloatArray | None] = []
+    for what, columns in (("quaternion", QUATERNION), ("normal", NORMAL)):
+        if columns[0] not in names:
+            units.append(None)
+            continue
+        units.append(own := values[:, [names.index(name) for name in columns]])
+        size = np.linalg.norm(own, axis=1)
+        problems = [
+            Problem(lines[i], ", ".join(columns), f"the {what} has length {size[i]:.6g}", "1")
+            for i in np.flatnonzero(np.abs(size - 1.0) > NORM)
+        ]
+        if problems:
+            raise DocumentError(path, problems)
+    return PathPoints(points, *units)
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
@@ -86,7 +102,7 @@ def _columns(path: Path, line: int, names: list[str]) -> list[str]:
     Raises:
         DocumentError: One is unknown, missing or there twice, or there are none.
     """
-    accepted = "x, y, z and, for the rotation, qx, qy, qz, qw"
+    accepted = "x, y, z and, for the rotation, qx, qy, qz, qw or the surface's normal nx, ny, nz"
     if all(_number(name) is not None for name in names):
         message = "has no headings above the numbers"
         raise DocumentError(path, [Problem(line, "", message, accepted)])
@@ -94,7 +110,7 @@ def _columns(path: Path, line: int, names: list[str]) -> list[str]:
         if len(names) == 1 and mark in names[0]:
             message = f"columns are separated by {mark!r}"
             raise DocumentError(path, [Problem(line, "", message, "a comma")])
-    known = (*POSITION, *QUATERNION)
+    known = (*POSITION, *QUATERNION, *NORMAL)
     problems = []
     for i, name in enumerate(names):
         where = f"column {i + 1}"
@@ -105,7 +121,10 @@ def _columns(path: Path, line: int, names: list[str]) -> list[str]:
             problems.append(
                 Problem(line, where, f"{name!r} is already column {names.index(name) + 1}")
             )
-    needed = known if set(names) & set(QUATERNION) else POSITION
+    given = [columns for columns in (QUATERNION, NORMAL) if set(names) & set(columns)]
+    if len(given) > 1:
+        problems.append(Problem(line, "", "gives rotations and normals", "one of them"))
+    needed = (*POSITION, *(name for columns in given[:1] for name in columns))
     missing = [name for name in needed if name not in names]
     if missing:
         problems.append(Problem(line, "", f"no column is named {', '.join(missing)}", accepted))

@@ -38,6 +38,31 @@ def logarithm(R: FloatArray) -> FloatArray:
     return np.asarray(pin.log3(np.ascontiguousarray(R)), dtype=float)
 
 
+def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
+    """Rotations with given z axes, each the one before turned by the shortest way.
+
+    Args:
+        start: Rotation before the first of them, shape (3, 3).
+        axes: Of length one, shape (k, 3).
+
+    Returns:
+        Shape (k, 3, 3).
+
+    Raises:
+        PathError: An axis is opposite to the one before.
+    """
+    found, R = np.empty((len(axes), 3, 3)), start
+    for i, axis in enumerate(axes):
+        z = R[:, 2]
+        across, along = np.cross(z, axis), float(z @ axis)
+        if along < -0.999:
+            raise PathError(f"at point {i} the normal is opposite to the one before it")
+        K = np.array([[0, -across[2], across[1]], [across[2], 0, -across[0]], [0, 0, 0]])
+        K[2] = -across[1], across[0], 0.0
+        found[i] = R = R + K @ R + K @ (K @ R) / (1.0 + along)
+    return found
+
+
 def gap_of(angle: float) -> float:
     """Frobenius norm of the difference of two rotations that are an angle apart [rad]: √8 sin(φ/2).
 

@@ -25,11 +25,13 @@ class ThroughPoints(PolynomialCurve):
         start_direction: Direction at the first point, shape (3,).
         end_direction: Direction at the last point, shape (3,).
         quaternions: Rotations of the tool at the points (x, y, z, w), shape (n, 4), to be kept.
+        normals: Of the surface there, shape (n, 3), to be kept.
 
     Attributes:
         points: As given.
         quaternions: Of length one, each on the side of the one before; or `None`.
         rotations: The same as matrices, shape (n, 3, 3); or `None`.
+        normals: Of length one, or `None`.
         arc_lengths: Arc lengths at the points [m], shape (n,).
 
     Raises:
@@ -49,6 +51,7 @@ class ThroughPoints(PolynomialCurve):
         start_direction: ArrayLike | None = None,
         end_direction: ArrayLike | None = None,
         quaternions: ArrayLike | None = None,
+        normals: ArrayLike | None = None,
     ) -> None:
         from scipy.interpolate import CubicSpline
 
@@ -82,13 +85,18 @@ class ThroughPoints(PolynomialCurve):
 
             self.quaternions = _aligned(quaternions, count)
             self.rotations = Rotation.from_quat(self.quaternions).as_matrix()
+        self.normals: FloatArray | None = None
+        if normals is not None:
+            given = read_only(normals, (count, 3), "normals")
+            self.normals = np.array([unit(one, f"normals[{i}]") for i, one in enumerate(given)])
 
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
         """Read the points from a CSV file.
 
         The first row names the columns: x, y, z and, if the tool's rotation is given, qx, qy, qz,
-        qw. They may have any order. Empty rows and rows that start with `#` are left out.
+        qw, or if the surface's normal is, nx, ny, nz. They may have any order. Empty rows and rows
+        that start with `#` are left out.
 
         Args:
             path: The file.
@@ -99,9 +107,9 @@ class ThroughPoints(PolynomialCurve):
                 points are the same; with its line and column.
             PathError: The curve stops or turns back.
         """
-        points, quaternions = read_points(Path(path), length_unit)
+        points, quaternions, normals = read_points(Path(path), length_unit)
         try:
-            return cls(points, quaternions=quaternions)
+            return cls(points, quaternions=quaternions, normals=normals)
         except PathError as error:
             error.locate(str(path))
             raise

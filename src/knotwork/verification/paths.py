@@ -49,9 +49,12 @@ def _stretch(
     from knotwork.verification.bounds.path import PathLimits, path_bounds
 
     allowed = scenario.tolerances
-    limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
+    tilt = 0.0 if path.freedom is None else path.freedom.tilt
+    turned = allowed.path_orientation + tilt
+    limits = PathLimits(allowed.path, turned, allowed.path_speed * stretch.speed)
     interval, full = (stretch.start, stretch.end), stretch.full_speed
-    found = path_bounds(robot, motion.curve, path.motion, interval, full, stretch.speed, limits)
+    asked = path.motion, interval, full, stretch.speed
+    found = path_bounds(robot, motion.curve, *asked, limits, freedom=path.freedom)
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
     name = f"{begin} to {end}"
     for row in _rows(found, limits, scenario, stretch):
@@ -111,6 +114,12 @@ def _rows(
         f"the tool is turned off by {units.text(found.orientation.value, 'rad', '.3g')}, tolerance "
         f"{units.text(limits.orientation, 'rad', '.3g')}",
     )  # fmt: skip
+    if found.turn is not None:
+        yield _Row(
+            "path_turn", found.turn, limits.orientation, "rad", whole,
+            f"the tool's turn is beyond its range by {units.text(found.turn.value, 'rad', '.3g')} "
+            f"(negative: inside), tolerance {units.text(limits.orientation, 'rad', '.3g')}",
+        )  # fmt: skip
     yield _Row(
         "path_progress", _progress_bound(found), max(allowed.path, allowed.position), "m", whole,
         _progress_text(found.progress, scenario, kind),

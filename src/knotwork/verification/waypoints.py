@@ -11,9 +11,10 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
+from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -55,10 +56,13 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     """Compare the tool's pose and velocity with those asked for, by forward kinematics (eq 1)."""
     if space.robot is None:
         return
+    # where a path begins the tool has its velocity, and so its freedom
+    onward = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
     for waypoint, time, _ in _reached(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
-            yield from _tool_findings(waypoint, space.robot, q, v, scenario)
+            spin = waypoint.freedom or onward.get(waypoint.name)
+            yield from _tool_findings(waypoint, space.robot, q, v, scenario, spin)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -112,18 +116,27 @@ def _tool_findings(
     q: FloatArray,
     v: FloatArray,
     scenario: Scenario,
+    moving: PoseFreedom | None,
 ) -> Iterator[Finding]:
+    """Compare the tool with a waypoint; `moving` is what the velocity there leaves open."""
     import pinocchio as pin
 
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation = waypoint.rotation
-    turn = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation)))
+    turn, spin = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation))), twist.angular
+    if waypoint.freedom is not None:
+        turn = _beyond(waypoint.freedom, rotation, pose.rotation)
+    if moving is not None:
+        axis = pose.rotation[:, 2]
+        spin = spin - axis * (axis @ (spin - waypoint.angular))
+        if moving.tilt:
+            spin = waypoint.angular  # an axis that may tilt may do so at any speed
     asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
     rows = (
         ("position", waypoint.position, pose.translation, None, "m"),
         ("orientation", asked, found if asked @ found >= 0 else -found, turn, "rad"),
         ("linear_velocity", waypoint.linear, twist.linear, None, "m/s"),
-        ("angular_velocity", waypoint.angular, twist.angular, None, "rad/s"),
+        ("angular_velocity", waypoint.angular, spin, None, "rad/s"),
     )
     for quantity, requested, achieved, distance, unit in rows:
         error = float(np.linalg.norm(achieved - requested)) if distance is None else distance
@@ -132,6 +145,17 @@ def _tool_findings(
             requested, achieved, error, getattr(scenario.tolerances, quantity), unit,
             scenario.units,
         )  # fmt: skip
+
+
+def _beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
+    """The least angle [rad] that takes a rotation to one which is free: of the axis, or of both."""
+    R = asked.T @ found
+    tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
+    tilt = max(tilt - freedom.tilt, 0.0)
+    excess = max(float(turned_beyond(freedom, asked[None], found[None])[0]), 0.0)
+    # of a tilt and a turn about the axis together: cos(φ/2) = cos(tilt/2) cos(turn/2)
+    half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
+    return float(2.0 * np.arcsin(min(half, 1.0)))
 
 
 def _joint_finding(

@@ -232,7 +232,9 @@ def joint_scales(robot: Robot) -> FloatArray:
     limit = robot.velocity_limit
     finite = np.isfinite(limit)
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
-    return np.where(finite, limit, usual) / usual
+    scales = np.where(finite, limit, usual) / usual
+    scales[robot.virtual] = [one.ease for one in robot.virtual_joints]
+    return scales
 
 
 def _unattainable(

@@ -6,6 +6,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.kinematics.following.continuation import continue_along
+from knotwork.kinematics.following.joint_field import Pull
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.solutions.branches import solve_pose_ik_all
 from knotwork.robot import Robot
@@ -20,7 +21,9 @@ SPREAD = 8
 DIGITS = 9
 
 
-def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) -> FloatArray:
+def other_starts(
+    robot: Robot, path: TimedPath, start: FloatArray, pull: float | Pull
+) -> FloatArray:
     """Starts that lead along a path, the nearest first, of each branch one; shape (k, d).
 
     Args:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
-from knotwork.kinematics.following.joint_field import JointField
+from knotwork.kinematics.following.joint_field import JointField, Pull
 from knotwork.kinematics.following.limiting_constraint import (
     AT_LIMIT,
     LimitingConstraint,
@@ -123,7 +123,7 @@ def continue_along(
     starts: FloatArray,
     times: FloatArray,
     *,
-    pull: float = 0.0,
+    pull: float | Pull = 0.0,
     step: float = STEP,
 ) -> Continuation:
     """Follow a path from some starts, whatever limits are broken on the way.
@@ -206,7 +206,7 @@ def _velocities(field: JointField, q: FloatArray, twist: FloatArray, share: floa
 
 
 def velocity_on_path(
-    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: float = 0.0
+    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: float | Pull = 0.0
 ) -> FloatArray:
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
     side = "left" if time >= path.end_time else "right"
@@ -222,7 +222,7 @@ def accelerations(
     times: FloatArray,
     side: str,
     *,
-    pull: float = 0.0,
+    pull: float | Pull = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Joint velocities and accelerations on the path, from one side of times; shape (k, d) each.
 

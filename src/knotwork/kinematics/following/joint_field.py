@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,19 +18,39 @@ ON_PATH = 1e-11
 CORRECTIONS = 6
 
 
+class Pull(NamedTuple):
+    """Where self-motion is pulled to.
+
+    Attributes:
+        rate: How fast [1/s].
+        posture: Joint positions [rad or m], shape (d,).
+        most: The norm of velocities, as parts of this, is below 1 [rad/s or m/s], shape (d,).
+    """
+
+    rate: float
+    posture: FloatArray
+    most: FloatArray
+
+
 class JointField:
     """The joint velocities that follow a path: eq (4), and a pull to the middle of the ranges.
 
     Args:
         robot: The arm.
         pull: For an arm of more than six joints, how fast self-motion pulls its joints to the
-            middle of their ranges [1/s].
+            middle of their ranges [1/s]; or to which posture.
     """
 
-    def __init__(self, robot: Robot, pull: float = 0.0) -> None:
+    def __init__(self, robot: Robot, pull: float | Pull = 0.0) -> None:
         self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
+        if isinstance(pull, Pull):
+            self.pull, self.middle = np.full(robot.dof, pull.rate), pull.posture
+            self.most = pull.most
+            return
+        self.most = np.full(robot.dof, np.inf)
         limits = limits_of(robot)
         self.pull = np.where(np.isfinite(limits).all(axis=0), pull if robot.dof > 6 else 0.0, 0.0)
+        self.pull[robot.virtual] = [one.pull for one in robot.virtual_joints]
         self.middle = middle(limits)
 
     def velocities(self, q: FloatArray, twist: FloatArray, share: ArrayLike = 1.0) -> FloatArray:
@@ -42,7 +64,11 @@ class JointField:
         """
         rest = None
         if self.pull.any():
-            rest = np.multiply.outer(share, np.ones(1)) * self.pull * (self.middle - q)
+            rest = self.pull * (self.middle - q)
+            if np.isfinite(self.most).any():
+                beyond = np.linalg.norm(rest / self.most, axis=1, keepdims=True)
+                rest = rest / np.sqrt(1.0 + beyond**2)
+            rest = np.multiply.outer(share, np.ones(1)) * rest
         return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest)[0]
 
     def smallest(self, q: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from knotwork.kinematics.following.continuation import (
     at_full_speed,
     continue_along,
 )
-from knotwork.kinematics.following.joint_field import JointField
+from knotwork.kinematics.following.joint_field import JointField, Pull
 from knotwork.kinematics.following.limiting_constraint import (
     AT_LIMIT,
     LimitingConstraint,
@@ -69,7 +69,7 @@ class JointsOnPath:
         robot: Robot,
         path: TimedPath,
         start: FloatArray,
-        pull: float,
+        pull: float | Pull,
         found: Continuation | None = None,
     ) -> None:
         self.robot, self.path, self.pull = robot, path, pull

@@ -89,6 +89,7 @@ class _Refinement:
         self.q, self.v = positions.copy(), velocities.copy()
         self.limit = robot.velocity_limit
         self.speed = np.where(np.isfinite(self.limit), self.limit, 1.0)
+        self.speed[robot.virtual] = np.inf
         self.durations = np.diff(given.times)
         self.rules = Rules(
             self.speed, self.limit, np.zeros(robot.dof, dtype=bool), untimed=given.untimed

@@ -21,7 +21,7 @@ from knotwork.robot import Robot
 from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.path_rows import PathRows, path_rows
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
@@ -102,6 +102,7 @@ class StretchBounds(NamedTuple):
         progress: Along the path. It is proved where the distance is.
         speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
             it is nowhere.
+        turn: How far its turn is beyond a range that is free [rad]; `None` if it has none.
         ramp: How much the tool is faster than that speed elsewhere, or moves backwards [m/s];
             `None` if the speed is asked for in full everywhere.
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where the
@@ -116,6 +117,7 @@ class StretchBounds(NamedTuple):
     orientation: PathBound
     progress: Progress
     speed: PathBound | None
+    turn: PathBound | None
     ramp: PathBound | None
     slowest: float
     fastest: float
@@ -134,6 +136,7 @@ def path_bounds(
     speed: float,
     limits: PathLimits,
     budget: int = BUDGET,
+    freedom: PoseFreedom | None = None,
 ) -> StretchBounds:
     """Bound how far the tool is off a stretch of a path, over all its time.
 
@@ -146,13 +149,16 @@ def path_bounds(
         speed: That speed [m/s].
         limits: Verdicts are decided against these.
         budget: How many samples may be taken.
+        freedom: What the poses leave open, so that of the orientation only the tool's z axis is
+            compared.
     """
-    stretch = PathStretch(robot, curve, motion, *interval)
+    stretch = PathStretch(robot, curve, motion, *interval, freedom)
     t = _first_times(curve, interval, full_speed)
     if budget >= BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
-    most = np.array([limits.position, gap_of(limits.orientation), limits.speed, limits.speed])
+    angle = gap_of(limits.orientation)
+    most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
     # the bounds alone tell how fine the samples must be, before any is taken
     sizes = stretch.sizes(t)
     for _ in range(4):
@@ -218,7 +224,7 @@ def _summed(
 ) -> StretchBounds:
     broken = (rows.ends.max(axis=1) > most)[:, None]
     use = (np.where(broken, rows.ends, rows.upper) / most[:, None]).max(axis=0)
-    position, orientation, speed, ramp = (
+    position, orientation, speed, ramp, turn = (
         _worst(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
     )
     value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
@@ -229,6 +235,7 @@ def _summed(
         orientation=orientation._replace(value=value, bound=bound),
         progress=_progress(stretch, t, found.s),
         speed=speed if in_full.any() else None,
+        turn=turn if rows.rows[4].any() else None,
         ramp=ramp if in_ramps.any() else None,
         slowest=float(rows.least[in_full].min(initial=np.inf)),
         fastest=float(rows.greatest[in_full].max(initial=-np.inf)),

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 
 class PathRows(NamedTuple):
-    """The tool against the path: distance, orientation, full speed and ramps, one row each.
+    """The tool against the path: distance, orientation, full speed, ramps, turn beyond its range.
 
     Attributes:
-        samples: At each time, minus infinity where a row does not apply, shape (4, n + 1).
-        ends: The worse end of each interval, zero where a row does not apply, shape (4, n).
-        upper: What no time in it exceeds, shape (4, n).
+        samples: At each time, minus infinity where a row does not apply, shape (5, n + 1).
+        ends: The worse end of each interval, zero where a row does not apply, shape (5, n).
+        upper: What no time in it exceeds, shape (5, n).
         least: Bound on the velocity along the path from below, shape (n,).
         greatest: Bound on the speed from above, shape (n,).
-        rows: Where a row applies, shape (4, n).
+        rows: Where a row applies, shape (5, n).
     """
 
     samples: FloatArray
@@ -63,7 +63,8 @@ def path_rows(
     change = square * sizes.jerk / 8.0 + sizes.rounding
     size = np.linalg.norm(found.velocity, axis=1)
     too_fast, floors = size - speed, np.array([[speed], [0.0]])
-    samples = np.vstack((found.distance, found.gap, np.maximum(too_fast, floors - found.along)))
+    speeds = np.maximum(too_fast, floors - found.along)
+    samples = np.vstack((found.distance, found.gap, speeds, found.beyond))
     ends = np.maximum(samples[:, :-1], samples[:, 1:])
     least = _least_along(found, bend, change)
     greatest = np.maximum(size[:-1], size[1:]) + change
@@ -72,15 +73,31 @@ def path_rows(
             ends[0] + (square * sizes.acceleration + bend) / 8.0 + sizes.rounding,
             ends[1] + (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding,
             np.maximum(greatest - speed, floors - least),
+            _most_beyond(path, found, t, sizes),
         )
     )
     rows = np.ones(upper.shape, dtype=bool)
     rows[2] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
     rows[3] = ~rows[2]
+    rows[4] = np.isfinite(ends[4])
     ends[~rows] = upper[~rows] = 0.0
     known = np.pad(rows, ((0, 0), (0, 1))) | np.pad(rows, ((0, 0), (1, 0)))
     samples[~known] = -np.inf
     return PathRows(samples, ends, upper, least, greatest, rows)
+
+
+def _most_beyond(path: ToolPath, found: PathSamples, t: FloatArray, sizes: PathSizes) -> FloatArray:
+    """Bound how far the turn is beyond its range on each interval [rad], shape (n,).
+
+    It changes no faster than tool and path turn, see `turned_beyond`: so no time is above the mean
+    of both ends by more than half of what both turn. Axes are compared in a row of their own.
+    """
+    low, high = np.minimum(found.s[:-1], found.s[1:]), np.maximum(found.s[:-1], found.s[1:])
+    turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
+    apart = np.maximum(found.gap[:-1], found.gap[1:]) + turned * np.sqrt(2.0)
+    slower = np.sqrt(np.maximum(1.0 - apart**2 / 8.0, 1e-12))  # cos(φ/2)
+    mean = 0.5 * (found.beyond[:-1] + found.beyond[1:])
+    return np.asarray(mean + 0.5 * turned / slower + sizes.rounding)
 
 
 def _least_along(found: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:

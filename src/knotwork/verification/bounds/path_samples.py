@@ -14,9 +14,10 @@ from knotwork.robot.joint_tree import joint_tree
 from knotwork.tool_paths.progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
+from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.verification.bounds.seen_from import seen_from, with_known
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
@@ -31,6 +32,7 @@ class PathSamples(NamedTuple):
         gap: Frobenius norm of the difference of the rotations, shape (k,).
         velocity: Of the tool [m/s], shape (k, 3).
         tangent: Direction of the path, shape (k, 3).
+        beyond: How far the tool's turn is beyond a range that is free [rad], shape (k,).
     """
 
     s: FloatArray
@@ -38,6 +40,7 @@ class PathSamples(NamedTuple):
     gap: FloatArray
     velocity: FloatArray
     tangent: FloatArray
+    beyond: FloatArray
 
     @property
     def along(self) -> FloatArray:
@@ -51,12 +54,14 @@ class PathSizes(NamedTuple):
     Attributes:
         acceleration: Of the tool [m/s²].
         jerk: Of the tool [m/s³].
+        spin: Of its angular velocity [rad/s].
         turn: Frobenius norm of its rotation's second derivative [1/s²].
         rounding: Of its position [m], velocity [m/s] and rotation.
     """
 
     acceleration: FloatArray
     jerk: FloatArray
+    spin: FloatArray
     turn: FloatArray
     rounding: FloatArray
 
@@ -69,9 +74,15 @@ class PathStretch:
     """
 
     def __init__(
-        self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
+        self,
+        robot: Robot,
+        curve: PiecewisePolynomial,
+        motion: TimedPath,
+        start: float,
+        end: float,
+        freedom: PoseFreedom | None = None,
     ) -> None:
-        self.robot, self.curve, self.motion = robot, curve, motion
+        self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
         self.joints, self.known = joint_tree(robot.model), curve
         self.joint, self.lever = carried(robot.model, robot.require_tool())
         if motion.carrier is not None:
@@ -119,8 +130,11 @@ class PathStretch:
         path = self.motion.path
         # at its end the direction is that of this stretch: the next one may have another
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
-        distance, gap = path.gaps(position, rotation, s)
-        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside))
+        distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
+        beyond = np.full(s.shape, -np.inf)
+        if self.freedom is not None:
+            beyond = turned_beyond(self.freedom, path.rotation(s), rotation)
+        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside), beyond)
 
     def sizes(self, t: FloatArray) -> PathSizes:
         """Bounds on the intervals between times in order [s], shape (n + 1,)."""
@@ -130,6 +144,7 @@ class PathStretch:
         rates = joint_rates(self.known, Intervals(piece, start, np.diff(t)))
         moved = tree_motion(self.joints, rates.bounds)
         point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
+        spin = moved.angular[self.joint][0]
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
         rounding = ROUNDING * turned * (point[0] + point[1] + 1.0)
-        return PathSizes(point[2], point[3], turn, rounding)
+        return PathSizes(point[2], point[3], spin, turn, rounding)

@@ -1,0 +1,148 @@
+"""Virtual joints: a pose that leaves something open is a whole pose of a longer chain.
+
+Joint positions of the longer chain are found like those of any redundant arm. Where a pose leaves
+nothing open the virtual joint is at 0, and it is dropped from what is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import BranchError
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.robot import Robot
+from knotwork.robot.description import VirtualJoint
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.task_to_joint.solution import TaskSolution
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+
+def with_virtual_joints(
+    scenario: Scenario, space: JointSpace, robot: Robot, ease: float, pull: float
+) -> JointSpace:
+    """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
+
+    Args:
+        scenario: The task.
+        space: Its joints.
+        robot: Their robot.
+        ease: Of those joints that are bounded: see `VirtualJoint`.
+        pull: Likewise.
+
+    Raises:
+        BranchError: The scenario asks for a branch.
+    """
+    waypoints = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
+    free = next((one for one in waypoints if one.freedom is not None), None)
+    if free is None or free.freedom is None:
+        return space
+    if scenario.branch != "free":
+        raise BranchError(
+            free.name,
+            "is free, so that self-motion leads from one solution of its pose to others, and a "
+            "branch has no meaning; near: a configuration keeps the solutions near that",
+            branches=(),
+            where=free.where,
+        )
+    least, greatest = free.freedom.turn
+    bounded = np.isfinite(greatest - least)
+    own = (ease, pull) if bounded else ()
+    # virtual joints lead from the tool to the pose, a turn that is free the other way
+    joints = [VirtualJoint("free turn", "z", -greatest, -least, *own)]
+    if free.freedom.tilt:
+        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
+        most = free.freedom.tilt / np.sqrt(2.0)
+        tilts = (VirtualJoint(f"free tilt {k}", k, -most, most, ease, pull) for k in "xy")
+        joints = [*tilts, *joints]
+    chain, count = robot.with_virtual_joints(*joints), len(joints)
+    return replace(
+        space,
+        joint_names=chain.joint_names,
+        joint_units=chain.joint_units,
+        lower_position_limit=chain.lower_position_limit,
+        upper_position_limit=chain.upper_position_limit,
+        limits=chain.limits,
+        configurations=chain.configurations,
+        robot=chain,
+        targets=tuple(
+            None
+            if one is None
+            else JointState(longer(one.position, count), longer(one.velocity, count))
+            for one in space.targets
+        ),
+        near=None if space.near is None else longer(space.near, count),
+        solutions=_solutions(scenario, space.solutions, robot, count),
+        chosen=None,
+    )
+
+
+def bounded(scenario: Scenario) -> bool:
+    """Whether something that poses leave open is within limits."""
+    found = (one.freedom for one in scenario.waypoints if isinstance(one, CartesianWaypoint))
+    return any(one is not None and (one.tilt or np.isfinite(max(one.turn))) for one in found)
+
+
+def longer(values: FloatArray, count: int) -> FloatArray:
+    """Values of joints (..., d) with zeros for virtual joints, shape (..., d + count)."""
+    return np.concatenate((values, np.zeros((*values.shape[:-1], count))), axis=-1)
+
+
+def _solutions(
+    scenario: Scenario, given: Mapping[int, FloatArray], robot: Robot, count: int
+) -> dict[int, FloatArray]:
+    """Joint positions to be near at waypoints, with the turn that is left to each pose."""
+    found = {}
+    for i, q in given.items():
+        waypoint, found[i] = scenario.waypoints[i], longer(q, count)
+        if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
+            found[i][-count:] = _angles(robot.forward(q), waypoint.pose)[-count:]
+    return found
+
+
+def _angles(tool: pin.SE3, pose: pin.SE3) -> tuple[float, float, float]:
+    """Turns about x, y, z, in this order, that take a tool to the orientation of a pose [rad]."""
+    R = tool.rotation.T @ pose.rotation
+    x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
+    return float(x), float(y), float(np.arctan2(-R[0, 1], R[0, 0]))
+
+
+def pinned(candidates: Candidates, chain: Robot) -> Candidates:
+    """Candidates of the arm alone as those of the longer chain, its virtual joint at 0."""
+    count = int(chain.virtual.sum())
+    q = longer(candidates.q, count)
+    return candidates._replace(
+        q=q,
+        velocity=longer(candidates.velocity, count),
+        flags=configuration_flags(chain, q),
+        free=False,
+    )
+
+
+def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+    """What was found for the longer chain, at the joints of the arm alone."""
+    found, d = solution.waypoints, len(space.joint_names)
+    if len(found.joint_names) == d:
+        return solution
+    known = found.acceleration
+    waypoints = replace(
+        found,
+        joint_names=space.joint_names,
+        joint_units=space.joint_units,
+        position=found.position[:, :d],
+        velocity=found.velocity[:, :d],
+        acceleration=None if known is None else known[:, :d],
+    )
+    choices = tuple(
+        replace(one, turns=tuple(turn for turn in one.turns if turn[0] in space.joint_names))
+        for one in solution.choices
+    )
+    return replace(solution, waypoints=waypoints, choices=choices)

@@ -1,0 +1,389 @@
+"""Poses that leave something open: used by what plans, unknown to what checks."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+
+import knotwork as kw
+from command_line import Command
+
+DOWN = {"rpy": [180, 0, 0]}
+TURN = {"turn": "z"}
+
+
+def arch(free: Any = TURN, robot: str = "ur5") -> dict[str, Any]:
+    """An arc over which the tool turns with the path, unless its turn is free."""
+    return {
+        "robot": robot,
+        "units": {"length": "mm", "angle": "deg"},
+        "start": "home",
+        "waypoints": [
+            {"name": "a", "pose": {"position": [400, -150, 200], **DOWN}, "after": 3, "free": free},
+            {
+                "name": "b",
+                "along": {"arc": {"through": [500, 0, 250]}},
+                "pose": {"position": [400, 150, 200]},
+                "orientation": "tangent",
+                "speed": 50,
+                "free": free,
+            },
+            {"name": "c", "pose": {"position": [350, 150, 300], **DOWN}, "after": 2},
+        ],
+    }
+
+
+def with_stops(task: dict[str, Any]) -> dict[str, Any]:
+    for waypoint in task["waypoints"][:-1]:
+        if "along" not in waypoint:
+            waypoint["stop"] = True
+    task["waypoints"][1]["stop"] = True
+    return task
+
+
+def tool_poses(plan: kw.Plan, times: np.ndarray) -> list[pin.SE3]:
+    """By plain Pinocchio, from the URDF."""
+    robot = plan.space.robot
+    assert robot is not None
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data, frame = model.createData(), model.getFrameId(robot.tool_frame)
+    poses = []
+    for q in plan.trajectory.position(times):
+        still = np.zeros(model.nq - len(q))  # fingers
+        pin.framesForwardKinematics(model, data, np.append(q, still))
+        poses.append(data.oMf[frame].copy())
+    return poses
+
+
+def checked(motion: kw.JointTrajectory, task: dict[str, Any]) -> kw.verification.Report:
+    return kw.check(motion, kw.load_scenario(task))
+
+
+def travel(plan: kw.Plan, joint: int) -> float:
+    """How far a joint moves along the path [rad]."""
+    path = plan.scenario.paths[0]
+    times = np.linspace(path.stretches[0].start, path.stretches[-1].end, 500)
+    return float(np.abs(np.diff(plan.trajectory.position(times)[:, joint])).sum())
+
+
+def test_a_free_turn_spares_the_last_joint_and_keeps_position_and_axis() -> None:
+    free, fixed = kw.plan(with_stops(arch())), kw.plan(with_stops(arch("none")))
+    assert free.report.ok
+    assert fixed.report.ok
+    assert travel(free, 5) < 0.01 < 0.5 < travel(fixed, 5)
+    path = free.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 300)
+    asked, _, _, _ = path.state(times)
+    poses = tool_poses(free, times)
+    off = np.array([pose.translation for pose in poses]) - asked
+    assert (
+        np.linalg.norm(off, axis=1).max() < 1.1e-3
+    )  # behind or ahead of its time, but on the path
+    axes = np.array([pose.rotation[:, 2] for pose in poses])
+    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
+    assert np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1))).max() < 0.1
+
+
+def test_the_motion_has_the_joints_of_the_arm_alone() -> None:
+    plan = kw.plan(with_stops(arch()))
+    assert plan.trajectory.joint_names == kw.load_robot("ur5").joint_names
+    assert plan.joint_waypoints.joint_names == plan.trajectory.joint_names
+    assert plan.space.robot is not None
+    assert plan.space.robot.dof == 6
+
+
+def test_the_turn_of_the_tool_alone_is_for_all_poses_but_those_with_their_own() -> None:
+    task = with_stops(arch(None))
+    for waypoint in task["waypoints"]:
+        waypoint.pop("free", None)
+    task["tool"] = {"free": TURN}
+    assert kw.plan(task).report.ok
+    waypoints = kw.load_scenario(task).waypoints
+    assert all(getattr(one, "freedom", 1) is not None for one in waypoints)
+    task["waypoints"][2]["free"] = "none"
+    assert kw.load_scenario(task).waypoints[3].freedom is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_motion_is_judged_by_its_axis_and_never_by_its_turn(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    task = with_stops(arch())
+    plan = kw.plan(task)
+    turned = copy.deepcopy(task)
+    rpy = [180, 0, float(random.uniform(-170, 170))]
+    turned["waypoints"][0]["pose"]["rpy"] = rpy
+    assert checked(plan.trajectory, turned).ok
+    tilted = copy.deepcopy(turned)
+    tilted["waypoints"][0]["pose"]["rpy"] = [180 - 0.2, 0, rpy[2]]
+    report = checked(plan.trajectory, tilted)
+    failed = {one.quantity: one for one in report.failures}
+    assert {"orientation", "path_orientation"} <= set(failed)
+    assert np.degrees(failed["orientation"].value) == pytest.approx(0.2, abs=1e-4)
+    assert np.degrees(failed["path_orientation"].value) == pytest.approx(0.2, abs=0.1)
+
+
+def test_without_the_freedom_the_same_motion_fails() -> None:
+    plan = kw.plan(with_stops(arch()))
+    failed = {one.quantity for one in checked(plan.trajectory, with_stops(arch("none"))).failures}
+    assert {"orientation", "path_orientation"} & failed
+
+
+def passing(free: Any) -> dict[str, Any]:
+    """A pose that is passed at a velocity, which turns the tool about its axis, too."""
+    task = arch()
+    del task["waypoints"][1]
+    task["waypoints"][0] |= {
+        "free": free,
+        "velocity": {"linear": [60, 0, 0], "angular": [10, 0, 200]},
+    }
+    return task
+
+
+def test_a_velocity_keeps_what_is_not_free() -> None:
+    plan = kw.plan(passing(TURN))
+    assert plan.report.ok
+    robot = plan.space.robot
+    assert robot is not None
+    twist = robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
+    pose = robot.forward(plan.trajectory.position(3.0))
+    np.testing.assert_allclose(twist.linear, [0.06, 0, 0], atol=1e-6)
+    across = np.cross(twist.angular - np.radians([10, 0, 200]), pose.rotation[:, 2])
+    np.testing.assert_allclose(across, 0, atol=1e-6)
+    fixed = kw.plan(passing("none"))
+    speeds = [np.linalg.norm(one.trajectory.velocity(3.0)) for one in (plan, fixed)]
+    assert speeds[0] < speeds[1]
+    assert not checked(plan.trajectory, passing("none")).ok
+
+
+def test_a_turn_within_a_range_is_kept_and_judged() -> None:
+    task = arch()
+    del task["waypoints"][1]
+    task["waypoints"][0] |= {"free": {"turn": [-20, 30]}, "stop": True}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    R = tool_poses(plan, np.array([3.0]))[0].rotation
+    turn = float(np.degrees(np.arctan2(R[1, 0], R[0, 0])))
+    assert -30.001 < turn < 20.001  # the tool points down: its own turn is the other way round
+    task["waypoints"][0]["pose"]["rpy"] = [180, 0, turn]
+    beyond = copy.deepcopy(task)
+    beyond["waypoints"][0]["pose"]["rpy"] = [180, 0, turn + 40]
+    reports = [checked(plan.trajectory, one) for one in (task, beyond)]
+    assert [report.ok for report in reports] == [True, False]
+    (failed,) = reports[1].failures
+    assert np.degrees(failed.value) == pytest.approx(10, abs=1e-4)
+
+
+@pytest.mark.parametrize("free", [TURN, "none"])
+def test_the_command_line_plans_and_checks_it(free: Any, tmp_path: Path, knotwork: Command) -> None:
+    path = tmp_path / "arch.yaml"
+    path.write_text(yaml.safe_dump(with_stops(arch(free))))
+    planned = knotwork("plan", str(path), "--out", str(tmp_path / "out"))
+    assert planned.code == 0, planned.out + planned.err
+    assert knotwork("check", str(tmp_path / "out"), "--scenario", str(path)).code == 0
+
+
+def test_a_range_along_a_path_is_judged_at_all_times() -> None:
+    task = with_stops(arch({"turn": [-100, 10]}))
+    plan = kw.plan(task)
+    assert plan.report.ok
+    path = plan.scenario.paths[0]
+    times = np.linspace(path.motion.start_time, path.motion.end_time, 4000)
+    asked = path.motion.path.rotation(path.motion.arc_length(times))
+    turns = []
+    for R, pose in zip(asked, tool_poses(plan, times), strict=True):
+        x = R.T @ pose.rotation[:, 0]  # the axes agree within a tenth of a degree
+        turns.append(np.degrees(np.arctan2(x[1], x[0])))
+    least, most = min(turns), max(turns)
+    assert -100.1 < least < most < 10.1
+    found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
+    (row,) = (one for one in found.findings if one.quantity == "path_turn")
+    assert found.ok
+    assert np.degrees(row.value) == pytest.approx(-3, abs=0.1)
+    found = checked(plan.trajectory, with_stops(arch({"turn": [-179, max(0.0, most - 3)]})))
+    assert {one.quantity for one in found.failures} >= {"path_turn"}
+    assert most > 3
+
+
+def test_a_range_narrower_than_the_path_turns_is_kept() -> None:
+    assert kw.plan(with_stops(arch({"turn": [-20, 20]}))).report.ok
+
+
+CONE = {"turn": "z", "tilt": 10}
+
+
+def test_a_tilt_is_used_and_keeps_within_its_cone() -> None:
+    cone = kw.plan(with_stops(arch(CONE)))
+    assert cone.report.ok
+    path = cone.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 3000)
+    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
+    axes = np.array([pose.rotation[:, 2] for pose in tool_poses(cone, times)])
+    tilts = np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1)))
+    assert 1.0 < tilts.max() < 10.1
+    assert not checked(cone.trajectory, with_stops(arch())).ok
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_motion_is_judged_by_its_cone(seed: int) -> None:
+    yaw, about = np.random.default_rng(seed).uniform(-np.pi, np.pi, 2)
+    motion = kw.plan(with_stops(arch("none"))).trajectory
+    task = with_stops(arch(CONE))
+    down = pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0)
+    for tilt, ok in ((9.95, True), (10.25, False)):
+        axis = np.array([np.cos(about), np.sin(about), 0.0])
+        asked = down @ pin.exp3(np.radians(tilt) * axis) @ pin.exp3(np.array([0.0, 0.0, yaw]))
+        task["waypoints"][0]["pose"] = {
+            "position": [400, -150, 200],
+            "rotation_matrix": asked.tolist(),
+        }
+        failed = {one.quantity for one in checked(motion, task).failures}
+        assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
+
+
+def dome(folder: Path, rows: str = "") -> dict[str, Any]:
+    """A serpentine over a sphere, its points with normals as a CAM tool writes them."""
+    centre, radius = np.array([450.0, 0.0, -100.0]), 300.0
+    normals = []
+    for k, y in enumerate(np.linspace(-0.2, 0.2, 5)):
+        across = np.linspace(-0.2, 0.2, 12) * (-1) ** k
+        turn = [] if k == 0 else [[(-1) ** k * -0.2, y - 0.05]]
+        normals += [*([x + (-1) ** k * -0.03, w] for x, w in turn), *([x, y] for x in across)]
+    normal = np.array([[x, y, np.sqrt(1 - x * x - y * y)] for x, y in normals])
+    points = centre + radius * normal
+    text = "x,y,z,nx,ny,nz\n" + "\n".join(
+        ",".join(f"{value:.9f}" for value in row) for row in np.hstack((points, normal))
+    )
+    (folder / "dome.csv").write_text(rows or text)
+    z = -normal[0]
+    x = np.cross([0, 1, 0], z) / np.linalg.norm(np.cross([0, 1, 0], z))
+    rotation = np.column_stack((x, np.cross(z, x), z))
+    task = arch()
+    first, path = task["waypoints"][:2]
+    first["pose"] = {"position": points[0].tolist(), "rotation_matrix": rotation.tolist()}
+    path |= {"pose": {"position": points[-1].tolist()}, "along": {"points": "dome.csv"}}
+    del first["free"], path["free"], path["orientation"], task["waypoints"][2]
+    return task
+
+
+def written(task: dict[str, Any], folder: Path) -> Path:
+    path = folder / "task.yaml"
+    path.write_text(yaml.safe_dump(task))
+    return path
+
+
+def test_normals_of_points_give_the_axis_and_free_the_turn(tmp_path: Path) -> None:
+    plan = kw.plan(written(dome(tmp_path), tmp_path))
+    assert plan.report.ok
+    assert plan.scenario.paths[0].freedom is not None
+    motion = plan.scenario.paths[0].motion
+    times = np.linspace(motion.start_time, motion.end_time, 400)
+    for pose in tool_poses(plan, times):
+        out = pose.translation - np.array([0.45, 0.0, -0.1])
+        out /= np.linalg.norm(out)
+        assert np.degrees(np.arccos(np.clip(-out @ pose.rotation[:, 2], -1, 1))) < 1.0
+    assert travel(plan, 5) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("x,y,z,nx,ny\n0,0,0,0,0\n1,0,0,0,0\n", "no column is named nz"),
+        ("x,y,z,nx,ny,nz\n0,0,0,0,0,0.5\n1,0,0,0,0,1\n", "the normal has length 0.5"),
+        ("x,y,z,nx,ny,nz,qx,qy,qz,qw\n", "gives rotations and normals"),
+        ("x,y,z,n\n0,0,0,0\n", "unknown heading 'n'"),
+    ],
+)
+def test_wrong_normals_are_refused(rows: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(kw.InputError, match=message):
+        kw.load_scenario(written(dome(tmp_path, rows), tmp_path))
+
+
+def test_normals_need_a_free_turn_and_an_axis_that_begins_along_them(tmp_path: Path) -> None:
+    task = dome(tmp_path)
+    task["waypoints"][1]["free"] = "none"
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*normals do not say"):
+        kw.load_scenario(written(task, tmp_path))
+    task = dome(tmp_path)
+    task["waypoints"][0]["pose"] = {"position": task["waypoints"][0]["pose"]["position"], **DOWN}
+    with pytest.raises(kw.InputError, match="at the first point the tool is turned"):
+        kw.load_scenario(written(task, tmp_path))
+
+
+def between_boxes(*boxes: list[float]) -> dict[str, Any]:
+    """A Panda's line of 0.9 m past boxes, at 50 mm/s."""
+    turned = {"quaternion_xyzw": [0, 0, 0, 1]}
+    size = {"box": [0.15, 0.15, 0.15]}
+    return {
+        "robot": "panda",
+        "tool": {"frame": "panda_hand"},
+        "scene": {"objects": {f"box {i}": {**size, "position": at} for i, at in enumerate(boxes)}},
+        "waypoints": [
+            {"name": "a", "pose": {"position": [0.45, 0.54, 0.79], **turned}},
+            {
+                "name": "b",
+                "along": "line",
+                "speed": 0.05,
+                "pose": {"position": [-0.45, 0.54, 0.79]},
+            },
+        ],
+    }
+
+
+def test_self_motion_goes_where_the_path_leads_on() -> None:
+    plan = kw.plan(between_boxes([0.2, 0.3, 0.4], [-0.25, 0.3, 0.75]))
+    assert plan.report.ok
+    times = np.linspace(0.0, plan.trajectory.end_time, 400)
+    points = np.array([pose.translation for pose in tool_poses(plan, times)])
+    assert np.abs(points[:, 1:] - [0.54, 0.79]).max() < 1e-4
+
+
+def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> None:
+    with pytest.raises(kw.InputError, match="can't be followed"):
+        kw.plan(between_boxes([-0.35, 0.54, 0.79]))
+
+
+WRONG: list[tuple[str, Any, str]] = [
+    ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
+    ("nothing", {}, "free.turn"),
+    ("a word", "turn", "must be a mapping with turn and tilt, or none"),
+    ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
+    ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
+    ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),
+    ("a tilt alone", {"tilt": 10}, "free.turn"),
+    ("a tilt with a range", {"turn": [-90, 90], "tilt": 10}, "given together with a range"),
+    ("lying down", {"turn": "z", "tilt": 90}, "an angle below a quarter of a turn, 90"),
+    ("no tilt", {"turn": "z", "tilt": 0}, "free.tilt"),
+    ("another key", {"turns": "z"}, "turn"),
+]
+
+
+@pytest.mark.parametrize(
+    ("free", "message"), [one[1:] for one in WRONG], ids=[one[0] for one in WRONG]
+)
+def test_a_wrong_freedom_is_refused(free: Any, message: str) -> None:
+    task = with_stops(arch())
+    task["waypoints"][0]["free"] = free
+    with pytest.raises(kw.InputError, match=r"waypoints\[0\]") as error:
+        kw.load_scenario(task)
+    assert message in str(error.value)
+
+
+def test_what_is_not_supported_is_refused() -> None:
+    task = with_stops(arch())
+    task["waypoints"][1]["free"] = "none"
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\].*begins at a pose that is free"):
+        kw.load_scenario(task)
+    task = with_stops(arch())
+    task["waypoints"][1]["speed"] = "fastest"
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.speed.*chosen, along a path"):
+        kw.load_scenario(task)
+    task = with_stops(arch())
+    task["branch"] = "keep"
+    with pytest.raises(kw.InputError, match=r"free.*near: a configuration"):
+        kw.plan(task)
