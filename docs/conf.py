@@ -89,7 +89,7 @@ nitpick_ignore_regex = [
     # Parts that callers never name: a file as it was read, what a robot is made of, a union of
     # types that its description spells out.
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
-    (r"py:.*", r"(knotwork\.robot\.description\.)?Description"),
+    (r"py:.*", r"(knotwork\.robot\.description\.)?(Description|VirtualJoint)"),
     (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?MovingFrame"),
     (r"py:.*", r"EndAcceleration|Status"),
