@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve, side_by_side
@@ -15,7 +16,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
-from knotwork.tool_paths.moving_frame import KnownJoints
+from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 from knotwork.waypoints import FloatArray
 
 NoteKind = Literal["warning", "information"]
@@ -99,6 +100,17 @@ class CollisionModel:
             time: When [s], shape (k,).
         """
         return place_joints(self.joints, np.hstack((q, *(one(time) for one in self.known))))
+
+    def riding(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
+        """The joint that carries a moving frame, and what brings poses of the base to its axes.
+
+        Args:
+            frame: One that carries something in the scene.
+            time: When the poses are meant [s]; by default where the frame's joints are at 0.
+        """
+        joint_axes = MovingFrame(frame.joints, pin.SE3.Identity())
+        at = joint_axes.rest if time is None else joint_axes.at(time)
+        return self.carriers[frame.joints], at.inverse()
 
     @property
     def bare_links_note(self) -> str:

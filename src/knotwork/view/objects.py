@@ -15,6 +15,7 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Shape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
+from knotwork.scene.model import CollisionModel
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merged
 from knotwork.view.packing import label, thing
@@ -114,6 +115,7 @@ def scene_objects(
     curve: PiecewisePolynomial,
     report: Report | None,
     size: float,
+    model: CollisionModel | None = None,
 ) -> Objects:
     """Draw a scenario's scene: objects, tool, held objects, and the nearest points.
 
@@ -123,6 +125,7 @@ def scene_objects(
         curve: Joint positions, trailing shape (d,).
         report: Of the check.
         size: Of the scene [m].
+        model: Where something moves by itself: the joints that carry it.
     """
     things: list[dict[str, Any]] = []
     labels: list[dict[str, Any]] = []
@@ -132,17 +135,22 @@ def scene_objects(
         for one in scenario.scene.objects:
             plane = one.shape.kind == "half_space"
             mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size)
+            carrier = None
+            if model is not None and one.carrier is not None:
+                carrier, placement = model.riding(one.carrier)
+                things.append(thing(OBJECTS, mesh.placed(placement), around=True, carrier=carrier))
             mesh = mesh.placed(robot.base_placement)
-            things.append(thing(OBJECTS, mesh, around=True))
+            if carrier is None:
+                things.append(thing(OBJECTS, mesh, around=True))
             drawn.append((f"object {one.name!r}", mesh))
-            if plane:
+            if plane or carrier is not None:
                 continue
             middle = mesh.vertices.mean(axis=0)
             labels.append(label(one.name, "object", middle, f"object {one.name!r}"))
             corners = box_corners(mesh.vertices)
             if np.ptp(corners, axis=0).max() <= size:
                 points.append(corners)
-        for name, mesh, parts in _carried(scenario, robot, curve, size):
+        for name, mesh, parts in _carried(scenario, robot, curve, size, model):
             things += parts
             drawn.append((name, mesh))
     things += _hulls(robot)
@@ -154,15 +162,19 @@ def scene_objects(
 
 
 def _carried(
-    scenario: Scenario, robot: Robot, curve: PiecewisePolynomial, size: float
+    scenario: Scenario,
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    size: float,
+    model: CollisionModel | None,
 ) -> Iterator[tuple[str, Mesh, list[dict[str, Any]]]]:
     """The tool's shapes, and held objects: before they are taken, carried, and left."""
-    scene, model = scenario.scene, robot.model
+    scene, frames = scenario.scene, robot.model.frames
     if robot.tool_frame is None or not (scene.tool or scene.held):
         return
-    frame = model.frames[robot.require_tool()]
+    frame = frames[robot.require_tool()]
     joint = int(frame.parentJoint)
-    mount = model.frames[robot.frame_index(robot.tool_frame)].placement
+    mount = frames[robot.frame_index(robot.tool_frame)].placement
     for shape in scene.tool:
         mesh = shape_mesh(shape, TOOL, size).placed(mount)
         yield "tool", mesh, [thing("tool shape", mesh, carrier=joint)]
@@ -171,14 +183,17 @@ def _carried(
         mesh = shape_mesh(held.shape, HELD, size)
         taken, left = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
         carried = mesh.placed(frame.placement)
-        before, after = (
-            mesh.placed(robot.base_placement * robot.forward(curve(at))) for at in (taken, left)
-        )
-        parts = [
-            thing("held", carried, carrier=joint, between=[taken, left]),
-            thing("held", before, between=[None, taken]),
-            thing("held", after, between=[left, None]),
-        ]
+        parts = [thing("held", carried, carrier=joint, between=[taken, left])]
+        for at, frame_there, between in zip(
+            (taken, left), held.carriers, ([None, taken], [left, None]), strict=True
+        ):
+            pose, rider = robot.forward(curve(at)), None
+            if model is not None and frame_there is not None:
+                rider, placement = model.riding(frame_there, at)
+                lying = mesh.placed(placement * pose)
+            else:
+                lying = mesh.placed(robot.base_placement * pose)
+            parts.append(thing("held", lying, carrier=rider, between=between))
         yield f"object {held.name!r}", mesh, parts
 
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import joint_tree
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.verification import Report
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import limit_shares
+from knotwork.view.moving_things import known_positions
 from knotwork.view.packing import packed_numbers
 from knotwork.view.tool_curves import stretches
 from knotwork.view.tool_trace import tool_speed
@@ -51,15 +51,25 @@ def frame_times(curve: PiecewisePolynomial) -> FloatArray:
     return sample_times(start, end, rate)
 
 
-def arm_frames(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:
-    """Give a motion's frames, and the tool's speed at each unless there are too many."""
+def arm_frames(
+    name: str, curve: PiecewisePolynomial, robot: Robot, model: CollisionModel | None = None
+) -> dict[str, Any]:
+    """Give a motion's frames, and the tool's speed at each unless there are too many.
+
+    Args:
+        name: Of the motion.
+        curve: Joint positions, trailing shape (d,).
+        robot: The arm.
+        model: Where something moves by itself: positions of its joints follow the robot's.
+    """
     time = frame_times(curve)
     position = curve(time)
+    shown = np.hstack((position, known_positions(model, time)))
     arm: dict[str, Any] = {
         "name": name,
         "start": float(time[0]),
         "time": packed_numbers((time - time[0]).astype("<f4")),
-        "position": packed_numbers(position.astype("<f4")),
+        "position": packed_numbers(shown.astype("<f4")),
     }
     if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
         speed = tool_speed(robot, position, curve(time, 1))
@@ -73,27 +83,6 @@ def waypoint_times(scenario: Scenario | None, trajectory: JointTrajectory) -> li
         return [{"name": one.name, "time": one.time} for one in scenario.waypoints]
     times = trajectory.waypoint_times if trajectory.waypoint_times is not None else ()
     return [{"name": str(i), "time": float(time)} for i, time in enumerate(times)]
-
-
-def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
-    """Describe the joints of a chain: what carries each, where, and how it moves.
-
-    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is what does not move.
-    Joint position q turns it about `axis` by q, or shifts it by q along it, after `quaternion`
-    (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
-    """
-    model, joints = robot.model, joint_tree(robot.model)
-    return [
-        {
-            "name": str(model.names[i]),
-            "parent": joints.parent[i],
-            "origin": joints.translation[i].tolist(),
-            "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
-            "axis": joints.axis[i].tolist(),
-            "slides": not joints.turns[i],
-        }
-        for i in range(1, model.njoints)
-    ]
 
 
 SAMPLES = 800

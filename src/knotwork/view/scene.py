@@ -15,16 +15,19 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI
 from knotwork.verification import Report, check
 from knotwork.verification.worst import failure_lines
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
+from knotwork.view.drawn_joints import drawn_joints
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
+from knotwork.view.moving_things import known_joints, moving_model, origins, other_robots
 from knotwork.view.objects import scene_objects
 from knotwork.view.packing import packed, thing
 from knotwork.view.path_meshes import (
@@ -39,7 +42,7 @@ from knotwork.view.path_meshes import (
     way_mesh,
     written,
 )
-from knotwork.view.playback import arm_frames, drawn_joints, joint_panel, strip, waypoint_times
+from knotwork.view.playback import arm_frames, joint_panel, strip, waypoint_times
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -68,6 +71,7 @@ class _Shown:
     stops: Stops
     asked: Sequence[CartesianWaypoint]
     path: ToolTrace | None
+    model: CollisionModel | None
 
     @property
     def curve(self) -> PiecewisePolynomial:
@@ -86,6 +90,8 @@ class _Shown:
         points.append(self.task_points())
         if self.path is not None:
             points += asked_points(self.scenario, self.robot, 1.0)
+        if self.model is not None:
+            points.append(origins(self.model, self.robot, self.trajectory))
         if self.scenario is not None:
             base = self.robot.base_placement
             placed = (base * frame for frame in self.scenario.frames.values())
@@ -126,16 +132,19 @@ def make_scene(
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
     still, unread = _robot_data(shown, size, before)
     same = before is not None and still["joints"] is before["joints"]
-    objects = scene_objects(scenario, robot, shown.curve, report, size)
+    objects = scene_objects(scenario, robot, shown.curve, report, size, shown.model)
+    around = other_robots(shown.model, scenario, robot.base_placement, size)
     things, labels, legend = _task_data(shown, size)
+    ghosts = shown.stops.position[shown.stops.distinct(size)]
+    unmoved = np.zeros(len(still["joints"]) - ghosts.shape[1])  # ghosts are of the robot alone
     arms = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
     return {
         **_description(robot, trajectory, scenario),
         **still,
-        "arms": [arm_frames(name, motion, robot) for name, motion in arms.items()],
-        "ghosts": shown.stops.position[shown.stops.distinct(size)].tolist(),
-        "things": [*things, *objects.things],
-        "labels": [*labels, *objects.labels],
+        "arms": [arm_frames(name, motion, robot, shown.model) for name, motion in arms.items()],
+        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
+        "things": [*things, *objects.things, *around.things],
+        "labels": [*labels, *objects.labels, *around.labels],
         "waypoints": waypoint_times(scenario, trajectory),
         "strip": strip(robot, shown.trajectory, scenario, space, report),
         "legend": legend,
@@ -151,7 +160,13 @@ def make_scene(
             {"name": name, "failures": _failures(other, scenario, space)}
             for name, other in others.items()
         ],
-        "warnings": [*warnings, *shown.shapes.warnings, *objects.warnings, *unread],
+        "warnings": [
+            *warnings,
+            *shown.shapes.warnings,
+            *objects.warnings,
+            *around.warnings,
+            *unread,
+        ],
     }
 
 
@@ -177,14 +192,16 @@ def _robot_data(
     parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
     images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
     addresses, unread = image_addresses(images)
+    known = [] if shown.model is None else known_joints(shown.model.joints, shown.robot)
+    carried = [*shown.shapes.parts, *([] for _ in known)]
     still: dict[str, Any] = {
-        "joints": drawn_joints(shown.robot),
-        "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
+        "joints": [*drawn_joints(shown.robot), *known],
+        "shapes": [[packed(mesh, images) for mesh in parts] for parts in carried],
         "images": addresses,
     }
     if before is not None and all(still[name] == before[name] for name in still):
         return {name: before[name] for name in STILL}, unread
-    shapes, cell = shown.shapes.shapes, GHOST_DETAIL * size
+    shapes, cell = [*shown.shapes.shapes, *(None for _ in known)], GHOST_DETAIL * size
     still["coarse"] = [packed(coarse(one, cell)) if one else None for one in shapes]
     return still, unread
 
@@ -223,7 +240,8 @@ def _gathered(
     stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
     path = tool_trace(robot, curve.polynomial, space, report, times) if has_tool else None
-    return _Shown(robot, curve, motions, scenario, space, report, shapes, stops, asked, path)
+    model = moving_model(scenario, robot, trajectory, space)
+    return _Shown(robot, curve, motions, scenario, space, report, shapes, stops, asked, path, model)
 
 
 def _failures(

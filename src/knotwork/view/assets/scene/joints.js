@@ -24,6 +24,7 @@ class Joints {
       return { row, mark, value, unit, factor, low, high };
     });
     this.positions = floats(data.arms[0].position);
+    this.joints = data.joints.length; // what moves by itself comes after the robot
     this.frame = -1;
   }
 
@@ -32,7 +33,7 @@ class Joints {
     if (frame === this.frame || !byId("joints").open) return;
     this.frame = frame;
     this.rows.forEach(({ row, mark, value, unit, factor, low, high }, i) => {
-      const now = factor * this.positions[frame * this.rows.length + i];
+      const now = factor * this.positions[frame * this.joints + i];
       value.textContent = `${now.toFixed(DIGITS[unit] ?? 3)} ${unit === "deg" ? "°" : unit}`;
       const bounded = low !== null && high !== null && high > low;
       row.classList.toggle("unbounded", !bounded);

@@ -1,0 +1,109 @@
+"""What moves by itself in a scene: objects in moving frames, and other robots.
+
+They hang from joints that follow those of the robot, with positions that are known at all times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import JointTree
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.scene.model import CollisionModel
+from knotwork.scene.other_robots import OtherMotion, other_motion
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification.collisions import motion_model
+from knotwork.verification.motion import Motion
+from knotwork.view.drawn_joints import drawn_joint
+from knotwork.view.links import link_shapes
+from knotwork.view.mesh import Mesh, merged
+from knotwork.view.objects import HELD, TOOL, Objects, shape_mesh
+from knotwork.view.packing import label, thing
+from knotwork.waypoints import FloatArray
+
+
+def moving_model(
+    scenario: Scenario | None, robot: Robot, trajectory: JointTrajectory, space: JointSpace | None
+) -> CollisionModel | None:
+    """The collision model of a scenario in which something moves by itself, else `None`.
+
+    Raises:
+        InputError: A mesh, or another robot's scenario, is wrong.
+    """
+    if scenario is None or space is None:
+        return None
+    scene = scenario.scene
+    frames = [one.carrier for one in scene.objects]
+    frames += [frame for held in scene.held for frame in held.carriers]
+    if not scene.robots and not any(frame is not None for frame in frames):
+        return None
+    return motion_model(Motion(trajectory, space), scenario, robot)
+
+
+def known_joints(tree: JointTree, robot: Robot) -> list[dict[str, Any]]:
+    """Describe the joints of a tree that follow the robot's, as `drawn_joints` does."""
+    first = robot.model.njoints
+    return [drawn_joint(tree, i, f"known joint {i}") for i in range(first, len(tree.parent))]
+
+
+def known_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:
+    """Positions of these joints, shape (k, m); m is 0 where nothing moves by itself."""
+    known = () if model is None else model.known
+    return np.hstack([np.zeros((len(time), 0)), *(one(time) for one in known)])
+
+
+def other_robots(
+    model: CollisionModel | None, scenario: Scenario | None, base: pin.SE3, size: float
+) -> Objects:
+    """Links, tools and held objects of other robots."""
+    things: list[dict[str, Any]] = []
+    labels: list[dict[str, Any]] = []
+    warnings: list[str] = []
+    if model is None or scenario is None:
+        return Objects([], [], np.zeros((0, 3)), ())
+    for given in scenario.scene.robots:
+        robot, root = model.robots[given.name]
+        links = link_shapes(robot)
+        things += [
+            thing("other robots", mesh, carrier=root + joint)
+            for joint, mesh in enumerate(links.shapes)
+            if mesh is not None
+        ]
+        for joint, mesh, span in _carried(other_motion(given), size):
+            between = [end + given.delay if np.isfinite(end) else None for end in span]
+            things.append(thing("other robots", mesh, carrier=root + joint, between=between))
+        at = (base * given.placement).translation
+        labels.append(label(given.name, "object", at, f"robot {given.name!r}"))
+        warnings += [f"robot {given.name!r}: {one}" for one in links.warnings]
+    return Objects(things, labels, np.zeros((0, 3)), tuple(warnings))
+
+
+def _carried(other: OtherMotion, size: float) -> Iterator[tuple[int, Mesh, tuple[float, float]]]:
+    """Its tool and what it holds: the joint that carries it, its mesh, and when it is there."""
+    for body in other.model.bodies:
+        held = body.kind == "held" or body.name in other.held
+        if body.kind == "tool" or held:
+            meshes = [
+                shape_mesh(
+                    replace(one.shape, placement=pin.SE3.Identity()), HELD if held else TOOL, size
+                ).moved(one.rotation, one.translation)
+                for one in body.solids
+            ]
+            yield body.joint, merged(meshes), (body.start, body.end)
+
+
+def origins(
+    model: CollisionModel, robot: Robot, trajectory: JointTrajectory, count: int = 20
+) -> FloatArray:
+    """Where the joints that follow the robot's are over the motion [m], shape (n, 3)."""
+    curve = trajectory.polynomial
+    time = np.linspace(curve.x[0], curve.x[-1], count)
+    _, origin = model.placed(curve(time), time)
+    return np.asarray(origin).reshape(count, -1, 3)[:, robot.model.njoints :].reshape(-1, 3)

@@ -1,0 +1,93 @@
+"""Pages show what moves by itself where it is: the drawn joints are read back and placed anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import drawn
+import knotwork as kw
+from moving.moving_truth import links
+from moving.test_moving_things import LEFT, belt, tray, two_arms
+
+
+def scene_of(plan: kw.Plan) -> dict[str, Any]:
+    shown: dict[str, Any] = drawn.scene(plan.view())
+    return shown
+
+
+def times(scene: dict[str, Any]) -> Any:
+    return drawn.numbers(scene["arms"][0]["time"], "<f4", 1)[:, 0]
+
+
+def placed(scene: dict[str, Any], frame: int) -> list[pin.SE3]:
+    """Where every joint of a scene is in one of its frames, as the page places them."""
+    joints, arm = scene["joints"], scene["arms"][0]
+    q = drawn.numbers(arm["position"], "<f4", len(joints))[frame].astype(float)
+    found = [pin.SE3.Identity()]
+    for joint, angle in zip(joints, q, strict=True):
+        turn = pin.Quaternion(*np.array(joint["quaternion"])[[3, 0, 1, 2]]).matrix()
+        axis = np.array(joint["axis"])
+        moved = (
+            pin.SE3(np.eye(3), angle * axis)
+            if joint["slides"]
+            else pin.SE3(pin.exp3(angle * axis), np.zeros(3))
+        )
+        at = pin.SE3(turn, np.array(joint["origin"]))
+        found.append(found[joint["parent"]] * at * moved)
+    return found
+
+
+def middles(scene: dict[str, Any], name: str, frame: int) -> np.ndarray:
+    """Middles of the boxes round things of a name [m], shape (n, 3)."""
+    places = placed(scene, frame)
+    middle = []
+    for thing in scene["things"]:
+        if thing["name"] == name:
+            points = drawn.vertices(thing["mesh"])
+            here = places[thing["carrier"]]
+            moved = points @ here.rotation.T + here.translation
+            middle.append(0.5 * (moved.min(axis=0) + moved.max(axis=0)))
+    return np.array(middle)
+
+
+def test_an_object_is_drawn_where_the_belt_has_carried_it() -> None:
+    box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
+    plan = kw.plan(belt(scene={"objects": {"box": box}}))
+    scene = scene_of(plan)
+    time = times(scene)
+    for frame in (0, len(time) // 2, len(time) - 1):
+        asked = tray(float(time[frame])) * pin.SE3(np.eye(3), np.array([0, 0, -0.04]))
+        (found,) = middles(scene, "objects", frame)
+        assert found == pytest.approx(asked.translation, abs=1e-5)
+    assert all(len(one) == len(scene["joints"]) for one in scene["ghosts"])
+
+
+def test_another_robot_is_drawn_where_its_motion_has_brought_it(tmp_path: Path) -> None:
+    plan = kw.plan(two_arms(tmp_path, delay=0.5))
+    scene = scene_of(plan)
+    there = links(
+        kw.plan(LEFT).trajectory,
+        pin.SE3(pin.rpy.rpyToMatrix(0, 0, np.pi), np.array([0.9, 0, 0])),
+    )
+    time = times(scene)
+    robot = plan.space.robot
+    assert robot is not None
+    first = len(scene["joints"]) - robot.dof + 1  # the other arm's joints come last
+    for frame in (0, len(time) // 3, len(time) - 1):
+        places = placed(scene, frame)
+        bodies = set(there(0.0))
+        for joint, at in enumerate(places[first:], 1):
+            body = next(
+                f for f in robot.model.frames if f.parentJoint == joint and f.name in bodies
+            )
+            geometry = there(float(time[frame]) - 0.5)[body.name][0][1]
+            rest = there(-1.0)[body.name][0][1]
+            # the same step from the start to now, seen from the first place of the joint
+            start = placed(scene, 0)[first + joint - 1]
+            assert (at * start.inverse() * rest).isApprox(geometry, 1e-4)
+    assert sum(one["name"].startswith("other robots") for one in scene["things"]) >= robot.dof
