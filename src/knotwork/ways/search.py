@@ -114,11 +114,13 @@ def to_blame(problem: WayProblem, checks: int) -> list[str] | None:
     """
     objects = {body.name for body in problem.model.bodies if body.kind == "object"}
     blamed = _passed_through(problem, objects, checks)
-    for name in sorted(blamed or ()):
+    if blamed is None:
+        return None
+    for name in sorted(blamed):
         fewer = _passed_through(problem, blamed - {name}, checks // len(blamed))
         if fewer is not None and len(fewer) < len(blamed):
             blamed = fewer
-    return None if blamed is None else sorted(blamed)
+    return sorted(blamed)
 
 
 def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[str] | None:
