@@ -15,6 +15,7 @@ from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
+from knotwork.scenario.weave_reader import WeaveReader
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
@@ -131,7 +132,9 @@ class PathReader:
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        motion = TimedPath(path, timing, start, carrier)
+        weaves = WeaveReader(self.curves, first, given)
+        carrier, breaks = weaves.carried(path, timing, start, carrier)
+        motion = TimedPath(path, timing, start, carrier, breaks)
         return ScenarioPath(first, motion, stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:

@@ -38,5 +38,6 @@ from .waypoints import Arc as Arc
 from .waypoints import JointWaypoint as JointWaypoint
 from .waypoints import PathWaypoint as PathWaypoint
 from .waypoints import PoseWaypoint as PoseWaypoint
+from .weaves import Weave as Weave
 
 __all__: list[str]

@@ -19,6 +19,7 @@ from knotwork.documents.values import (
 from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement, Pose, Velocity
+from knotwork.task.weaves import Weave
 
 # Of shorter waits rounding of times would make motions.
 Wait = Annotated[Positive, Field(ge=1e-3)]
@@ -206,6 +207,9 @@ class PathWaypoint(_Posed):
     blend: Positive | None = Field(
         default=None,
         description="Between two lines: the corner is rounded within this distance of it [length]",
+    )
+    weave: Weave | None = Field(
+        default=None, description="Motion that is added to the path; speed is that of the path"
     )
 
 
