@@ -15,6 +15,7 @@ from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.scenario.model import ToleranceSet
 from knotwork.scenario.path_curves import PathCurves
 from knotwork.task import AtMost, PathWaypoint
+from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath
 from knotwork.tool_paths.curve import unit
 from knotwork.tool_paths.moving_frame import MovingFrame
@@ -59,9 +60,9 @@ class WeaveReader:
         if not runs:
             return carrier, np.zeros(0)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
-        for low, high in runs:
+        for low, high, asked in runs:
             begin, end = (float(timing.times[k]) for k in (low, high))
-            weave, normal = self._weave(low, end - begin)
+            weave, normal = self._weave(low, asked, end - begin)
             t, state = woven(weave, path, timing, begin, normal)
             if not np.isfinite(state).all():
                 raise self._error(
@@ -80,16 +81,17 @@ class WeaveReader:
         moved = at_rest.moved(np.eye(3), (False,) * 3, EndlessCurve(curve, delay=start))
         return moved, np.concatenate(breaks)
 
-    def _runs(self) -> list[tuple[int, int]]:
+    def _runs(self) -> list[tuple[int, int, GivenWeave]]:
         """From where to where stretches that follow one another have one weave."""
-        runs: list[tuple[int, int]] = []
+        runs: list[tuple[int, int, GivenWeave]] = []
         for k, one in enumerate(self.given):
             if one.weave is None:
                 continue
-            if runs and runs[-1][1] == k and one.weave == self.given[k - 1].weave:
-                runs[-1] = (runs[-1][0], k + 1)
-            else:
-                runs.append((k, k + 1))
+            if isinstance(one.speed, str | AtMost):
+                raise self._error(k, "is chosen, along a weave", "a speed", "speed")
+            goes_on = bool(runs) and runs[-1][1:] == (k, one.weave)
+            low = runs.pop()[0] if goes_on else k
+            runs.append((low, k + 1, one.weave))
         return runs
 
     def _error(self, k: int, found: str, accepted: str, *key: str) -> DocumentError:
@@ -97,12 +99,9 @@ class WeaveReader:
             ("waypoints", self.first + 1 + k, *(key or ("weave",))), found, accepted
         )
 
-    def _weave(self, k: int, duration: float) -> tuple[Weave, FloatArray | None]:
-        """The weave of a stretch, by index, and the normal that it gives."""
-        given, text = self.given[k].weave, self.curves.text
-        assert given is not None
-        if isinstance(self.given[k].speed, str | AtMost):
-            raise self._error(k, "is chosen, along a weave", "a speed", "speed")
+    def _weave(self, k: int, given: GivenWeave, duration: float) -> tuple[Weave, FloatArray | None]:
+        """The weave that begins on a stretch, by index, and the normal that it gives."""
+        text = self.curves.text
         periods = duration * given.frequency
         if not LEAST_PERIODS <= periods <= MOST_PERIODS:
             low, high = (count / duration for count in (LEAST_PERIODS, MOST_PERIODS))
