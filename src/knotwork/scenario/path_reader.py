@@ -15,7 +15,6 @@ from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
-from knotwork.scenario.weave_reader import WeaveReader
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
@@ -132,8 +131,12 @@ class PathReader:
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        weaves = WeaveReader(self.curves, first, given)
-        carrier, breaks = weaves.carried(path, timing, start, carrier)
+        breaks = np.zeros(0)
+        if any(one.weave is not None for one in given):
+            from knotwork.scenario.weave_reader import WeaveReader
+
+            weaves = WeaveReader(self.curves, first, given)
+            carrier, breaks = weaves.carried(path, timing, start, carrier)
         motion = TimedPath(path, timing, start, carrier, breaks)
         return ScenarioPath(first, motion, stretches, asked)
 

@@ -42,7 +42,7 @@ class WeaveReader:
 
     def carried(
         self, path: ToolPath, timing: Timing, start: float, carrier: MovingFrame | None
-    ) -> tuple[MovingFrame | None, FloatArray]:
+    ) -> tuple[MovingFrame, FloatArray]:
         """What carries the path and moves it as it is woven; and when that begins anew [s].
 
         Stretches that follow one another with the same weave are woven as one.
@@ -56,11 +56,8 @@ class WeaveReader:
         Raises:
             DocumentError: A weave is too short, fast or narrow, or goes along the seam.
         """
-        runs = self._runs()
-        if not runs:
-            return carrier, np.zeros(0)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
-        for low, high, asked in runs:
+        for low, high, asked in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
             weave, normal = self._weave(low, asked, end - begin)
             t, state = woven(weave, path, timing, begin, normal)
