@@ -39,6 +39,7 @@ TITLES = {
     "AlongPoints": "along: points",
     "Weave": "weave",
     "JointWaypoint": "A waypoint by joints",
+    "Action": "do",
     "Fastest": "after: fastest",
     "FreePose": "free",
     "AtMost": "speed: at_most",
