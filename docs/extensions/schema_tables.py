@@ -38,6 +38,7 @@ TITLES = {
     "Arc": "arc",
     "AlongPoints": "along: points",
     "JointWaypoint": "A waypoint by joints",
+    "Action": "do",
     "Fastest": "after: fastest",
     "FreePose": "free",
     "AtMost": "speed: at_most",

@@ -45,7 +45,7 @@ def torques(plan: kw.Plan, payload: pin.Inertia, at: pin.SE3) -> tuple[np.ndarra
     loaded = bare.copy()
     tool = loaded.frames[loaded.getFrameId("tool0")]
     loaded.appendBodyToJoint(tool.parentJoint, payload, tool.placement * at)
-    times = dict(zip((one.name for one in plan.scenario.waypoints), plan.scenario.times))
+    times = {one.name: one.time for one in plan.scenario.waypoints}
     rows, when = [], []
     for start, end in pairwise([0.0, times["pick"], times["place"], plan.trajectory.end_time]):
         model = loaded if start == times["pick"] else bare
@@ -73,7 +73,8 @@ def test_torque_knows_what_is_held(mass: float, centre: Any, inertia: Any) -> No
     found = plan.report.select(quantity="effort", subject="joint")
     most = np.abs(torque).max(axis=0)
     for one, dense in zip(found, most, strict=True):
-        assert one.value is not None and one.ok
+        assert one.ok
+        assert one.value is not None
         assert dense <= abs(one.value) + one.excess + 1e-6
         assert dense == pytest.approx(abs(one.value), rel=5e-3, abs=5e-3)
     # the limits bind with the load, and are kept
@@ -92,7 +93,7 @@ def test_a_load_costs_time_only_while_it_is_held() -> None:
 
 def test_the_load_changes_at_rest(tmp_path: Any) -> None:
     plan = kw.plan(stacking(BOX | {"mass": 4.0}))
-    times = dict(zip((one.name for one in plan.scenario.waypoints), plan.scenario.times))
+    times = {one.name: one.time for one in plan.scenario.waypoints}
     for name in ("pick", "place"):
         assert np.abs(plan.trajectory.acceleration(times[name])).max() < 1e-9
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))

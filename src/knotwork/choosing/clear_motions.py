@@ -29,7 +29,7 @@ MOST_GOALS = 12
 """Solutions of a pose that a way may end at."""
 
 BLAMED_CHECKS = 20_000
-"""Configurations looked at, object by object, to see which of them is in the way."""
+"""Configurations looked at, at most twice, to see which objects are in the way."""
 
 
 def clear_motion(
@@ -220,10 +220,13 @@ def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Seg
         message += (
             f" was found among {none.checks} configurations; this is no proof that there is none"
         )
-        if blamed:
-            message += f". There is one without {' and one without '.join(map(repr, blamed))}"
+        if blamed is None:
+            message += ", nor any without the objects"
+        elif blamed:
+            several = "all of " if len(blamed) > 1 else ""
+            message += f". There is one without {several}{', '.join(map(repr, blamed))}"
         message += "; accepted: more space, a waypoint in between, or a smaller scene.margin"
-        return task.located(NoWayFoundError(message, names=tuple(blamed)), fault)
+        return task.located(NoWayFoundError(message, names=tuple(blamed or ())), fault)
     depth, unit = none.depth, "m"
     if none.joint is not None:
         joint, unit = task.space.joint_names[none.joint], task.space.joint_units[none.joint]

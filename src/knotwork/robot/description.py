@@ -24,7 +24,6 @@ class VirtualJoint:
         axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
         lower, upper: Limits of its position [rad], which may be infinite.
         ease: How much easier than others it moves in the least norm of joint velocities.
-        pull: How fast it is pulled to the middle of its range along tool paths [1/s].
     """
 
     name: str
@@ -32,7 +31,6 @@ class VirtualJoint:
     lower: float
     upper: float
     ease: float = 30.0
-    pull: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 from knotwork import documents
 from knotwork.documents import Document, Location, Places
 from knotwork.errors import shown
+from knotwork.scenario.events import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
@@ -75,7 +76,7 @@ class _Resolver:
     def __init__(self, task: Task, places: Places) -> None:
         self.task, self.places = task, places
         self.length, self.angle = si_factors(self.task.units)
-        self.file = in_si(self.task, self.length, self.angle)
+        self.file = with_waits(in_si(self.task, self.length, self.angle))
         self.reader = WaypointReader(self.file, places, self.length, self.angle)
 
     def scenario(self) -> Scenario:
@@ -95,6 +96,8 @@ class _Resolver:
         free = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
             self.reader.carriers.check_times(free, self.reader.indices)
+        units = Units(file.units.length, file.units.angle)
+        events = EventReader(file, self.places, units, waypoints, paths, self.reader.indices)
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
@@ -104,7 +107,7 @@ class _Resolver:
             paths=paths,
             robot=self._robot(),
             relative_to=source.parent if source is not None else None,
-            units=Units(file.units.length, file.units.angle),
+            units=units,
             joint_units=file.joint_units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
@@ -114,6 +117,7 @@ class _Resolver:
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
+            events=events.events(timed=free is None),
             free=free,
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),

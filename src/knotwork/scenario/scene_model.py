@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -131,6 +132,7 @@ class Scene:
         held: What the tool takes along.
         robots: Other robots.
         rules: What is checked, and how closely.
+        moving: Those frames of the file that move, by name.
     """
 
     objects: tuple[SceneObject, ...] = ()
@@ -138,6 +140,7 @@ class Scene:
     held: tuple[HeldObject, ...] = ()
     robots: tuple[OtherRobot, ...] = ()
     rules: CollisionRules = CollisionRules()
+    moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
     def asks(self) -> bool:
         """Whether anything of the scenario has to be checked besides the robot's own links."""

@@ -82,6 +82,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
             scene.margin,
             CollisionRules.resolution if rules.resolution is None else rules.resolution,
         ),
+        moving={k: frame for k in file.frames if (frame := reader.frames.moving[k]).moves},
     )
 
 

@@ -144,10 +144,10 @@ class _Builder:
         bodies = list(self.links.bodies)
         if scene.tool:
             bodies.append(self._tool(scene.tool))
+        for frame in scene.moving.values():
+            self._carrier(frame)  # for what draws it
         for one in scene.objects:
-            if one.visual:
-                self._carrier(one.carrier)  # for what draws it
-            else:
+            if not one.visual:
                 bodies.append(self._object(one.name, one.shape, one.carrier))
         for held in scene.held:
             bodies += self._held(held)

@@ -1,3 +1,4 @@
+from .actions import Action as Action
 from .freedoms import AtMost as AtMost
 from .freedoms import ChosenMotion as ChosenMotion
 from .freedoms import ClearWay as ClearWay

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.errors import CollisionError
 from knotwork.kinematics.following.continuation import Continuation
@@ -87,11 +88,15 @@ class Obstacles:
         clearance = np.maximum(self._of_branches(index, candidates, FAR), 0.0)
         return np.asarray(1.0 - clearance / FAR)
 
+    def clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
+        """Which configurations (k, d) are clear of collisions at a time, shape (k,)."""
+        if self._pairs is None:
+            return np.ones(len(q), dtype=bool)
+        return np.asarray(self._pairs.clearance(self._own(q), time) >= 0.0)
+
     def collides(self, q: FloatArray, time: float) -> bool:
         """Whether a configuration collides."""
-        return self._pairs is not None and bool(
-            self._pairs.clearance(self._own(q[None]), time)[0] < 0.0
-        )
+        return not self.clear(q[None], time)[0]
 
     def _of_branches(self, index: int, candidates: Candidates, most: float) -> FloatArray:
         """Clearance of candidates; turns make no difference to it."""

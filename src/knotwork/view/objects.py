@@ -136,20 +136,18 @@ def scene_objects(
         for one in scenario.scene.objects:
             between = None if one.appears is None else [times[one.appears], None]
             plane = one.shape.kind == "half_space"
-            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size)
-            carrier = None
+            carrier, placement = None, robot.base_placement
             if model is not None and one.carrier is not None:
                 carrier, placement = model.riding(one.carrier)
-                there = mesh.placed(placement)
-                things.append(thing(OBJECTS, there, around=True, carrier=carrier, between=between))
-            mesh = mesh.placed(robot.base_placement)
-            if carrier is None:
-                things.append(thing(OBJECTS, mesh, around=True, between=between))
+            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
+            things.append(thing(OBJECTS, mesh, around=True, carrier=carrier, between=between))
             drawn.append((f"object {one.name!r}", mesh))
-            if plane or carrier is not None:
+            if plane:
                 continue
             middle = mesh.vertices.mean(axis=0)
-            labels.append(label(one.name, "object", middle, f"object {one.name!r}"))
+            labels.append(label(one.name, "object", middle, f"object {one.name!r}", carrier))
+            if carrier is not None:
+                continue
             corners = box_corners(mesh.vertices)
             if np.ptp(corners, axis=0).max() <= size:
                 points.append(corners)
