@@ -40,24 +40,18 @@ class Obstacles:
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
-        from knotwork.scene.building import collision_model, hold_between
+        from knotwork.scene.building import collision_model
         from knotwork.scene.solid_pairs import SolidPairs
 
-        holds = {}
+        poses = []
         if scenario.scene.held:
-            times, poses = scenario.provisional_times.tolist(), []
-            place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
             for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
                 if isinstance(waypoint, CartesianWaypoint):
                     poses.append(waypoint.pose)
                 elif state is not None:
                     poses.append(robot.forward(state.position[: robot.dof]))
-            holds = {
-                one.name: hold_between(place[one.take], place[one.leave], times, poses)
-                for one in scenario.scene.held
-            }
         self.scenario, self.robot = scenario, robot
-        self.model = collision_model(scenario, robot, holds)
+        self.model = collision_model(scenario, robot, scenario.provisional_times.tolist(), poses)
         self._pairs = SolidPairs(self.model) if self.model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
