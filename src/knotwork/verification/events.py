@@ -92,6 +92,6 @@ def parts(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             one.name,
             "segment",
             "information",
-            f"{one.name}: {one.kind}, {one.start:.3f} s to {one.end:.3f} s",
+            one.said,
             interval=(one.start, one.end),
         )
