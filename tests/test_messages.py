@@ -220,9 +220,6 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "knots": [0.1, 0.5],
         "planner_options": {
             "accelerations": [{"j": 0, "k": 0}, {"j": 0, "k": 0}],
-            "jerks": [{"j": 0, "k": 0}],
-            "snaps": [{"j": 0, "k": 0}],
-            "transition_time": [0.1, 0.1],
         },
         "limits": {"acceleration": {"j": 3}, "effort": 3},
         "chosen": [

@@ -54,7 +54,6 @@ def clear_motion(
     asked, robot = segment.way, task.space.robot
     if asked is None or robot is None:
         raise TypeError("the segment does not find its way")
-    _check_velocities(task, segment, problem)
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     wanted = WayProblem(
@@ -207,19 +206,6 @@ def _slowed(
         )
         raise task.located(error, segment.waypoints[-1])
     return curve
-
-
-def _check_velocities(task: FreeTask, segment: Segment, problem: TimingProblem) -> None:
-    """Refuse a velocity at an end of a way that is to be chosen."""
-    for place in (0, -1):
-        if not problem.velocity_known[place]:
-            raise task.located(
-                InputError(
-                    "the velocity is chosen, but a way begins or ends here; accepted: stop, or a "
-                    "velocity"
-                ),
-                segment.waypoints[place],
-            )
 
 
 def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment) -> InputError:

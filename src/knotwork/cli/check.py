@@ -25,6 +25,7 @@ from knotwork.cli.parameters import (
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
+from knotwork.cli.together import Other, check_together, with_options
 from knotwork.errors import DocumentError, InputError
 from knotwork.recording import compare_log
 from knotwork.trajectory import JointTrajectory
@@ -41,12 +42,14 @@ MANY_POINTS = 200
 @package_path_option
 @full_option
 @json_option
+@with_options
 def check(
     trajectory: Path,
     reference: str | None,
     full: bool,
     as_json: bool,
     log: LogOptions | None,
+    other: Other | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
@@ -60,7 +63,14 @@ def check(
     RTDE are understood, the noise is estimated, and failures smaller than the noise are undecided.
     The plan given with --against sets its clock, else the scenario is planned. With --against the
     scenario may be left out if the report in the plan's folder names it.
+
+    With --with it says in one line how near two motions come, as `knotwork check a.yaml --with
+    b.yaml --in left`.
     """
+    if other is not None:
+        if full or log is not None:
+            raise click.UsageError("--with takes neither --full nor a log")
+        return check_together(str(trajectory), reference, other, as_json=as_json)
     reference = reference if reference is not None else planned_scenario(log)
     is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
     if reference is not None:
