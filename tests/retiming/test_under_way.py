@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import knotwork as kw
@@ -51,6 +51,7 @@ def test_an_override_stays_on_the_path(deburring: kw.Plan) -> None:
     assert {one.name for one in slow.scenario.waypoints} == names
 
 
+@example(speed=1.21875, part=0.796875)
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.0))
 def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
     speed: float, part: float
@@ -58,7 +59,7 @@ def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
     plan = swing(speed)
     stop = plan.stop(2.0 + 5 * part)
     shortest = speed / 4 + 4 / 40 if speed >= 16 / 40 else 2 * np.sqrt(speed / 40)
-    assert shortest * (1 - 1e-9) <= stop.trajectory.duration <= 1.06 * shortest
+    assert shortest * (1 - 1e-9) <= stop.trajectory.duration <= 1.004 * shortest
     assert stop.report.ok
     free = plan.stop(2.0 + 5 * part, on_path=False)
     assert free.trajectory.duration == pytest.approx(shortest, rel=1e-9)
