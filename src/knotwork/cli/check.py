@@ -61,7 +61,9 @@ def check(
     The plan given with --against sets its clock, else the scenario is planned. With --against the
     scenario may be left out if the report in the plan's folder names it.
     """
-    reference = reference if reference is not None else planned_scenario(log)
+    plan = trajectory if log is None else log.against
+    if reference is None and plan is not None:
+        reference = planned_scenario(Path(plan))
     is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
     if reference is not None:
         try:

@@ -116,11 +116,8 @@ def checked_log(
     return alignment.trajectory, check_log(alignment, scenario, space)
 
 
-def planned_scenario(log: LogOptions | None) -> str | None:
-    """The scenario of the plan that a log is compared with, if the plan's report names it."""
-    if log is None or log.against is None:
-        return None
-    plan = Path(log.against)
+def planned_scenario(plan: Path) -> str | None:
+    """The scenario of a stored plan, if the report next to it names one that is there."""
     stated = stated_scenario(plan)
     if stated is None or stated in resources.names("scenarios"):
         return stated

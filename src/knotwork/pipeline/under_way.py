@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.documents import Document, edited
 from knotwork.errors import InputError
+from knotwork.pipeline.scene_then import held_at, on_moving_frames, scene_from
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     composed,
@@ -20,7 +23,9 @@ from knotwork.retiming import (
 )
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.task import Task
+from knotwork.scenario.waypoint_reader import START
+from knotwork.task import EndAcceleration, Task
+from knotwork.task.places import moved_paths
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import check
@@ -56,25 +61,30 @@ class UnderWay:
 
         Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
         limits, collisions and the waypoints at their new times; tool paths are not judged again.
+        What moves by itself keeps its own speed.
 
         Args:
             profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
                 smoothly from each value to the next, and keeps the last one.
 
         Raises:
-            InputError: A time or an override is negative, nothing would move, or a frame of the
-                scenario moves.
+            InputError: A time or an override is negative, nothing would move, or a moving frame
+                carries a waypoint, which the tool would miss.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
+        for i in on_moving_frames(self.scenario.task)[:1]:
+            raise self.scenario.places.error(
+                ("waypoints", i), "is in a frame that moves on at its own speed, not the arm's"
+            )
         clock = _shifted(override(profile, self.trajectory.duration), self.trajectory.start_time)
         times = _waypoint_times(self.scenario, clock)
         curve = composed(self.trajectory.polynomial, clock)
         motion, _ = cubic_through(curve, TOLERANCE, inverse_time(clock, times).tolist())
-        return self._with_motion(motion, clock)
+        return self._with_motion(motion, clock, self.scenario.task)
 
     def stop(self, at: float, *, on_path: bool = True) -> Self:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -98,7 +108,7 @@ class UnderWay:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        q, v, a = self._state(at)
+        q, v, a = (self.trajectory(at, nu) for nu in range(3))
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):
             if kind == "jerk" and on_path:
@@ -109,33 +119,36 @@ class UnderWay:
                     f"of {kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
                 )
         if not on_path:
-            return self._with_motion(joint_stop(q, v, a, *limits), None)
+            return self._stopped(joint_stop(q, v, a, *limits), None, (at, at))
         found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
         if found is None:
             raise InputError(
                 f"{self.scenario.name}: no stop on the path from {at:g} s on keeps the limits "
                 "before the motion ends; accepted: an earlier time, or on_path=False"
             )
-        return self._with_motion(found[1], found[0])
+        clock, motion = found
+        return self._stopped(motion, clock, (at, float(clock(clock.x[-1]))))
 
-    def _state(self, at: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        q, v, a = (self.trajectory(at, nu) for nu in range(3))
-        return q, v, a
+    def _stopped(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        span: tuple[float, float],
+    ) -> Self:
+        ends = f"stop from {span[0]:g} s", "stopped"
+        task = scene_from(self.scenario, self.space.robot, self.trajectory, span, ends)
+        return self._with_motion(motion, clock, task, ends)
 
-    def _task_from(self, at: float, task: Task) -> Task:
-        """A task that starts with the state of this motion at a time, in place of its own start."""
-        q, v, a = self._state(at)
-        length, angle = si_factors(task.units)
-        first = {"joints": _given(self.space, q, length, angle), "time": 0.0}
-        first["velocity"] = _given(self.space, v, length, angle)
-        ends = {"start": _given(self.space, a, length, angle)}
-        goals = task.waypoints if task.start is not None else task.waypoints[1:]
-        return task.replace(start=None, waypoints=[first, *goals], end_acceleration=ends)
-
-    def _with_motion(self, motion: PiecewisePolynomial, clock: PiecewisePolynomial | None) -> Self:
+    def _with_motion(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        task: Task,
+        ends: tuple[str, str] = (START, "end"),
+    ) -> Self:
         """The plan of another motion, through those waypoints that its clock passes."""
         scenario, space = self.scenario, self.space
-        names: dict[float, str | None] = {float(motion.x[0]): None, float(motion.x[-1]): None}
+        names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
         if clock is not None:
             passed = _waypoint_times(scenario, clock)
             for time, when in zip(passed, inverse_time(clock, passed), strict=True):
@@ -147,19 +160,20 @@ class UnderWay:
         waypoints: list[dict[str, Any]] = [
             {
                 "time": time,
+                "name": names[time],
                 "joints": _given(space, motion(time), length, angle),
                 "velocity": _given(space, motion(time, 1), length, angle),
-                **({"name": names[time]} if names[time] else {}),
             }
             for time in times.tolist()
         ]
-        ends = {
+        ends_given = {
             end: _given(space, motion(motion.x[i], 2), length, angle)
             for end, i in (("start", 0), ("end", -1))
         }
-        unset = dict.fromkeys(CHOICES)
-        task = scenario.task.replace(**unset, waypoints=waypoints, end_acceleration=ends)
-        asked = resolved(task, scenario.places)
+        task = _without_file(task, scenario).replace(
+            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
+        )
+        asked = resolved(task)
         moved = joint_space(asked)
         trajectory = replace(self.trajectory, polynomial=motion, waypoint_times=times)
         passed_through = JointWaypoints(
@@ -179,6 +193,51 @@ class UnderWay:
         )
 
 
+def task_from(
+    motion: JointTrajectory, at: float, task: Task, current: Scenario | None = None
+) -> Task:
+    """A task that starts with the state of a motion at a time, in place of its own start.
+
+    Args:
+        motion: What moves.
+        at: The moment, which is time 0 of the task [s].
+        task: The new one. The state takes the place of its `start`, or else of its first waypoint;
+            a task of one waypoint has its goal there.
+        current: The scenario of the motion, if it is known.
+
+    Raises:
+        InputError: The time is outside the motion, or the tool holds what the task does not.
+    """
+    q, v, a = (motion(at, nu) for nu in range(3))
+    goals = [
+        one if one.name else one.replace(name=f"waypoint {i + 1}")
+        for i, one in enumerate(task.waypoints)
+    ]
+    first = task.start is None and len(goals) > 1
+    name = goals.pop(0).name if first else START
+    for held in held_at(current, at) if current is not None else ():
+        if task.tool is None or held not in task.tool.holds:
+            raise InputError(
+                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, and the task "
+                f"says nothing of it; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
+                "}` with its shape"
+            )
+    units = si_factors(task.units)
+    state = {"name": name, "time": 0.0, "joints": _given(motion, q, *units)}
+    state["velocity"] = _given(motion, v, *units)
+    given = task.end_acceleration
+    ends = {"end": given.end} if isinstance(given, EndAcceleration) else {}
+    ends["start"] = _given(motion, a, *units)
+    return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
+
+
+def _without_file(task: Task, scenario: Scenario) -> Task:
+    """A task that is no longer that of its file: named, with absolute paths."""
+    folder = Path.cwd() if scenario.source is None else scenario.source.parent
+    data = task.to_dict() | {"name": scenario.name}
+    return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)
+
+
 def _shifted(clock: PiecewisePolynomial, start: float) -> PiecewisePolynomial:
     c = np.array(clock.c)
     c[-1] += start
@@ -193,7 +252,9 @@ def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArra
     return passed
 
 
-def _given(space: JointSpace, values: FloatArray, length: float, angle: float) -> dict[str, float]:
+def _given(
+    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+) -> dict[str, float]:
     """Values by joint in the units of a file."""
-    units = np.where(np.array(space.joint_units) == "m", length, angle)
-    return dict(zip(space.joint_names, (values / units).tolist(), strict=True))
+    units = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
@@ -106,6 +105,8 @@ def _shortest(
     curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
 ) -> PiecewisePolynomial | None:
     """The clock of the shortest stop of which no sample exceeds a limit."""
+    from scipy.optimize import minimize
+
     left = float(curve.x[-1]) - at
     delays, spans = np.linspace(0.0, left, 9), left * np.geomspace(1e-3, 2.0, 81)
     best: tuple[float, ...] = (np.inf,)
@@ -183,5 +184,5 @@ def _used(
     q1, q2, q3 = (curve(time, nu) for nu in (1, 2, 3))
     use = np.abs(q2 * rate**2 + q1 * change) / acceleration
     jolt = np.abs(q3 * rate**3 + 3.0 * q2 * rate * change + q1 * bend) / jerk
-    parts = [one.reshape(*one.shape[:2], -1) for one in (use, jolt)]
-    return np.concatenate((*parts, 1.0 + beyond), axis=2)
+    used = [one.reshape(*one.shape[:2], -1) for one in (use, jolt)]
+    return np.concatenate((*used, 1.0 + beyond), axis=2)
