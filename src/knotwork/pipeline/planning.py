@@ -24,10 +24,11 @@ from knotwork.pipeline.planner_options import (
 )
 from knotwork.pipeline.under_way import UnderWay, task_from
 from knotwork.scenario import FreeTimes, Scenario, load_scenario, resolved
+from knotwork.scenario.events import segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
-from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory import Event, JointTrajectory, Segment
 from knotwork.verification import Report, check
 from knotwork.waypoints import JointWaypoints
 
@@ -69,6 +70,20 @@ class Plan(UnderWay):
     solution: TaskSolution | None = None
     chosen: ChosenTimes | None = None
     sequences: int = 1
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What is switched on the way, in order of time."""
+        return self.trajectory.events
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """What the motion consists of, in order of time.
+
+        >>> [(one.name, one.kind) for one in kw.plan("paper_case").segments][:2]
+        [('A to B', 'free motion'), ('B to C', 'free motion')]
+        """
+        return self.trajectory.segments
 
     def __repr__(self) -> str:
         """The report in short."""
@@ -382,6 +397,10 @@ def _planned(
         waypoints = solution.waypoints
         with option_context(scenario, waypoints, replaced):
             trajectory = interpolate(waypoints, options)
+        asked = chosen.asked.free if chosen is not None else None
+        events = tuple(one.event for one in scenario.events)
+        parts = segments(scenario, asked.ways if asked is not None else ())
+        trajectory = replace(trajectory, events=events, segments=parts)
         known = [infeasible(one) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings

@@ -73,18 +73,12 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    from knotwork.scene.building import collision_model, hold_between
+    from knotwork.scene.building import collision_model
 
-    if not scenario.scene.held:
-        return collision_model(scenario, robot, {})
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
-    poses = [robot.forward(motion.curve(time)) for time in times]
-    place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
-    holds = {
-        held.name: hold_between(place[held.take], place[held.leave], times, poses)
-        for held in scenario.scene.held
-    }
-    return collision_model(scenario, robot, holds)
+    held = bool(scenario.scene.held)
+    poses = [robot.forward(motion.curve(time)) for time in times] if held else []
+    return collision_model(scenario, robot, times, poses)
 
 
 def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
