@@ -59,7 +59,7 @@ def test_an_override_stays_on_the_path(deburring: kw.Plan) -> None:
     assert {one.name for one in slow.scenario.waypoints} == names
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @example(speed=1.21875, part=0.796875)
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.0))
 def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
@@ -216,6 +216,23 @@ def test_replan_writes_what_check_reads(tmp_path: Path, knotwork: Command) -> No
         failed = knotwork("replan", *paths)
         assert failed.code == 2
         assert words in failed.err
+
+
+def test_what_is_switched_keeps_its_place_on_the_path() -> None:
+    inner = {"joints": {"a": 1}, "velocity": {"a": 0.5}, "after": 2}
+    waypoints = [
+        {"joints": {"a": 0}, "do": {"grip": "close"}},
+        {**inner, "do": [{"output": 3, "value": True, "before": 0.2}, {"arc": "on", "after": 0.3}]},
+        {"joints": {"a": 2}, "after": 2, "do": {"arc": "off"}},
+    ]
+    plan = kw.plan({"limits": LIMITS, "outputs": {"arc": 7}, "waypoints": waypoints})
+    slow = plan.scaled({0: 0.5})
+    assert [one.said for one in slow.events] == [one.said for one in plan.events]
+    assert [one.time for one in slow.events] == pytest.approx([2 * one.time for one in plan.events])
+    assert [one.output for one in slow.events] == [None, 3, 7, 7]
+    assert slow.segments[1].start == pytest.approx(4)
+    assert [one.said for one in plan.stop(2.2).events] == ["arc on"]
+    assert not plan.stop(2.2, on_path=False).events
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,8 @@ def replan(
     asked = Task.load(task)
     motion, current = _motion(source, asked)
     try:
-        made = pipeline.replanned(motion, at, asked, current, budget=budget)
+        begun = pipeline.scenario_from(motion, at, asked, current)
+        made = pipeline.plan(begun, budget=budget)
     except DocumentError as error:
         if error.file is not None:
             raise

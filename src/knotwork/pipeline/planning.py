@@ -22,8 +22,9 @@ from knotwork.pipeline.planner_options import (
     planner_options,
     supported_options,
 )
-from knotwork.pipeline.under_way import UnderWay, task_from
-from knotwork.scenario import FreeTimes, Scenario, load_scenario, resolved
+from knotwork.pipeline.replanning import scenario_from
+from knotwork.pipeline.under_way import UnderWay
+from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.scenario.events import segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
@@ -150,7 +151,7 @@ class Plan(UnderWay):
             InputError: The time is outside the motion, the tool holds something of which the task
                 says nothing, or the task is wrong: as `plan`.
         """
-        return replanned(self.trajectory, at, scenario, self.scenario)
+        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
     def freeze(self, path: str | Path) -> Path:
         """Write the scenario with the chosen times and speeds as numbers, comments kept.
@@ -291,37 +292,6 @@ def plan(
     if scenario.free is None:
         return best_of_sequences(*_planned(scenario, planner, knots))
     return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress, warm)
-
-
-def replanned(
-    motion: JointTrajectory,
-    at: float,
-    scenario: str | Path | Mapping[str, Any] | Task,
-    current: Scenario | None = None,
-    **options: Any,
-) -> Plan:
-    """Plan another task from the state of a motion at a moment: see `Plan.replace`.
-
-    Args:
-        motion: What moves.
-        at: The moment [s].
-        scenario: The new task.
-        current: The scenario of the motion, if it is known.
-        options: As those of `plan`.
-    """
-    from knotwork.robot import load_robot
-
-    task = scenario if isinstance(scenario, Task) else Task.load(scenario)
-    asked = resolved(task_from(motion, at, task, current))
-    if asked.robot is not None:
-        with asked.error_context("robot"):
-            names = load_robot(asked.robot).joint_names
-            if set(names) != set(motion.joint_names):
-                raise InputError(
-                    f"has the joints {', '.join(names)}; the motion that it is to go on from has "
-                    f"{', '.join(motion.joint_names)}"
-                )
-    return plan(asked, **options)
 
 
 def _with_chosen_times(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from knotwork.scenario import HeldObject, Scenario
 from knotwork.task import SceneObject, Task
 from knotwork.task.part import plain
@@ -12,7 +14,9 @@ from knotwork.task.units import si_factors
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+    from knotwork.scenario.joint_space import JointSpace
     from knotwork.trajectory import JointTrajectory
+    from knotwork.waypoints import FloatArray
 
 
 def held_at(scenario: Scenario, at: float) -> list[str]:
@@ -59,12 +63,21 @@ def scene_from(
     task, (first, last) = scenario.task, span
     times = [one.time for one in scenario.waypoints]
     place = {one.name: i for i, one in enumerate(scenario.waypoints)}
-    holds, objects = {}, dict(task.scene.objects)
+    holds: dict[str, Any] = {}
+    objects: dict[str, Any] = {}
+
+    def there(one: Any, name: str | None) -> Any:
+        """What appears at a waypoint, as it is told now; nothing if it is still to come."""
+        since = first if name is None else times[place[name]]
+        return None if last < since else one.replace(appears=name if first < since else None)
+
+    for name, one in task.scene.objects.items():
+        objects[name] = there(one, one.appears)
     for held in scenario.scene.held:
         take, leave = place[held.take], place[held.leave]
         asked = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
         if times[take] <= last and first < times[leave]:
-            holds[held.name] = asked.replace(
+            holds[held.name] = there(asked, held.appears).replace(
                 take=held.take if first < times[take] else ends[0],
                 leave=held.leave if times[leave] <= last else ends[1],
             )
@@ -72,7 +85,8 @@ def scene_from(
         i = take if last < times[take] else leave
         near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
         pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
-        objects[held.name] = _lying(scenario, held, i, pose, near=near)
+        objects[held.name] = there(_lying(scenario, held, i, pose, near=near), held.appears)
+    objects = {name: one for name, one in objects.items() if one is not None}
     frames = {
         name: one
         if one.moves is None
@@ -109,3 +123,11 @@ def _lying(scenario: Scenario, held: HeldObject, i: int, pose: Any, *, near: boo
         parent=parent,
         allow=[*held.allow, *(["tool"] if near else [])],
     )
+
+
+def by_joint(
+    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+) -> dict[str, float]:
+    """Values by joint in the units of a file."""
+    units = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.documents import Document, edited
 from knotwork.errors import InputError
-from knotwork.pipeline.scene_then import held_at, on_moving_frames, scene_from
+from knotwork.pipeline.scene_then import by_joint, on_moving_frames, scene_from
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     composed,
@@ -22,9 +22,10 @@ from knotwork.retiming import (
     stop_on_path,
 )
 from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.events import segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.scenario.waypoint_reader import START
-from knotwork.task import EndAcceleration, Task
+from knotwork.task import Task
 from knotwork.task.places import moved_paths
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6
 """Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
+
+NEAR = 1e-9
+"""Moments that are nearer to one another [s] are one."""
 
 CHOICES = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
@@ -152,22 +156,24 @@ class UnderWay:
         if clock is not None:
             passed = _waypoint_times(scenario, clock)
             for time, when in zip(passed, inverse_time(clock, passed), strict=True):
-                near = next((one for one in names if abs(one - when) < 1e-9), float(when))
+                near = next((one for one in names if abs(one - when) < NEAR), float(when))
                 i = int(np.flatnonzero(scenario.times == time)[0])
                 names[near] = scenario.waypoints[i].name
         times = np.array(sorted(names))
+        actions = self._actions(times, clock)
         length, angle = si_factors(scenario.task.units)
         waypoints: list[dict[str, Any]] = [
             {
                 "time": time,
                 "name": names[time],
-                "joints": _given(space, motion(time), length, angle),
-                "velocity": _given(space, motion(time, 1), length, angle),
+                "joints": by_joint(space, motion(time), length, angle),
+                "velocity": by_joint(space, motion(time, 1), length, angle),
+                **({"do": actions[k]} if actions[k] else {}),
             }
-            for time in times.tolist()
+            for k, time in enumerate(times.tolist())
         ]
         ends_given = {
-            end: _given(space, motion(motion.x[i], 2), length, angle)
+            end: by_joint(space, motion(motion.x[i], 2), length, angle)
             for end, i in (("start", 0), ("end", -1))
         }
         task = _without_file(task, scenario).replace(
@@ -175,7 +181,13 @@ class UnderWay:
         )
         asked = resolved(task)
         moved = joint_space(asked)
-        trajectory = replace(self.trajectory, polynomial=motion, waypoint_times=times)
+        trajectory = replace(
+            self.trajectory,
+            polynomial=motion,
+            waypoint_times=times,
+            events=tuple(one.event for one in asked.events),
+            segments=segments(asked),
+        )
         passed_through = JointWaypoints(
             space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
         )
@@ -192,43 +204,23 @@ class UnderWay:
             sequences=1,
         )
 
-
-def task_from(
-    motion: JointTrajectory, at: float, task: Task, current: Scenario | None = None
-) -> Task:
-    """A task that starts with the state of a motion at a time, in place of its own start.
-
-    Args:
-        motion: What moves.
-        at: The moment, which is time 0 of the task [s].
-        task: The new one. The state takes the place of its `start`, or else of its first waypoint;
-            a task of one waypoint has its goal there.
-        current: The scenario of the motion, if it is known.
-
-    Raises:
-        InputError: The time is outside the motion, or the tool holds what the task does not.
-    """
-    q, v, a = (motion(at, nu) for nu in range(3))
-    goals = [
-        one if one.name else one.replace(name=f"waypoint {i + 1}")
-        for i, one in enumerate(task.waypoints)
-    ]
-    first = task.start is None and len(goals) > 1
-    name = goals.pop(0).name if first else START
-    for held in held_at(current, at) if current is not None else ():
-        if task.tool is None or held not in task.tool.holds:
-            raise InputError(
-                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, and the task "
-                f"says nothing of it; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
-                "}` with its shape"
-            )
-    units = si_factors(task.units)
-    state = {"name": name, "time": 0.0, "joints": _given(motion, q, *units)}
-    state["velocity"] = _given(motion, v, *units)
-    given = task.end_acceleration
-    ends = {"end": given.end} if isinstance(given, EndAcceleration) else {}
-    ends["start"] = _given(motion, a, *units)
-    return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
+    def _actions(
+        self, times: FloatArray, clock: PiecewisePolynomial | None
+    ) -> list[list[dict[str, Any]]]:
+        """What is switched after each waypoint, by another clock."""
+        found: list[list[dict[str, Any]]] = [[] for _ in times]
+        first, last = (np.inf, -np.inf) if clock is None else clock(clock.x[[0, -1]])
+        for event in self.trajectory.events:
+            if clock is None or not first <= event.time <= last:
+                continue
+            when = float(inverse_time(clock, np.array([event.time]))[0])
+            k = int(np.searchsorted(times, when + NEAR, side="right")) - 1
+            action: dict[str, Any] = {event.name: event.value}
+            if event.output is not None and event.name not in self.scenario.task.outputs:
+                action = {"output": event.output, "value": event.value}
+            after = when - float(times[k])
+            found[k].append(action | ({"after": after} if after > NEAR else {}))
+        return found
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:
@@ -250,11 +242,3 @@ def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArra
     times = scenario.times
     passed: FloatArray = times[(times >= first) & (times <= last)]
     return passed
-
-
-def _given(
-    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
-) -> dict[str, float]:
-    """Values by joint in the units of a file."""
-    units = np.where(np.array(joints.joint_units) == "m", length, angle)
-    return dict(zip(joints.joint_names, (values / units).tolist(), strict=True))
