@@ -116,8 +116,13 @@ def checked_log(
     return alignment.trajectory, check_log(alignment, scenario, space)
 
 
-def planned_scenario(plan: Path) -> str | None:
-    """The scenario of a stored plan, if the report next to it names one that is there."""
+def planned_scenario(log: LogOptions | None) -> str | None:
+    """The scenario of the plan that a log is compared with, if the plan's report names it."""
+    return None if log is None or log.against is None else stated_path(Path(log.against))
+
+
+def stated_path(plan: Path) -> str | None:
+    """The scenario of a saved plan, if its report names it: a shipped one's name, or a path."""
     stated = stated_scenario(plan)
     if stated is None or stated in resources.names("scenarios"):
         return stated

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from knotwork import pipeline
-from knotwork.cli.logs import planned_scenario
+from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -93,5 +93,5 @@ def _motion(source: str, asked: Task) -> tuple[JointTrajectory, Scenario | None]
         robot = load_robot(Document(described) if isinstance(described, dict) else described)
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     motion, _ = read_trajectory(source, names, units, owner="the new task")
-    reference = planned_scenario(Path(source))
+    reference = stated_path(Path(source))
     return motion, None if reference is None else load_scenario(reference)

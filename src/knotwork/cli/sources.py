@@ -95,8 +95,8 @@ def read_motions(
         return list(_planned(source, options, compare or [], warm))
     given = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
     refuse(given, f"{source} is a trajectory, which is planned already")
-    if reference is None and robot is None and log is not None and log.against is not None:
-        reference = planned_scenario(Path(log.against))
+    if reference is None and robot is None:
+        reference = planned_scenario(log)
     if reference is not None:
         checked = read_checked(source, reference, log)
         against = log.against if log is not None else None
