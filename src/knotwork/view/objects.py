@@ -138,10 +138,14 @@ def scene_objects(
             carrier = None
             if model is not None and one.carrier is not None:
                 carrier, placement = model.riding(one.carrier)
-                things.append(thing(OBJECTS, mesh.placed(placement), around=True, carrier=carrier))
+                things.append(
+                    thing(
+                        OBJECTS, mesh.placed(placement), around=True, carrier=carrier, of=one.name
+                    )
+                )
             mesh = mesh.placed(robot.base_placement)
             if carrier is None:
-                things.append(thing(OBJECTS, mesh, around=True))
+                things.append(thing(OBJECTS, mesh, around=True, of=one.name))
             drawn.append((f"object {one.name!r}", mesh))
             if plane or carrier is not None:
                 continue
