@@ -53,6 +53,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             "table": {"position": [0, 0, 0], "moves": {"file": str(TURNING)}},
         },
         "frame": "a",
+        "outputs": {"arc": 3},
         "start": "home",
         "near": "home",
         "branch": {"shoulder": "left", "elbow": "up", "wrist": "flip"},
@@ -80,7 +81,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "continuity": 2,
         "rate": 100,
         "waypoints": [
-            {"name": "a", "time": 1, "pose": POSE, "stop": True},
+            {"name": "a", "time": 1, "pose": POSE, "stop": True, "do": {"arc": "on"}},
             {"after": 1, "frame": "b", "pose": AHEAD, "speed": 0.1},
             {
                 "after": 1,
@@ -93,7 +94,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
                     "position": [0.5, 0.2, 0.4],
                     "rotation_matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
                 },
-                "stop": True,
+                "do": [{"output": 2, "value": True}, {"wait": 0.2}, {"arc": False, "before": 0.1}],
             },
             {
                 "after": 1,
@@ -109,7 +110,13 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "waypoints": [
             {"pose": POSE, "orientation_in": "tilted"},
             {"along": "line", "speed": 0.1, "blend": 0.01, "pose": {"position": [0.4, 0.2, 0.4]}},
-            {"along": "line", "speed": 0.1, "wait": 0.2, "pose": {"position": [0.5, 0.2, 0.4]}},
+            {
+                "along": "line",
+                "speed": 0.1,
+                "wait": 0.2,
+                "do": [{"glue": 2, "at": -0.01}, {"glue": 3, "after": 0.1}],
+                "pose": {"position": [0.5, 0.2, 0.4]},
+            },
             {
                 "along": {"arc": {"through": [0.55, 0.25, 0.4]}},
                 "orientation": "tangent",
@@ -213,9 +220,6 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "knots": [0.1, 0.5],
         "planner_options": {
             "accelerations": [{"j": 0, "k": 0}, {"j": 0, "k": 0}],
-            "jerks": [{"j": 0, "k": 0}],
-            "snaps": [{"j": 0, "k": 0}],
-            "transition_time": [0.1, 0.1],
         },
         "limits": {"acceleration": {"j": 3}, "effort": 3},
         "chosen": [

@@ -94,18 +94,13 @@ def test_it_is_no_smoother_than_it_says(name):
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-@pytest.mark.parametrize("limit", [None, 60.0])
-def test_promises_hold_at_the_time_of_day(name, limit):
+def test_promises_hold_at_the_time_of_day(name):
     """Times in seconds since 1970 are resolved to a quarter of a microsecond."""
     case = random_waypoints(9)
     later = JointWaypoints(
         case.joint_names, np.round(case.time, 3) + 1.7e9, case.position, case.velocity
     )
-    options = {} if limit is None else {"acceleration_limit": np.full(3, limit)}
-    trajectory = check_promises(name, later, **options)
-    if limit is not None:
-        use = trajectory.extrema("acceleration").peak / limit
-        assert name not in ("parabolic-blend", "trapezoidal") or (use < 1 + 1e-3).all()
+    check_promises(name, later)
 
 
 @pytest.mark.parametrize("name", sorted(set(PLANNERS) - ALL_VELOCITIES))
@@ -140,7 +135,6 @@ def test_extrema_are_exact(name):
 
 @pytest.mark.parametrize("name", PLANNERS)
 def test_joints_are_planned_as_if_alone(name):
-    """With shared transition times, that is without limits, no joint disturbs another."""
     waypoints = random_waypoints(6)
     together = plan(name, waypoints)
     for j, joint in enumerate(waypoints.joint_names):

@@ -12,7 +12,7 @@ import pytest
 import drawn
 import knotwork as kw
 from moving.moving_truth import links
-from moving.test_moving_things import LEFT, belt, tray, two_arms
+from moving.test_moving_things import LEFT, belt, in_tray, tool, tray, two_arms
 
 
 def scene_of(plan: kw.Plan) -> dict[str, Any]:
@@ -65,6 +65,31 @@ def test_an_object_is_drawn_where_the_belt_has_carried_it() -> None:
         (found,) = middles(scene, "objects", frame)
         assert found == pytest.approx(asked.translation, abs=1e-5)
     assert all(len(one) == len(scene["joints"]) for one in scene["ghosts"])
+
+
+def test_the_scene_is_relative_to_the_frame_that_moves() -> None:
+    """Speeds on the path, the path asked for, frames and labels, against plain Pinocchio."""
+    box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
+    plan = kw.plan(belt(scene={"objects": {"box": box}}))
+    scene, motion = scene_of(plan), plan.scenario.paths[0].motion
+    time, speed = times(scene), drawn.numbers(scene["arms"][0]["speed"], "<f4", 1)[:, 0]
+    on = np.flatnonzero((time > motion.start_time) & (time < motion.end_time))
+    for k in [*on[::40].tolist(), 20, len(time) - 20]:
+        world = np.linalg.norm(tool(plan, float(time[k]))[1].linear)
+        seen = np.linalg.norm(in_tray(plan, float(time[k]))[1])
+        assert speed[k] == pytest.approx(seen if k in on else world, abs=1e-4)
+        assert k not in on or world > seen + 0.1
+    for frame in (0, len(time) - 1):
+        now = tray(float(time[frame]))
+        (path,) = middles(scene, "path asked for", frame)
+        assert now.actInv(path) == pytest.approx(np.array([0.05, 0, 0.1]), abs=6e-3)
+        places = placed(scene, frame)
+        labels = {
+            one["text"]: places[one.get("carrier", 0)].act(np.array(one["at"]))
+            for one in scene["labels"]
+        }
+        assert labels["tray"] == pytest.approx(now.translation, abs=1e-5)
+        assert labels["box"] == pytest.approx(now.act(np.array([0, 0, -0.04])), abs=1e-5)
 
 
 def test_another_robot_is_drawn_where_its_motion_has_brought_it(tmp_path: Path) -> None:

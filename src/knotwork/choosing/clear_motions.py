@@ -29,7 +29,7 @@ MOST_GOALS = 12
 """Solutions of a pose that a way may end at."""
 
 BLAMED_CHECKS = 20_000
-"""Configurations looked at, object by object, to see which of them is in the way."""
+"""Configurations looked at, at most twice, to see which objects are in the way."""
 
 
 def clear_motion(
@@ -54,7 +54,6 @@ def clear_motion(
     asked, robot = segment.way, task.space.robot
     if asked is None or robot is None:
         raise TypeError("the segment does not find its way")
-    _check_velocities(task, segment, problem)
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     wanted = WayProblem(
@@ -209,19 +208,6 @@ def _slowed(
     return curve
 
 
-def _check_velocities(task: FreeTask, segment: Segment, problem: TimingProblem) -> None:
-    """Refuse a velocity at an end of a way that is to be chosen."""
-    for place in (0, -1):
-        if not problem.velocity_known[place]:
-            raise task.located(
-                InputError(
-                    "the velocity is chosen, but a way begins or ends here; accepted: stop, or a "
-                    "velocity"
-                ),
-                segment.waypoints[place],
-            )
-
-
 def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment) -> InputError:
     """The error for a way that was not found, at the waypoint where the fault is."""
     # the fault is at an end, or at a waypoint in between, by index
@@ -234,10 +220,13 @@ def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Seg
         message += (
             f" was found among {none.checks} configurations; this is no proof that there is none"
         )
-        if blamed:
-            message += f". There is one without {' and one without '.join(map(repr, blamed))}"
+        if blamed is None:
+            message += ", nor any without the objects"
+        elif blamed:
+            several = "all of " if len(blamed) > 1 else ""
+            message += f". There is one without {several}{', '.join(map(repr, blamed))}"
         message += "; accepted: more space, a waypoint in between, or a smaller scene.margin"
-        return task.located(NoWayFoundError(message, names=tuple(blamed)), fault)
+        return task.located(NoWayFoundError(message, names=tuple(blamed or ())), fault)
     depth, unit = none.depth, "m"
     if none.joint is not None:
         joint, unit = task.space.joint_names[none.joint], task.space.joint_units[none.joint]

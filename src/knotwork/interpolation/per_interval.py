@@ -5,7 +5,7 @@ exactly one polynomial of degree three, five, seven or nine: Eqs. (5) to (8) of 
 higher degrees that its section 1 names. Neighbours share the values at their waypoint, so a curve
 of degree 2k - 1 is C^(k-1) smooth. Positions and velocities come from the waypoints;
 accelerations are the options' `accelerations` (zero by default, `"estimated"` or given) with
-`end_acceleration` in place of the first and last; `jerks` and `snaps` are zero by default.
+`end_acceleration` in place of the first and last; jerk and snap are zero.
 
 The caller must know good values: where those preset don't suit the positions and velocities, the
 velocity swings between the waypoints. And higher degrees have higher peaks: from rest to rest, with
@@ -15,9 +15,11 @@ zeros preset, the peak velocity is 3/2 times the mean one for the cubic, then 15
 
 from __future__ import annotations
 
+import numpy as np
+
 from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.presets import preset_accelerations, preset_rows
+from knotwork.interpolation.presets import preset_accelerations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.waypoints import JointWaypoints
@@ -34,12 +36,12 @@ def plan_quintic(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewis
 
 
 def plan_septic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make a C3 smooth curve of degree seven: jerks are met as well."""
+    """Make a C3 smooth curve of degree seven: the jerk is zero at waypoints."""
     return _curve(waypoints, options, 3)
 
 
 def plan_nonic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make a C4 smooth curve of degree nine: snaps are met as well."""
+    """Make a C4 smooth curve of degree nine: jerk and snap are zero at waypoints."""
     return _curve(waypoints, options, 4)
 
 
@@ -49,6 +51,5 @@ def _curve(
     given = [waypoints.position, waypoints.velocity]
     if derivatives > 1:
         given.append(preset_accelerations(waypoints, options))
-    for name in ("jerks", "snaps")[: max(derivatives - 2, 0)]:
-        given.append(preset_rows(name, getattr(options, name), waypoints))
+    given += [np.zeros_like(waypoints.position)] * (derivatives - 2)
     return joined(waypoints, two_point_coefficients(waypoints.time, tuple(given)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.errors import OptionError
 from knotwork.interpolation.hermite import end_accelerations
-from knotwork.interpolation.options import PlannerOptions, option_array
+from knotwork.interpolation.options import PlannerOptions
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -56,7 +56,7 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
                 "gives the accelerations at the ends, and so do the first and last row of option "
                 "accelerations; give one of the two",
             )
-        return with_known(preset_rows("accelerations", asked, waypoints), waypoints)
+        return with_known(preset_rows(asked, waypoints), waypoints)
     if asked == "zero":
         accelerations = np.zeros(waypoints.position.shape)
     else:
@@ -72,14 +72,11 @@ def with_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArr
     return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
 
 
-def preset_rows(
-    option: str, given: Any, waypoints: JointWaypoints, *, skipped: int = 0
-) -> FloatArray:
-    """Values at the waypoints that an option gives, zeros for `None`, shape (n, d).
+def preset_rows(given: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> FloatArray:
+    """Accelerations given at the waypoints, shape (n, d).
 
     Args:
-        option: Name of the option.
-        given: Its value.
+        given: Value of the option `accelerations`.
         waypoints: The waypoints.
         skipped: How many waypoints at either end have no row of their own.
 
@@ -92,4 +89,10 @@ def preset_rows(
     if skipped:
         where += f", but the first {skipped} and the last {skipped}, where nothing is free"
     accepted = f"{n} waypoints of {joints} joints take {shape[0]} (shape {shape}), one for "
-    return option_array(option, given, shape, 0.0, accepted + where)
+    array = np.asarray(given, dtype=float)
+    if array.shape != shape:
+        rows = len(array) if array.ndim else "no"
+        raise OptionError(
+            "accelerations", f"has {rows} rows (shape {array.shape}); {accepted}{where}"
+        )
+    return array

@@ -28,8 +28,7 @@ class PlannerSpec:
         degree: Largest degree of its polynomials.
         guarantees: What the motion meets.
         cannot: What it can not do.
-        supports: Names of the `PlannerOptions` that it supports; limits only where they shape the
-            motion.
+        supports: Names of the `PlannerOptions` that it supports.
         makes: Module of `knotwork.interpolation` and function in it that make its curve.
     """
 
@@ -79,9 +78,9 @@ _ALL = (
         "one polynomial of degree seven an interval",
         continuity=3,
         degree=7,
-        guarantees="positions, velocities, preset accelerations and jerks at all waypoints",
+        guarantees="positions, velocities, preset accelerations and zero jerk at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
-        supports=("accelerations", "end_acceleration", "jerks"),
+        supports=("accelerations", "end_acceleration"),
         makes="per_interval:plan_septic",
     ),
     PlannerSpec(
@@ -89,9 +88,9 @@ _ALL = (
         "one polynomial of degree nine an interval",
         continuity=4,
         degree=9,
-        guarantees="positions, velocities, preset accelerations, jerks and snaps at all waypoints",
+        guarantees="positions, velocities, preset accelerations at all waypoints; no jerk, snap",
         cannot="keep peaks low: the more is preset, the higher they are",
-        supports=("accelerations", "end_acceleration", "jerks", "snaps"),
+        supports=("accelerations", "end_acceleration"),
         makes="per_interval:plan_nonic",
     ),
     PlannerSpec(
@@ -101,8 +100,8 @@ _ALL = (
         degree=2,
         guarantees="positions and velocities at both ends; constant acceleration in transitions",
         cannot="meet inner waypoints: it cuts their corners; acceleration jumps",
-        supports=("transition_time", "acceleration_limit"),
-        makes="parabolic_blend:plan",
+        supports=(),
+        makes="straight_lines:plan_blends",
     ),
     PlannerSpec(
         "bspline",
@@ -151,8 +150,8 @@ _ALL = (
         degree=2,
         guarantees="positions at all waypoints; joints in phase, so straight in joint space",
         cannot="pass a waypoint at speed; acceleration jumps",
-        supports=("velocity_limit", "acceleration_limit"),
-        makes="trapezoidal:plan",
+        supports=(),
+        makes="straight_lines:plan_trapezoids",
     ),
 )
 
@@ -163,9 +162,6 @@ _WORDS = {
     "knots": "a choice of knots",
     "end_acceleration": "end accelerations",
     "accelerations": "accelerations at waypoints",
-    "jerks": "jerks at waypoints",
-    "snaps": "snaps at waypoints",
-    "transition_time": "transition times",
 }
 
 

@@ -61,7 +61,7 @@ def _accelerations_353(waypoints: JointWaypoints, options: PlannerOptions) -> Fl
     a = np.zeros(y.shape)
     middle = slice(2, t.size - 2)
     if not (asked is None or isinstance(asked, str)):
-        given = preset_rows("accelerations", asked, waypoints, skipped=2)
+        given = preset_rows(asked, waypoints, skipped=2)
         if t.size > 4:
             a[middle] = given
     elif asked != "zero" and t.size > 4:

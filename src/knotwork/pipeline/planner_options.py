@@ -13,13 +13,10 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.waypoints import JointWaypoints
 
-# Values given for each waypoint have a meaning only for the planner they were chosen for.
-_PRESETS = ("accelerations", "jerks", "snaps")
-
 # Where a file says what the options are.
 _FIELDS: dict[str, tuple[str, ...]] = {
     **{name: (name,) for name in ("knots", "end_acceleration", "chosen")},
-    **{name: ("planner_options", name) for name in (*_PRESETS, "transition_time")},
+    "accelerations": ("planner_options", "accelerations"),
 }
 
 
@@ -34,10 +31,8 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
-        velocity_limit=space.limits["velocity"],
-        acceleration_limit=space.limits["acceleration"],
         chosen=space.chosen,
-        **space.presets,
+        accelerations=space.accelerations,
     )
 
 
@@ -49,10 +44,9 @@ def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
     if not isinstance(scenario.knots, str | int | float):
         with scenario.error_context("knots"):
             raise InputError(f"times are {text}; accepted: paper, balanced or its constant")
-    for name, value in space.presets.items():
-        if name in _PRESETS and not isinstance(value, str):
-            with scenario.error_context("planner_options", name):
-                raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
+    if space.accelerations is not None and not isinstance(space.accelerations, str):
+        with scenario.error_context("planner_options", "accelerations"):
+            raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
 
 
 def supported_options(
@@ -60,8 +54,8 @@ def supported_options(
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
     """Keep those options of one planner that another one supports.
 
-    Accelerations, jerks and snaps given for each waypoint are not kept: they were chosen for the
-    other one. Options that the other planner's rule sets are not kept either.
+    Accelerations given for each waypoint are not kept: they were chosen for the other one. Options
+    that the other planner's rule sets are not kept either.
 
     Args:
         options: The options.
@@ -79,7 +73,7 @@ def supported_options(
         if name not in PLANNER_SPECS[base].supports
         or (name in ruled and options != replace(options, **{name: ruled[name]}))
         or (name == "chosen" and "knots" in ruled)
-        or (name in _PRESETS and not same and not isinstance(getattr(options, name), str))
+        or (name == "accelerations" and not same and not isinstance(options.accelerations, str))
     )
     defaults = PlannerOptions()
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out

@@ -17,6 +17,7 @@ import numpy as np
 from knotwork.errors import RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, JointValues, Scenario
+from knotwork.scenario.payloads import Carrying, carrying
 from knotwork.task import PoseWaypoint
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
@@ -51,12 +52,12 @@ class JointSpace:
             `JOINT_QUANTITIES`, infinite where none is given.
         configurations: Named joint positions, each of shape (d,).
         robot: The robot with the scenario's tool and position limits, or `None`.
+        carrying: The same with what it holds, over the motion, or `None`.
         targets: For each waypoint what it asks of the joints; `None` for one given by a pose.
         near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
         end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
-        presets: Options of the planner at the waypoints, by its name, joint values as
-            arrays of shape (n, d) in SI.
+        accelerations: The planner's option of this name; values as an array of shape (n, d) in SI.
         waits: Waypoints at which the arm stands still until the next one, by index.
         chosen: Runs of waypoints whose motion was chosen, or `None`.
         solutions: Joint positions that solutions are to be near, shape (d,), by index of the
@@ -71,10 +72,11 @@ class JointSpace:
     limits: Mapping[str, FloatArray]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
     robot: Robot | None = None
+    carrying: Carrying | None = None
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
-    presets: Mapping[str, Any] = field(default_factory=dict)
+    accelerations: str | FloatArray | None = None
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenRun, ...] | None = None
     solutions: Mapping[int, FloatArray] = field(default_factory=dict)
@@ -142,6 +144,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
         dict(robot.limits),
         dict(robot.configurations),
         robot,
+        carrying(scenario, robot),
         **read.task(scenario),
     )
 
@@ -265,21 +268,18 @@ class _Reader:
             "waits": tuple(_waits(scenario, targets)),
             "near": self.array(given(task.near, "near")) if task.near is not None else None,
             "end_acceleration": self._ends(scenario),
-            "presets": {
-                name: self._for_each(scenario, name, values)
-                if isinstance(values, tuple) and name != "transition_time"
-                else values
-                for name, values in task.planner_options
-                if values is not None
-            },
+            "accelerations": self._presets(scenario, presets)
+            if isinstance(presets := task.planner_options.accelerations, tuple)
+            else presets,
             "chosen": tuple(self._chosen(scenario, i) for i in range(len(task.chosen or ())))
             or None,
             "solutions": {i: self.array(given(*one)) for i, one in near.items()},
             "shown_in": scenario.units,
         }
 
-    def _for_each(self, scenario: Scenario, name: str, values: tuple[Any, ...]) -> FloatArray:
-        places = ((one, "planner_options", name, i) for i, one in enumerate(values))
+    def _presets(self, scenario: Scenario, values: tuple[Any, ...]) -> FloatArray:
+        option = "planner_options", "accelerations"
+        places = ((one, *option, i) for i, one in enumerate(values))
         return np.array([self.array(scenario.joint_values(*place)) for place in places])
 
     def _chosen(self, scenario: Scenario, i: int) -> ChosenRun:

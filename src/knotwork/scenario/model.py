@@ -18,6 +18,7 @@ from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.task.tool import Limits
 from knotwork.task.units import si_factors
+from knotwork.trajectory.events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
@@ -125,6 +126,23 @@ class ScenarioPath:
         return self.first + len(self.stretches)
 
 
+@dataclass(frozen=True, eq=False)
+class AskedEvent:
+    """An event, and where the tool is to be then.
+
+    Attributes:
+        event: What is switched, and when.
+        distance: How far along the path it is after its waypoint [m]; before it, if negative.
+        path: That path, or `None` where the event has its time from the waypoint.
+        arc_length: Of the place along the path [m].
+    """
+
+    event: Event
+    distance: float = 0.0
+    path: ScenarioPath | None = None
+    arc_length: float = 0.0
+
+
 @dataclass(frozen=True)
 class ToolPlacement:
     """The frame that carries the tool, and the place of the tool centre point (TCP) in it.
@@ -209,6 +227,7 @@ class Scenario:
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         paths: Tool paths between its waypoints, in order of time.
+        events: What is switched on the way, in order of time; empty while times are free.
         free: Durations, speeds and knots left to be chosen; `None` if it is nothing.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: The surroundings of the robot, what it carries, and the rules of the collision check.
@@ -243,6 +262,7 @@ class Scenario:
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
     paths: tuple[ScenarioPath, ...] = ()
+    events: tuple[AskedEvent, ...] = ()
     free: FreeTimes | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)

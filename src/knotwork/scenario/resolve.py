@@ -11,7 +11,7 @@ import numpy as np
 from knotwork import documents
 from knotwork.documents import Document, Location, Places
 from knotwork.errors import shown
-from knotwork.robot.payload import Payload, payload_fault
+from knotwork.scenario.events import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
@@ -19,9 +19,10 @@ from knotwork.scenario.model import (
     ToleranceSet,
     ToolPlacement,
 )
+from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, JointWaypoint, Limits, PoseWaypoint, Task, Tool
+from knotwork.task import Balanced, JointWaypoint, Limits, PoseWaypoint, Task
 from knotwork.task.places import read_document
 from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
@@ -75,7 +76,7 @@ class _Resolver:
     def __init__(self, task: Task, places: Places) -> None:
         self.task, self.places = task, places
         self.length, self.angle = si_factors(self.task.units)
-        self.file = in_si(self.task, self.length, self.angle)
+        self.file = with_waits(in_si(self.task, self.length, self.angle))
         self.reader = WaypointReader(self.file, places, self.length, self.angle)
 
     def scenario(self) -> Scenario:
@@ -95,6 +96,8 @@ class _Resolver:
         free = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
             self.reader.carriers.check_times(free, self.reader.indices)
+        units = Units(file.units.length, file.units.angle)
+        events = EventReader(file, self.places, units, waypoints, paths, self.reader.indices)
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
@@ -104,7 +107,7 @@ class _Resolver:
             paths=paths,
             robot=self._robot(),
             relative_to=source.parent if source is not None else None,
-            units=Units(file.units.length, file.units.angle),
+            units=units,
             joint_units=file.joint_units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
@@ -114,6 +117,7 @@ class _Resolver:
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
+            events=events.events(timed=free is None),
             free=free,
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
@@ -188,21 +192,7 @@ class _Resolver:
         offset = None
         if tool.offset is not None:
             offset = self.reader.placement(tool.offset, ("tool", "offset"))
-        return ToolPlacement(tool.frame, offset, self._payload(tool))
-
-    def _payload(self, tool: Tool) -> Payload | None:
-        if tool.mass is None:
-            return None
-        i, inertia = tool.inertia, None
-        if i is not None:
-            inertia = np.array(
-                [[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]]
-            )
-        fault = payload_fault(tool.mass, inertia)
-        if fault is not None:
-            field, found, accepted = fault
-            raise self.places.error(("tool", field), found, accepted)
-        return Payload(tool.mass, np.array(tool.centre_of_mass or (0.0, 0.0, 0.0)), inertia)
+        return ToolPlacement(tool.frame, offset, read_payload(tool, self.places, ("tool",)))
 
     def _motion_limits(self) -> Limits:
         given = self.file.limits

@@ -17,7 +17,8 @@ from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.files import finish_interrupted
 from knotwork.storage.writing import KNOT_FIELDS
-from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory import Event, JointTrajectory, Segment
+from knotwork.trajectory.events import SegmentKind
 from knotwork.waypoints import FloatArray
 
 # Knots and coefficients of a stored trajectory say the same within this, relative to the scale
@@ -43,6 +44,21 @@ class _Knots(StrictModel):
     acceleration: _Table
 
 
+class _Event(StrictModel):
+    time: Finite
+    name: Text
+    value: bool | Finite | Text
+    waypoint: Text
+    output: int | None = None
+
+
+class _Segment(StrictModel):
+    name: Text
+    start: Finite
+    end: Finite
+    kind: SegmentKind
+
+
 class _TrajectoryFile(StrictModel):
     """A joint trajectory: piece k is Σᵢ coefficients[i][k] (t − breaks[k])^(degree−i)."""
 
@@ -52,6 +68,8 @@ class _TrajectoryFile(StrictModel):
     joint_names: Annotated[list[Text], Field(min_length=1)]
     units: _Units
     waypoint_times: _Row | None = None
+    events: tuple[_Event, ...] = ()
+    segments: tuple[_Segment, ...] = ()
     breaks: Annotated[_Row, Field(min_length=2)]
     coefficients: Annotated[list[_Table], Field(min_length=1)]
     knots: _Knots | None = None
@@ -104,6 +122,8 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             joint_units=tuple(units),
             planner=content.planner,
             waypoint_times=times,
+            events=tuple(Event(**one.model_dump()) for one in content.events),
+            segments=tuple(Segment(**one.model_dump()) for one in content.segments),
         )
     except InputError as error:
         raise document.error((field,), str(error)) from error

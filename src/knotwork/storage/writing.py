@@ -38,6 +38,9 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     }
     if trajectory.waypoint_times is not None:
         data["waypoint_times"] = np.asarray(trajectory.waypoint_times).tolist()
+    for key in ("events", "segments"):
+        if parts := getattr(trajectory, key):
+            data[key] = [one.to_dict() for one in parts]
     data["breaks"] = trajectory.breaks.tolist()
     data["coefficients"] = trajectory.polynomial.c.tolist()
     if len(trajectory.polynomial.c) == 4:

@@ -52,16 +52,13 @@ class Branch(TaskPart):
         return self
 
 
-PerWaypoint = Annotated[Items[dict[str, Number]], Field(min_length=1)]
-
-
 class Presets(TaskPart):
     """Options of some planners beyond knots; `knotwork planners` says which takes which."""
 
     accelerations: (
         Annotated[
             Annotated[Literal["zero", "estimated"], Tag("text")]
-            | Annotated[PerWaypoint, Tag("list")],
+            | Annotated[Annotated[Items[dict[str, Number]], Field(min_length=1)], Tag("list")],
             by_kind(
                 "zero, estimated, or a list of mappings of joint names to accelerations",
                 ["zero", "estimated"],
@@ -73,27 +70,6 @@ class Presets(TaskPart):
         description="Zero, estimated, or a mapping by joint for each waypoint in order, the start "
         "included, each joint named; 3-5-3 takes none for the first two and the last two "
         "[angle/s² or length/s²]",
-    )
-    jerks: PerWaypoint | None = Field(
-        default=None,
-        description="A mapping by joint for each waypoint, the start included, each joint named "
-        "[angle/s³ or length/s³]",
-    )
-    snaps: PerWaypoint | None = Field(
-        default=None,
-        description="Fourth derivatives, a mapping by joint for each waypoint, each joint named "
-        "[angle/s⁴ or length/s⁴]",
-    )
-    transition_time: (
-        Annotated[
-            Annotated[Positive, Tag("number")]
-            | Annotated[Annotated[Items[Positive], Field(min_length=2)], Tag("list")],
-            by_kind("a positive number of seconds, or a list of one for each waypoint"),
-        ]
-        | None
-    ) = Field(
-        default=None,
-        description="Of the parabolic transitions, one for all waypoints or one for each [s]",
     )
 
 

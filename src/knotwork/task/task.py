@@ -12,6 +12,7 @@ from knotwork import storage
 from knotwork.documents import Document, Text, edited, validate
 from knotwork.documents.edits import block
 from knotwork.documents.values import Items, JointsOrName, Number, Positive, Vector3, by_kind
+from knotwork.task.actions import Output
 from knotwork.task.freedoms import ChosenMotion, Way, Weights
 from knotwork.task.options import (
     Balanced,
@@ -93,6 +94,10 @@ class Task(TaskPart):
     )
     collisions: Collisions = Field(
         default_factory=Collisions, description="What is checked for collisions, and how closely"
+    )
+    outputs: dict[Text, Output] = Field(
+        default_factory=dict,
+        description="Numbers of the digital outputs that signals of do switch, by their names",
     )
     start: JointsOrName | None = Field(
         default=None,

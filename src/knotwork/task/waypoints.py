@@ -16,12 +16,11 @@ from knotwork.documents.values import (
     Vector3,
     by_kind,
 )
+from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement, Pose, Velocity
-
-# Of shorter waits rounding of times would make motions.
-Wait = Annotated[Positive, Field(ge=1e-3)]
+from knotwork.task.weaves import Weave
 
 
 class _Waypoint(TaskPart):
@@ -43,6 +42,23 @@ class _Waypoint(TaskPart):
         default=None,
         description="The arm stops here and stands still for so long [s], 1 ms at least",
     )
+    do: Actions | None = Field(
+        default=None, description="What is switched here or nearby, and waits, in this order"
+    )
+
+    @property
+    def actions(self) -> tuple[Action, ...]:
+        """What is done, one by one."""
+        return (self.do,) if isinstance(self.do, Action) else tuple(self.do or ())
+
+    @model_validator(mode="after")
+    def _one_wait(self) -> _Waypoint:
+        excluded = ["wait", *(key for one in self.ALTERNATIVES if "wait" in one for key in one)]
+        if any(one.wait for one in self.actions):
+            for key in excluded:
+                if getattr(self, key) is not None:
+                    raise ValueError(f"gives {key} and a wait in do; give one of them")
+        return self
 
 
 class _Posed(_Waypoint):
@@ -206,6 +222,9 @@ class PathWaypoint(_Posed):
     blend: Positive | None = Field(
         default=None,
         description="Between two lines: the corner is rounded within this distance of it [length]",
+    )
+    weave: Weave | None = Field(
+        default=None, description="Motion that is added to the path; speed is that of the path"
     )
 
 

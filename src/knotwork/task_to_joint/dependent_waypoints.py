@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import whole_turns
-from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.continuation import Continuation, continue_along
-from knotwork.kinematics.following.joint_field import Pull
+from knotwork.kinematics.following.joint_field import Guide, Pull
 from knotwork.kinematics.following.limiting_constraint import LimitingConstraint, following_error
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
+from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.branches import described, in_branch
 from knotwork.task_to_joint.obstacles import LOOKS, Obstacles
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import FloatArray
 
 # Joint positions that differ by no more than this are those of one way [rad or m].
 SAME = 1e-9
-# Where self-motion leads nowhere by itself, it is pulled to this many postures that the path may
-# end in, at these rates over its duration, until some lead along it.
-PULLS = (1.0, 2.0, 4.0)
-MOST_POSTURES = 24
+# Where self-motion leads nowhere by itself, ways up a ladder are tried from starts of different
+# branches, the cheapest first, until some lead along the paths.
+TRIED, LEADING = 12, 3
 # Such self-motion is looked at more closely for collisions.
 CLOSER = 4
-# The part of the limits of acceleration that it takes in the mean where the tool starts moving.
-STARTS = 0.6
+# What candidates have one of each.
+OF_EACH = ("q", "branch", "flags", "excess", "weight", "velocity", "lost")
+
+Blocked = Callable[[], FollowingError]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,30 +51,16 @@ class DependentWaypoints:
     waits: tuple[int, ...]
     obstacles: Obstacles | None = None
     _ways: dict[int, Continuation] = field(default_factory=dict, repr=False)
-    _pulls: dict[int, Pull] = field(default_factory=dict, repr=False)
+    _guides: dict[int, list[Guide]] = field(default_factory=dict, repr=False)
 
-    def pull(self, path: ScenarioPath) -> float | Pull:
-        """Where self-motion is pulled to along a path."""
-        return self._pulls.get(path.first, self.scenario.pull_to_middle)
-
-    def _postures(
-        self, robot: Robot, path: ScenarioPath, start: Candidates
-    ) -> Iterator[list[Pull]]:
-        """Self-motions along a path of an arm that moves freely, each to a posture at its end."""
-        end = self.scenario.waypoints[path.last]
-        asked = self.scenario.pull_to_middle or robot.dof <= 6 or robot.virtual.any()
-        if asked or not isinstance(end, CartesianWaypoint):
-            return
-        still = replace(end, twist=pin.Motion.Zero())
-        found = find_candidates(robot, [still], [start.q[0]], self.scenario.units)[0]
-        if self.obstacles is not None:
-            found = taken(found, self.obstacles.collide(path.last, found) == 0.0)
-        duration = path.motion.end_time - path.motion.start_time
-        # where the tool starts moving, self-motion does so as fast
-        starts = float(path.motion.timing.full_speed[0][0]) or np.inf
-        most = np.minimum(STARTS * robot.acceleration_limit * starts, FASTEST_JOINT)
-        for rate in PULLS:
-            yield [Pull(rate / duration, q, most) for q in found.q[:MOST_POSTURES]]
+    def pull(self, path: ScenarioPath, time: float, q: FloatArray) -> Pull:
+        """What self-motion follows along a path of an arm that is somewhere at a time."""
+        guides = self._guides.get(path.first)
+        if not guides:
+            return self.scenario.pull_to_middle
+        gaps = q - np.array([one.at(path.motion.arc_length(time)) for one in guides])
+        nearest = int(np.abs(gaps - whole_turns(gaps)).max(axis=1).argmin())
+        return guides[nearest].turned(whole_turns(gaps[nearest]))
 
     @property
     def groups(self) -> list[range]:
@@ -118,6 +104,40 @@ class DependentWaypoints:
         return result
 
     def _chain(self, robot: Robot, group: range, first: Candidates) -> list[Candidates]:
+        """Candidates at the waypoints of a group; where none lead, those that are guided."""
+        led = self._led(robot, group, first)
+        if isinstance(led, list):
+            return led
+        found = []
+        if robot.dof > 6 and not self.scenario.pull_to_middle:
+            found = list(islice(self._guided(robot, group, first), LEADING))
+        if not found:
+            raise led()
+        return [joined(ones) for ones in zip(*found, strict=True)]
+
+    def _guided(self, robot: Robot, group: range, first: Candidates) -> Iterator[list[Candidates]]:
+        """Candidates at the waypoints of a group, of one start after the other that is guided."""
+        from knotwork.kinematics.following.ladder import Ladder
+
+        paths = [one for one in self.scenario.paths if one.first in group[:-1]]
+        _, own = np.unique(first.branch, return_index=True)
+        clear = None if self.obstacles is None else self.obstacles.clear
+        ladder = Ladder(robot, [path.motion for path in paths], first.q[own], clear)
+        for start, guides in islice(ladder.ways(), TRIED):
+            known = dict(self._guides)
+            self._guides.update(
+                (path.first, [one]) for path, one in zip(paths, guides, strict=True)
+            )
+            rows = np.flatnonzero(first.branch == first.branch[own[start]])
+            found = self._led(robot, group, taken(first, rows))
+            leads = isinstance(found, list)
+            for path, one in zip(paths, guides, strict=True):
+                self._guides[path.first] = known.get(path.first, []) + [one] * leads
+            if isinstance(found, list):
+                yield found
+
+    def _led(self, robot: Robot, group: range, first: Candidates) -> list[Candidates] | Blocked:
+        """Candidates at the waypoints of a group, or what makes the error where none lead on."""
         chain = [first]
         paths = {path.first: path for path in self.scenario.paths}
         i = group[0]
@@ -127,48 +147,34 @@ class DependentWaypoints:
                 chain.append(chain[-1])
                 i += 1
                 continue
-            kept, onward = self._along(robot, path, chain[-1])
+            found = self._along(robot, path, chain[-1])
+            if not isinstance(found, tuple):
+                return found
+            kept, onward = found
             chain = [taken(one, kept) for one in chain] + onward
             i = path.last
         return chain
 
     def _along(
         self, robot: Robot, path: ScenarioPath, start: Candidates
-    ) -> tuple[Any, list[Candidates]]:
+    ) -> tuple[Any, list[Candidates]] | Blocked:
         """Rows that lead along a path, and the candidates at its waypoints after the first."""
         _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
         times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
         turns = start.q - start.q[own][back]
         asked = in_branch(self.scenario, start)
         tried = np.flatnonzero(asked if asked.any() else ~asked)
-
-        def followed(pull: float | Pull) -> tuple[Continuation, Any, dict[int, int]]:
-            found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
-            free = found.free(robot, back, turns)
-            if isinstance(pull, Pull):  # a posture is not turned with the start
-                free &= ~turns.any(axis=1)
-            looks = LOOKS if isinstance(pull, float) else CLOSER * LOOKS
-            contacts = self._contacts(found, distinct(back[free]), looks)
-            return found, free & ~np.isin(back, list(contacts)), contacts
-
-        found, free, contacts = followed(self.pull(path))
-        if not free[tried].any():
-            for pulls in self._postures(robot, path, start):
-                least = np.inf
-                for pull in pulls:
-                    other = followed(pull)
-                    leads = back[tried[other[1][tried]]]
-                    use = np.abs(other[0].velocity[:, leads]) / robot.velocity_limit
-                    peak = float(use.max(axis=(0, 2)).min(initial=np.inf))
-                    if peak < least:
-                        least, self._pulls[path.first] = peak, pull
-                        found, free, contacts = other
-                if least < np.inf:
-                    break
+        pull = self.pull(path, float(times[0]), start.q[own[0]])
+        found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
+        free = found.free(robot, back, turns)
+        looks = CLOSER * LOOKS if isinstance(pull, Guide) else LOOKS
+        contacts = self._contacts(found, distinct(back[free]), looks)
+        free &= ~np.isin(back, list(contacts))
         self._ways[path.first] = found
-        if not free[tried].any():
-            contacts |= self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
-            collisions = self._collisions(found, contacts)
+
+        def blocked() -> FollowingError:
+            every = contacts | self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
+            collisions = self._collisions(found, every)
             constraints = [
                 _first(
                     found.limiting_constraint(robot, int(back[i]), turns[i]),
@@ -177,7 +183,10 @@ class DependentWaypoints:
                 for i in tried
             ]
             others = described(robot, taken(start, free))
-            raise self._blocked(robot, path, taken(start, tried), constraints, others)
+            return self._blocked(robot, path, taken(start, tried), constraints, others)
+
+        if not free[tried].any():
+            return blocked
         kept = np.flatnonzero(free)
         return kept, [
             self._candidates(robot, path, start, found, kept, back, turns, k)
@@ -293,12 +302,12 @@ def _first(
 
 def taken(candidates: Candidates, rows: Any) -> Candidates:
     """Some of the candidates."""
-    return candidates._replace(
-        q=candidates.q[rows],
-        branch=candidates.branch[rows],
-        flags=candidates.flags[rows],
-        excess=candidates.excess[rows],
-        weight=candidates.weight[rows],
-        velocity=candidates.velocity[rows],
-        lost=candidates.lost[rows],
-    )
+    return candidates._replace(**{key: getattr(candidates, key)[rows] for key in OF_EACH})
+
+
+def joined(several: Sequence[Candidates]) -> Candidates:
+    """Several as one."""
+    columns: dict[str, Any] = {
+        key: np.concatenate([getattr(one, key) for one in several]) for key in OF_EACH
+    }
+    return several[0]._replace(**columns)

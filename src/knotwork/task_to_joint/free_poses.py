@@ -26,17 +26,13 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 
-def with_virtual_joints(
-    scenario: Scenario, space: JointSpace, robot: Robot, ease: float, pull: float
-) -> JointSpace:
+def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
     """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
 
     Args:
         scenario: The task.
         space: Its joints.
         robot: Their robot.
-        ease: Of those joints that are bounded: see `VirtualJoint`.
-        pull: Likewise.
 
     Raises:
         BranchError: The scenario asks for a branch.
@@ -54,14 +50,12 @@ def with_virtual_joints(
             where=free.where,
         )
     least, greatest = free.freedom.turn
-    bounded = np.isfinite(greatest - least)
-    own = (ease, pull) if bounded else ()
     # virtual joints lead from the tool to the pose, a turn that is free the other way
-    joints = [VirtualJoint("free turn", "z", -greatest, -least, *own)]
+    joints = [VirtualJoint("free turn", "z", -greatest, -least)]
     if free.freedom.tilt:
         # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
         most = free.freedom.tilt / np.sqrt(2.0)
-        tilts = (VirtualJoint(f"free tilt {k}", k, -most, most, ease, pull) for k in "xy")
+        tilts = (VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy")
         joints = [*tilts, *joints]
     chain, count = robot.with_virtual_joints(*joints), len(joints)
     return replace(
@@ -83,12 +77,6 @@ def with_virtual_joints(
         solutions=_solutions(scenario, space.solutions, robot, count),
         chosen=None,
     )
-
-
-def bounded(scenario: Scenario) -> bool:
-    """Whether something that poses leave open is within limits."""
-    found = (one.freedom for one in scenario.waypoints if isinstance(one, CartesianWaypoint))
-    return any(one is not None and (one.tilt or np.isfinite(max(one.turn))) for one in found)
 
 
 def longer(values: FloatArray, count: int) -> FloatArray:

@@ -26,7 +26,7 @@ def completed_waypoints(
     velocities: FloatArray,
     knots: Any,
     way: KnownWay = lambda path, start: None,
-    pull: Callable[[ScenarioPath], float | Pull] | None = None,
+    pull: Callable[[ScenarioPath, float, FloatArray], Pull] | None = None,
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -58,7 +58,8 @@ def completed_waypoints(
         _hold(positions, space.waits)
         parts.append(tuple(one[done : path.first] for one in columns))
         start = positions[path.first]
-        found = way(path, start), None if pull is None else pull(path)
+        begin = path.motion.start_time
+        found = way(path, start), None if pull is None else pull(path, begin, start)
         followed = followed_path(scenario, space.robot, path, start, knots, *found)
         followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
@@ -101,7 +102,7 @@ def followed_path(
     start: FloatArray,
     knots: Any,
     found: Continuation | None = None,
-    pull: float | Pull | None = None,
+    pull: Pull | None = None,
 ) -> tuple[Any, ...]:
     """Times, names, positions, velocities, accelerations along a path; which waypoints are asked.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import FollowingError, OutOfReachError, RobotError, UnknownNameError
+from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
@@ -17,11 +17,6 @@ from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.task_to_joint.search import Search
-
-
-LADDER = ((30.0, 0.0), (30.0, 1.0), (30.0, 4.0), (30.0, 16.0), (0.03, 0.0))
-"""How easily what is open within limits moves along a path, and how fast it is pulled to the middle
-of its range [1/s]: tried one after the other where a path can't be followed."""
 
 
 def solve_task(
@@ -73,23 +68,12 @@ def solve_task(
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
-    from knotwork.task_to_joint.free_poses import (
-        bounded,
-        with_virtual_joints,
-        without_virtual_joints,
-    )
+    from knotwork.task_to_joint.free_poses import with_virtual_joints, without_virtual_joints
     from knotwork.task_to_joint.search import Search
 
-    errors: list[FollowingError] = []
-    for rung in LADDER if bounded(scenario) else LADDER[:1]:
-        chain = with_virtual_joints(scenario, space, space.robot, *rung)
-        try:
-            solution = _best(Search(scenario, chain, space.robot, avoided), knots)
-        except FollowingError as error:
-            errors.append(error)
-        else:
-            return _with_chosen(without_virtual_joints(solution, space), space)
-    raise errors[0]
+    chain = with_virtual_joints(scenario, space, space.robot)
+    solution = _best(Search(scenario, chain, space.robot, avoided), knots)
+    return _with_chosen(without_virtual_joints(solution, space), space)
 
 
 def _best(search: Search, knots: Any) -> TaskSolution:

@@ -21,7 +21,7 @@ def velocity_at(
     index: int,
     q: FloatArray,
     given: FloatArray | None,
-    pull: Callable[[ScenarioPath], float | Pull],
+    pull: Callable[[ScenarioPath, float, FloatArray], Pull],
 ) -> FloatArray:
     """Joint velocities [rad/s or m/s], shape (d,), that give the tool its twist at a waypoint.
 
@@ -32,8 +32,7 @@ def velocity_at(
         index: Index of the waypoint.
         q: Joint positions there [rad or m], shape (d,).
         given: Joint velocities where the waypoint gives them, else `None`.
-
-        pull: Gives where self-motion is pulled to along a path.
+        pull: Gives what self-motion follows along a path.
 
     Raises:
         SingularityError: No joint velocities give the twist.
@@ -43,7 +42,7 @@ def velocity_at(
         return np.array(given)
     for path in scenario.paths:
         if path.first <= index <= path.last:
-            return velocity_on_path(chain, path.motion, q, target.time, pull(path))
+            return velocity_on_path(chain, path.motion, q, target.time, pull(path, target.time, q))
     unmoved = np.zeros(chain.dof - robot.dof)
     q = q[: robot.dof]
 

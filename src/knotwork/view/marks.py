@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.scene.model import CollisionModel
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
-from knotwork.view.packing import label
+from knotwork.view.packing import label, thing
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.targets import round_arrows, spacings, straight_arrows
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -41,7 +42,7 @@ def marks(
         asked: The waypoints at the tool.
         curve: The motion, joints in the robot's order.
         robot: The arm.
-        scenario: The task, for its named frames.
+        scenario: The task, for its paths and units.
         report: Of the check.
         size: Extent of the scene [m].
 
@@ -71,16 +72,36 @@ def marks(
             dots = [sphere(0.0048 * size, KNOT, 12).moved(np.eye(3), point) for point in points]
             if dots:
                 meshes[name] = merged(dots)
-    if scenario is not None and scenario.frames:
-        frames = {name: base * frame for name, frame in scenario.frames.items()}
-        meshes["frames"] = _triads(list(frames.values()), 0.075 * size, 0.05)
-        labels += [
-            label(name, "frame", frame.translation, f"frame {name!r}")
-            for name, frame in frames.items()
-        ]
     if report is not None:
         _add_failures(meshes, labels, asked, curve, robot, report, size)
     return meshes, labels, seconds
+
+
+def frame_marks(
+    scenario: Scenario | None, robot: Robot, size: float, model: CollisionModel | None
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Named frames of a task, with their labels; those that move ride along.
+
+    Args:
+        scenario: The task.
+        robot: The arm.
+        size: Extent of the scene [m].
+        model: Where something moves by itself: the joints that carry it.
+    """
+    placed: dict[int | None, list[pin.SE3]] = {}
+    labels: list[dict[str, Any]] = []
+    for name, frame in scenario.frames.items() if scenario is not None else ():
+        carrier, base = None, robot.base_placement
+        if model is not None and scenario is not None and name in scenario.scene.moving:
+            carrier, base = model.riding(scenario.scene.moving[name])
+        pose = base * frame
+        placed.setdefault(carrier, []).append(pose)
+        labels.append(label(name, "frame", pose.translation, f"frame {name!r}", carrier))
+    things = [
+        thing("frames", _triads(poses, 0.075 * size, 0.05), carrier=carrier)
+        for carrier, poses in placed.items()
+    ]
+    return things, labels
 
 
 def _on_paths(times: FloatArray, scenario: Scenario | None) -> NDArray[np.bool_]:

@@ -39,10 +39,7 @@ def moving_model(
     """
     if scenario is None or space is None:
         return None
-    scene = scenario.scene
-    frames = [one.carrier for one in scene.objects]
-    frames += [frame for held in scene.held for frame in held.carriers]
-    if not scene.robots and not any(frame is not None for frame in frames):
+    if not (scenario.scene.robots or scenario.scene.moving):
         return None
     return motion_model(Motion(trajectory, space), scenario, robot)
 

@@ -132,25 +132,23 @@ def scene_objects(
     drawn: list[tuple[str, Mesh]] = []
     points = [np.zeros((0, 3))]
     if scenario is not None:
+        times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
         for one in scenario.scene.objects:
+            between = None if one.appears is None else [times[one.appears], None]
             plane = one.shape.kind == "half_space"
-            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size)
-            carrier = None
+            carrier, placement = None, robot.base_placement
             if model is not None and one.carrier is not None:
                 carrier, placement = model.riding(one.carrier)
-                things.append(
-                    thing(
-                        OBJECTS, mesh.placed(placement), around=True, carrier=carrier, of=one.name
-                    )
-                )
-            mesh = mesh.placed(robot.base_placement)
-            if carrier is None:
-                things.append(thing(OBJECTS, mesh, around=True, of=one.name))
+            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
+            own = {"carrier": carrier, "between": between, "of": one.name}
+            things.append(thing(OBJECTS, mesh, around=True, **own))
             drawn.append((f"object {one.name!r}", mesh))
-            if plane or carrier is not None:
+            if plane:
                 continue
             middle = mesh.vertices.mean(axis=0)
-            labels.append(label(one.name, "object", middle, f"object {one.name!r}"))
+            labels.append(label(one.name, "object", middle, f"object {one.name!r}", carrier))
+            if carrier is not None:
+                continue
             corners = box_corners(mesh.vertices)
             if np.ptp(corners, axis=0).max() <= size:
                 points.append(corners)
@@ -186,10 +184,11 @@ def _carried(
     for held in scene.held:
         mesh = shape_mesh(held.shape, HELD, size)
         taken, left = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
+        appears = None if held.appears is None else times[held.appears]
         carried = mesh.placed(frame.placement)
         parts = [thing("held", carried, carrier=joint, between=[taken, left])]
         for at, frame_there, between in zip(
-            (taken, left), held.carriers, ([None, taken], [left, None]), strict=True
+            (taken, left), held.carriers, ([appears, taken], [left, None]), strict=True
         ):
             pose, rider = robot.forward(curve(at)), None
             if model is not None and frame_there is not None:

@@ -49,9 +49,12 @@ def thing(name: str, mesh: Mesh, *, lit: bool = True, **more: Any) -> dict[str, 
     return {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
 
 
-def label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
-    """Give words at a point [m], and the detail that is shown on demand."""
-    return {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
+def label(
+    text: str, kind: str, at: FloatArray, detail: str, carrier: int | None = None
+) -> dict[str, Any]:
+    """Give words at a point [m], in the axes of a joint if one carries it; detail on demand."""
+    made = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
+    return made if carrier is None else {**made, "carrier": carrier}
 
 
 def packed_numbers(array: np.ndarray[Any, Any]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from knotwork.metrics.deviation import deviation_from_path
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.scene.model import CollisionModel
 from knotwork.verification import Report
 from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
@@ -140,35 +141,46 @@ DASHED = 0.3
 WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
 
 
-def asked_points(scenario: Scenario | None, robot: Robot, size: float) -> list[FloatArray]:
-    """Points of dashes along the scenario's tool paths, in the axes of the URDF's root [m].
+def asked_points(
+    scenario: Scenario | None, robot: Robot, size: float, model: CollisionModel | None = None
+) -> Iterator[tuple[int | None, list[FloatArray]]]:
+    """Points of dashes along each of the scenario's tool paths [m].
 
     Args:
         scenario: The task.
         robot: The arm.
         size: Extent of the scene [m].
+        model: Where something moves by itself: the joints that carry paths.
+
+    Yields:
+        The joint that carries the path, and points in its axes; without one in those of the URDF's
+        root, of a path that moves while what carries it is at rest.
     """
-    base = robot.base_placement
-    dashes: list[FloatArray] = []
     for path in scenario.paths if scenario is not None else ():
-        whole = path.motion.path
+        whole, dashes = path.motion.path, []
+        carrier, base = None, robot.base_placement
+        if model is not None and path.motion.carrier is not None:
+            carrier, base = model.riding(path.motion.carrier)
         count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
         starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
             high = low + DASHED * (far - low)
             points = whole.position(np.linspace(low, high, DASH_POINTS))
             dashes.append(points @ base.rotation.T + base.translation)
-    return dashes
+        yield carrier, dashes
 
 
-def asked_path_mesh(scenario: Scenario | None, robot: Robot, size: float) -> Mesh | None:
-    """Draw the scenario's tool paths as dashed lines; `None` if there is none."""
-    parts = [
-        line_mesh(points, np.tile(ASKED, (len(points), 1)), WIDTH * size)
-        for points in asked_points(scenario, robot, size)
-    ]
-    drawn = [part for part in parts if part is not None]
-    return merged(drawn) if drawn else None
+def asked_path_meshes(
+    scenario: Scenario | None, robot: Robot, size: float, model: CollisionModel | None = None
+) -> dict[int | None, Mesh]:
+    """Draw the scenario's tool paths as dashed lines, by the joint that carries them."""
+    parts: dict[int | None, list[Mesh]] = {}
+    for carrier, dashes in asked_points(scenario, robot, size, model):
+        for points in dashes:
+            line = line_mesh(points, np.tile(ASKED, (len(points), 1)), WIDTH * size)
+            if line is not None:
+                parts.setdefault(carrier, []).append(line)
+    return {carrier: merged(drawn) for carrier, drawn in parts.items()}
 
 
 def way_mesh(path: ToolTrace, report: Report | None, size: float) -> Mesh | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
@@ -21,7 +22,7 @@ from knotwork.view.limit_share import limit_shares
 from knotwork.view.moving_things import known_positions
 from knotwork.view.packing import packed_numbers
 from knotwork.view.tool_curves import stretches
-from knotwork.view.tool_trace import tool_speed
+from knotwork.view.tool_trace import tool_speeds
 from knotwork.waypoints import FloatArray
 
 LEAST_RATE = 60.0
@@ -52,7 +53,11 @@ def frame_times(curve: PiecewisePolynomial) -> FloatArray:
 
 
 def arm_frames(
-    name: str, curve: PiecewisePolynomial, robot: Robot, model: CollisionModel | None = None
+    name: str,
+    curve: PiecewisePolynomial,
+    robot: Robot,
+    model: CollisionModel | None = None,
+    paths: Sequence[ScenarioPath] = (),
 ) -> dict[str, Any]:
     """Give a motion's frames, and the tool's speed at each unless there are too many.
 
@@ -61,6 +66,7 @@ def arm_frames(
         curve: Joint positions, trailing shape (d,).
         robot: The arm.
         model: Where something moves by itself: positions of its joints follow the robot's.
+        paths: Those of the task.
     """
     time = frame_times(curve)
     position = curve(time)
@@ -72,7 +78,7 @@ def arm_frames(
         "position": packed_numbers(shown.astype("<f4")),
     }
     if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
-        speed = tool_speed(robot, position, curve(time, 1))
+        speed = tool_speeds(robot, curve, time, paths)
         arm["speed"] = packed_numbers(speed.astype("<f4"))
     return arm
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
@@ -25,14 +25,14 @@ from knotwork.view.camera import views
 from knotwork.view.drawn_joints import drawn_joints
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
-from knotwork.view.marks import marks
+from knotwork.view.marks import frame_marks, marks
 from knotwork.view.mesh import coarse
 from knotwork.view.moving_things import known_joints, moving_model, origins, other_robots
 from knotwork.view.objects import scene_objects
 from knotwork.view.packing import packed, thing
 from knotwork.view.path_meshes import (
     DEVIATION_COLOURS,
-    asked_path_mesh,
+    asked_path_meshes,
     asked_points,
     deviation_mesh,
     other_path_mesh,
@@ -78,6 +78,11 @@ class _Shown:
         """Joint positions, joints in the robot's order."""
         return self.trajectory.polynomial
 
+    @property
+    def paths(self) -> Sequence[ScenarioPath]:
+        """Tool paths of the task."""
+        return self.scenario.paths if self.scenario is not None else ()
+
     def task_points(self) -> FloatArray:
         """The tool's path and the waypoints [m], shape (n, 3)."""
         path = [] if self.path is None else [self.path.position]
@@ -89,7 +94,8 @@ class _Shown:
         points = [self.stops.outlines.reshape(-1, 3), self.stops.passed.reshape(-1, 3)]
         points.append(self.task_points())
         if self.path is not None:
-            points += asked_points(self.scenario, self.robot, 1.0)
+            asked = asked_points(self.scenario, self.robot, 1.0)
+            points += [one for _, dashes in asked for one in dashes]
         if self.model is not None:
             points.append(origins(self.model, self.robot, self.trajectory))
         if self.scenario is not None:
@@ -141,7 +147,10 @@ def make_scene(
     return {
         **_description(robot, trajectory, scenario),
         **still,
-        "arms": [arm_frames(name, motion, robot, shown.model) for name, motion in arms.items()],
+        "arms": [
+            arm_frames(name, motion, robot, shown.model, shown.paths)
+            for name, motion in arms.items()
+        ],
         "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
         "things": [*things, *objects.things, *around.things],
         "labels": [*labels, *objects.labels, *around.labels],
@@ -239,7 +248,10 @@ def _gathered(
     shapes = link_shapes(robot)
     stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
-    path = tool_trace(robot, curve.polynomial, space, report, times) if has_tool else None
+    paths = scenario.paths if scenario is not None else ()
+    path = None
+    if has_tool:
+        path = tool_trace(robot, curve.polynomial, space, report, times, paths)
     model = moving_model(scenario, robot, trajectory, space)
     return _Shown(robot, curve, motions, scenario, space, report, shapes, stops, asked, path, model)
 
@@ -263,7 +275,6 @@ def _task_data(
     colours, speeds = speed_colours(path, shown.scenario, shown.curve, shown.asked)
     meshes = path_meshes(path, colours, size)
     along = {
-        "path asked for": asked_path_mesh(shown.scenario, robot, size),
         "deviation": deviation_mesh(shown.scenario, robot, shown.curve, size),
         "way": way_mesh(path, shown.report, size),
     }
@@ -281,8 +292,15 @@ def _task_data(
         for name, mesh in meshes.items()
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
+    things += [
+        thing("path asked for", mesh, lit=False, carrier=carrier)
+        for carrier, mesh in asked_path_meshes(shown.scenario, robot, size, shown.model).items()
+    ]
+    frames, names = frame_marks(shown.scenario, robot, size, shown.model)
+    things, labels = [*things, *frames], [*labels, *names]
     legend = {**speeds, **seconds, "broken": bool(path.broken.any()), "way": "way" in meshes}
     if shown.scenario is not None and "deviation" in meshes:
+        legend["moving"] = any(path.motion.carrier is not None for path in shown.paths)
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)
     return things, labels, legend

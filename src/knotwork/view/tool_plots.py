@@ -106,7 +106,9 @@ def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units
         curves[0].mark("asked", np.array([one.time for one in poses]), np.array(asked))
     if row.asked == "linear" and scenario is not None:
         part = scenario.tolerances.path_speed
-        for _, stretch, start, end in full_speeds(first):
+        for path, stretch, start, end in full_speeds(first):
+            if path.motion.carrier is not None:
+                continue  # its speed is meant in a frame that moves
             low, high = (factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
             panel.bands.append((start, end, low, high))
     if row.limit is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.scenario import ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Report
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
@@ -25,7 +26,7 @@ class ToolTrace:
     Attributes:
         time: [s], shape (n,).
         position: [m], shape (n, 3).
-        speed: [m/s], shape (n,).
+        speed: As `tool_speeds` gives it [m/s], shape (n,).
         broken: Where a limit of joints, tool or links is broken, or bodies come too near, of
             shape (n,).
     """
@@ -42,6 +43,7 @@ def tool_trace(
     space: JointSpace | None = None,
     report: Report | None = None,
     also: Sequence[float] = (),
+    paths: Sequence[ScenarioPath] = (),
 ) -> ToolTrace:
     """Sample the tool's path evenly in time, and at every break.
 
@@ -51,6 +53,7 @@ def tool_trace(
         space: Its limits.
         report: Of the check; the times of broken limits are sampled, too.
         also: More times to sample [s].
+        paths: Those of the task.
     """
     found = [one for one in report.failures if one.subject != "path"] if report is not None else []
     limits = [one for one in found if one.group in LIMITS]
@@ -63,10 +66,9 @@ def tool_trace(
     ]
     breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
-    q, v = curve(time), curve(time, 1)
     base = robot.base_placement
-    position = np.array([(base * robot.forward(row)).translation for row in q])
-    speed = tool_speed(robot, q, v)
+    position = np.array([(base * robot.forward(row)).translation for row in curve(time)])
+    speed = tool_speeds(robot, curve, time, paths)
     broken = np.zeros(len(time), dtype=bool)
     for begin, end in (span for one in found for span in one.spans):
         broken |= (time >= begin) & (time <= end)
@@ -77,7 +79,23 @@ def tool_trace(
     return ToolTrace(time, position, speed, broken)
 
 
-def tool_speed(robot: Robot, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Speed of the tool centre point [m/s], shape (n,), from q and v of shape (n, d)."""
-    rows = zip(q, v, strict=True)
-    return np.array([np.linalg.norm(robot.jacobian(a)[:3] @ b) for a, b in rows])
+def tool_speeds(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    time: FloatArray,
+    paths: Sequence[ScenarioPath] = (),
+) -> FloatArray:
+    """Speed of the tool centre point [m/s], shape (n,), at times of shape (n,).
+
+    On a path it is that in the frame which carries the path, where the given speed is meant.
+    """
+    q, v = curve(time), curve(time, 1)
+    velocity = np.array([robot.jacobian(a)[:3] @ b for a, b in zip(q, v, strict=True)])
+    speed = np.linalg.norm(velocity, axis=1)
+    for motion in (path.motion for path in paths if path.motion.carrier is not None):
+        on = (time >= motion.start_time) & (time <= motion.end_time)
+        poses = [robot.forward(row) for row in q[on]]
+        place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
+        turn = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
+        speed[on] = np.linalg.norm(motion.seen(time[on], place, turn, velocity[on])[2], axis=1)
+    return np.asarray(speed)

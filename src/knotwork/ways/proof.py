@@ -21,11 +21,11 @@ def not_clear(
     return [one for one in found if one.verdict != "clear"]
 
 
-def is_clear(model: CollisionModel, line: FloatArray, resolution: float) -> bool:
-    """Whether a polyline is proved to keep every margin; corners of shape (n, d), n >= 2."""
+def too_near(model: CollisionModel, line: FloatArray, resolution: float) -> list[Clearance]:
+    """Pairs that are not proved to keep their margin along a polyline; corners of shape (n, d)."""
     length = np.linalg.norm(np.diff(line, axis=0), axis=1)
     slope = np.diff(line, axis=0) / length[:, None]
     zero = np.zeros_like(slope)
     along = np.concatenate(([0.0], np.cumsum(length)))
     curve = PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)
-    return not not_clear(model, curve, resolution)
+    return not_clear(model, curve, resolution)

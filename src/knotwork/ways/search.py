@@ -16,7 +16,7 @@ from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.exchange import Exchange
 from knotwork.ways.problem import NoWayError, Way, WayProblem
-from knotwork.ways.proof import is_clear, not_clear
+from knotwork.ways.proof import not_clear, too_near
 from knotwork.ways.rrt import connect, shortened
 
 
@@ -99,34 +99,52 @@ def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
     return rests.found.curve
 
 
-def to_blame(problem: WayProblem, checks: int) -> list[str]:
-    """The objects without each of which alone a way is found, by name.
+def to_blame(problem: WayProblem, checks: int) -> list[str] | None:
+    """Objects without which a polyline is found; each of them is needed, as far as is seen.
+
+    The first polyline passes through all objects. What it touches is then put back one by one.
 
     Args:
-        problem: A problem for which none was found.
-        checks: Number of configurations looked at, for all objects together.
+        problem: A problem for which no way was found.
+        checks: Number of configurations looked at, for the first polyline and for all others.
+
+    Returns:
+        Names, none of them where one is found among all objects; `None` where none is found without
+        any object.
     """
+    objects = {body.name for body in problem.model.bodies if body.kind == "object"}
+    blamed = _passed_through(problem, objects, checks)
+    if blamed is None:
+        return None
+    for name in sorted(blamed):
+        fewer = _passed_through(problem, blamed - {name}, checks // len(blamed))
+        if fewer is not None and len(fewer) < len(blamed):
+            blamed = fewer
+    return sorted(blamed)
+
+
+def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[str] | None:
+    """The objects that polylines touch which are found without some of them, or `None`."""
     model, limits = problem.model, problem.timing.limits
-    names = dict.fromkeys(one.name for one in model.bodies if one.kind == "object")
-    points = list(problem.timing.position[:-1])
-    found = []
-    for name in names:
-        others = [
-            pair
-            for pair in model.pairs
-            if name not in (model.bodies[pair.first].name, model.bodies[pair.second].name)
-        ]
-        without = replace(model, pairs=tuple(others))
-        space = Configurations(problem.robot, without, limits.lower, limits.upper)
-        goals = [q for q in problem.goals if space.free(q)]
-        rng = np.random.default_rng(0)
-        most = _affordable(checks, space) // len(names) // len(points)
-        if goals and all(
-            connect(space, start, ends, rng, CARES[0].step, most) is not None
-            for start, ends in _stretches(points, goals)
-        ):
-            found.append(name)
-    return found
+    bodies, start = model.bodies, problem.timing.position[:-1]
+    others = [
+        pair
+        for pair in model.pairs
+        if without.isdisjoint((bodies[pair.first].name, bodies[pair.second].name))
+    ]
+    space = Configurations(
+        problem.robot, replace(model, pairs=tuple(others)), limits.lower, limits.upper
+    )
+    rng, most = np.random.default_rng(0), _affordable(checks, space) // len(start)
+    goals = [q for q in problem.goals if space.free(q)]
+    touched = set[str]()
+    for here, ends in _stretches(list(start), goals):
+        line = connect(space, here, ends, rng, CARES[0].step, most)
+        if line is None:
+            return None
+        for one in too_near(model, line, problem.resolution):
+            touched |= {one.first.name, one.second.name}
+    return touched & without
 
 
 def _stretches(
@@ -194,7 +212,7 @@ class _Search:
             raise NoWayError(end, bodies, -gap, moving=True)
 
     def _is_clear(self, line: FloatArray) -> bool:
-        return is_clear(self.problem.model, line, self.problem.resolution)
+        return not too_near(self.problem.model, line, self.problem.resolution)
 
     def best_of(self, tries: int, trying: Callable[[int], None]) -> Way:
         best: Way | None = None

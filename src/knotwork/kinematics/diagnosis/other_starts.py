@@ -21,9 +21,7 @@ SPREAD = 8
 DIGITS = 9
 
 
-def other_starts(
-    robot: Robot, path: TimedPath, start: FloatArray, pull: float | Pull
-) -> FloatArray:
+def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: Pull) -> FloatArray:
     """Starts that lead along a path, the nearest first, of each branch one; shape (k, d).
 
     Args:

@@ -123,7 +123,7 @@ def continue_along(
     starts: FloatArray,
     times: FloatArray,
     *,
-    pull: float | Pull = 0.0,
+    pull: Pull = 0.0,
     step: float = STEP,
 ) -> Continuation:
     """Follow a path from some starts, whatever limits are broken on the way.
@@ -136,7 +136,7 @@ def continue_along(
         pull: See `JointField`.
         step: Joints move by no more than this between corrections [rad or m].
     """
-    field = JointField(robot, pull)
+    field = JointField(robot, pull, path.full_speed)
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
     q = np.array(starts, dtype=float)
     result = np.full((len(times), *q.shape), np.nan)
@@ -148,7 +148,7 @@ def continue_along(
         now = float(start)
         least = min(_piece_duration(path, 0.5 * (start + end)) / LEAST_STEPS, end - start)
         stage = Stages.of(path, np.array([now]), 0.5 * (now + float(end)))
-        v = _velocities(field, q, stage.twist[0], float(stage.share[0]))
+        v = _velocities(field, q, stage, 0)
         most = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
             h = min(least, step / most) if most else least
@@ -166,7 +166,7 @@ def continue_along(
                 gone = np.isnan(end_of.q).any(axis=1)
                 lost[alive[gone]] = end_of.reached[gone]
                 smallest_lost[alive[gone]] = end_of.smallest[gone]
-                v = _velocities(field, q, stages.twist[k + 2], float(stages.share[k + 2]))
+                v = _velocities(field, q, stages, k + 2)
                 now = float(when[k + 2])
                 most = float(np.nanmax(np.abs(v), initial=0.0))
                 if h * most > SLACK * step:
@@ -192,21 +192,26 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
 
 
 def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
-    """Whether the tool has the full speed of its stretch at times, shape (k,)."""
+    """Whether the tool has the full speed of its stretch at times, shape (k,).
+
+    A path that is carried moves by itself: it is not slower where the tool is.
+    """
+    if path.carrier is not None:
+        return np.zeros(time.shape, dtype=bool)
     return np.asarray(path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time))
 
 
-def _velocities(field: JointField, q: FloatArray, twist: FloatArray, share: float) -> FloatArray:
-    """Joint velocities; NaN for starts that lead no further."""
+def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
+    """Joint velocities at the k-th time; NaN for starts that lead no further."""
     v = np.full(q.shape, np.nan)
     alive = np.flatnonzero(np.isfinite(q).all(axis=1))
     if alive.size:
-        v[alive] = field.velocities(q[alive], twist, share)
+        v[alive] = stages.velocities(field, q[alive], k)
     return v
 
 
 def velocity_on_path(
-    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: float | Pull = 0.0
+    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: Pull = 0.0
 ) -> FloatArray:
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
     side = "left" if time >= path.end_time else "right"
@@ -222,7 +227,7 @@ def accelerations(
     times: FloatArray,
     side: str,
     *,
-    pull: float | Pull = 0.0,
+    pull: Pull = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Joint velocities and accelerations on the path, from one side of times; shape (k, d) each.
 
@@ -239,19 +244,22 @@ def accelerations(
         side: `"right"` or `"left"`.
         pull: See `JointField`.
     """
-    field = JointField(robot, pull)
+    field = JointField(robot, pull, path.full_speed)
     _, _, twist, change = path.state(times, side=side)
     speed = np.linalg.norm(twist[:, :3], axis=1)
-    along = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
-    faster = np.divide(along, speed, out=np.zeros_like(speed), where=speed > 0.0)
+    faster = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
+    faster = np.divide(faster, speed, out=np.zeros_like(speed), where=speed > 0.0)
     share, gain = speed / path.full_speed, faster / path.full_speed
-    v = field.velocities(q, twist, share)
+    along = path.arc_length(times)
+    v = field.velocities(q, twist, share, along)
     h = DIFFERENCE / np.maximum(np.abs(v).max(axis=1), 1e-300)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
     around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
-    f = field.velocities(around, np.tile(twist, (4, 1)), np.tile(share, 4)).reshape(4, *q.shape)
+    same = np.tile(twist, (4, 1)), np.tile(share, 4), np.tile(along, 4)
+    f = field.velocities(around, *same).reshape(4, *q.shape)
     coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
-    return v, field.velocities(q, change, gain) + (4.0 * fine - coarse) / 3.0
+    same_joints = field.velocities(q, change, gain, along, share * speed)
+    return v, same_joints + (4.0 * fine - coarse) / 3.0
 
 
 def _piece_duration(path: TimedPath, time: float) -> float:

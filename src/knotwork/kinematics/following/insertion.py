@@ -29,6 +29,8 @@ PART = 0.9
 MOST = 100_000
 MOST_PARTS = 8
 EVEN_ROUNDS = 3
+# Between waypoints self-motion may be this far from that whose limits were looked at [rad or m].
+STRAYED = 5e-3
 # No interval shorter than this is divided [s].
 SHORTEST = 1e-5
 # Breaks of a path nearer to each other than this are one [s]: between waypoints that are, what
@@ -144,6 +146,10 @@ class _Insertion:
         allowed = self.tolerance
         off = errors(self.joints.robot, self.joints.path, spline(times), spline(times, 1), times)
         use = off / (PART * np.array([allowed.position, allowed.orientation, allowed.speed]))
+        use = use.max(axis=1)
+        if self.joints.robot.dof > 6:  # the tool does not show where self-motion strays
+            strayed = np.abs(spline(times) - self.joints.curve(times)).max(axis=1)
+            use = np.maximum(use, strayed / STRAYED)
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
     def _check_count(self, count: int) -> None:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.kinematics.chain.velocity import joint_scales, solve_velocities
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
@@ -18,42 +19,66 @@ ON_PATH = 1e-11
 CORRECTIONS = 6
 
 
-class Pull(NamedTuple):
-    """Where self-motion is pulled to.
+# How fast self-motion comes back to its guide: by this power of e over the whole path.
+BACK = 8.0
+
+
+class Guide(NamedTuple):
+    """What self-motion follows along a path.
 
     Attributes:
-        rate: How fast [1/s].
-        posture: Joint positions [rad or m], shape (d,).
-        most: The norm of velocities, as parts of this, is below 1 [rad/s or m/s], shape (d,).
+        postures: Joint positions [rad or m] over arc length [m], twice continuously differentiable.
     """
 
-    rate: float
-    posture: FloatArray
-    most: FloatArray
+    postures: PiecewisePolynomial
+
+    def at(self, s: ArrayLike, nu: int = 0) -> FloatArray:
+        """Postures at arc lengths, or their derivatives, shape (..., d)."""
+        x = self.postures.x
+        return np.asarray(self.postures(np.clip(s, x[0], x[-1]), nu))
+
+    def turned(self, turns: FloatArray) -> Guide:
+        """The same with each joint turned by some angle [rad], shape (d,)."""
+        c = self.postures.c.copy()
+        c[-1] += turns
+        return Guide(PiecewisePolynomial(c, self.postures.x))
+
+    def rate(self, s: ArrayLike, q: FloatArray, nu: int = 0) -> FloatArray:
+        """How joints follow it per length of the path, or the derivative of that over s alone."""
+        x = self.postures.x
+        off = self.at(s, nu) - (0.0 if nu else q)
+        return np.asarray(self.at(s, nu + 1) + BACK / (x[-1] - x[0]) * off)
+
+
+Pull = float | Guide
 
 
 class JointField:
-    """The joint velocities that follow a path: eq (4), and a pull to the middle of the ranges.
+    """The joint velocities that follow a path: eq (4), and what self-motion follows.
 
     Args:
         robot: The arm.
         pull: For an arm of more than six joints, how fast self-motion pulls its joints to the
-            middle of their ranges [1/s]; or to which posture.
+            middle of their ranges [1/s]; or the guide that it follows.
+        speed: The full speed of the path [m/s].
     """
 
-    def __init__(self, robot: Robot, pull: float | Pull = 0.0) -> None:
+    def __init__(self, robot: Robot, pull: Pull = 0.0, speed: float = 1.0) -> None:
         self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
-        if isinstance(pull, Pull):
-            self.pull, self.middle = np.full(robot.dof, pull.rate), pull.posture
-            self.most = pull.most
-            return
-        self.most = np.full(robot.dof, np.inf)
-        limits = limits_of(robot)
-        self.pull = np.where(np.isfinite(limits).all(axis=0), pull if robot.dof > 6 else 0.0, 0.0)
-        self.pull[robot.virtual] = [one.pull for one in robot.virtual_joints]
+        self.speed = speed
+        self.guide = pull if isinstance(pull, Guide) else None
+        limits, rate = limits_of(robot), 0.0 if isinstance(pull, Guide) else pull
+        self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
         self.middle = middle(limits)
 
-    def velocities(self, q: FloatArray, twist: FloatArray, share: ArrayLike = 1.0) -> FloatArray:
+    def velocities(
+        self,
+        q: FloatArray,
+        twist: FloatArray,
+        share: ArrayLike = 1.0,
+        along: ArrayLike = 0.0,
+        onward: ArrayLike = 0.0,
+    ) -> FloatArray:
         """Joint velocities [rad/s or m/s], shape (n, d).
 
         Args:
@@ -61,14 +86,16 @@ class JointField:
             twist: Of the tool, in base axes [m/s, rad/s], shape (n, 6) or (6,).
             share: Part of its full speed that the tool has, so that self-motion rests where the
                 tool does; a number, or shape (n,).
+            along: Arc length there [m], likewise.
+            onward: For accelerations the share times the speed [m/s], likewise: what the guide's
+                own change over arc length counts.
         """
         rest = None
-        if self.pull.any():
-            rest = self.pull * (self.middle - q)
-            if np.isfinite(self.most).any():
-                beyond = np.linalg.norm(rest / self.most, axis=1, keepdims=True)
-                rest = rest / np.sqrt(1.0 + beyond**2)
-            rest = np.multiply.outer(share, np.ones(1)) * rest
+        if self.guide is not None:
+            rest = _each(share) * self.guide.rate(along, q)
+            rest = self.speed * (rest + _each(onward) * self.guide.rate(along, q, 1))
+        elif self.pull.any():
+            rest = _each(share) * self.pull * (self.middle - q)
         return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest)[0]
 
     def smallest(self, q: FloatArray) -> FloatArray:
@@ -104,3 +131,8 @@ class JointField:
                 break
             q = q + solve_velocities(self.robot, J.transpose(2, 0, 1), twist.T)[0]
         return q, error
+
+
+def _each(value: ArrayLike) -> FloatArray:
+    """A number or one for each configuration, as a column."""
+    return np.multiply.outer(value, np.ones(1))

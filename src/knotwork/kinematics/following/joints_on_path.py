@@ -69,11 +69,11 @@ class JointsOnPath:
         robot: Robot,
         path: TimedPath,
         start: FloatArray,
-        pull: float | Pull,
+        pull: Pull,
         found: Continuation | None = None,
     ) -> None:
         self.robot, self.path, self.pull = robot, path, pull
-        self.field = JointField(robot, pull)
+        self.field = JointField(robot, pull, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.dof > 6 else STEP
         self._start = start
         if found is None or robot.dof > 6:

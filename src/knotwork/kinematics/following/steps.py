@@ -34,13 +34,18 @@ class Stages:
     rotation: FloatArray
     twist: FloatArray
     share: FloatArray
+    along: FloatArray
 
     @classmethod
     def of(cls, path: TimedPath, time: FloatArray, at: float) -> Stages:
         """Evaluate one piece of a path, which `at` is in, at some times."""
         position, rotation, twist, _ = path.state(time, at=at)
         share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
-        return cls(time, position, rotation, twist, share)
+        return cls(time, position, rotation, twist, share, path.arc_length(time))
+
+    def velocities(self, field: JointField, q: FloatArray, k: int) -> FloatArray:
+        """Joint velocities at the k-th time, shape (n, d)."""
+        return field.velocities(q, self.twist[k], self.share[k], self.along[k])
 
     def __getitem__(self, rows: slice) -> Stages:
         return Stages(*(value[rows] for value in vars(self).values()))
@@ -65,7 +70,7 @@ def moved(
 ) -> Moved:
     """Take one step from some starts; in halves where it strays from the path."""
     start, middle, end = stages.time
-    guess, bent = _step(field, q, v, stages.twist, stages.share, end - start)
+    guess, bent = _step(field, q, v, stages, end - start)
     end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
     hopeless = (np.abs(v) > HOPELESS * fast * limit).any(axis=1)
@@ -83,7 +88,7 @@ def moved(
     now, going = q[again], again
     for a, b in ((start, middle), (middle, end)):
         half = Stages.of(path, np.linspace(a, b, 3), middle)
-        rates = field.velocities(now, half.twist[0], half.share[0])
+        rates = half.velocities(field, now, 0)
         part = moved(field, path, limit, now, rates, half, halvings - 1)
         found.q[going] = part.q
         found.reached[going], found.smallest[going] = part.reached, part.smallest
@@ -95,14 +100,14 @@ def moved(
 
 
 def _step(
-    field: JointField, q: FloatArray, v: FloatArray, twist: FloatArray, share: FloatArray, h: float
+    field: JointField, q: FloatArray, v: FloatArray, stages: Stages, h: float
 ) -> tuple[FloatArray, FloatArray]:
     """One Runge-Kutta step, and how far apart its two middles lead: large where joints race.
 
-    `v` are the velocities at its start, twists are at three times.
+    `v` are the velocities at its start, stages are its start, middle and end.
     """
-    k2 = field.velocities(q + 0.5 * h * v, twist[1], share[1])
-    k3 = field.velocities(q + 0.5 * h * k2, twist[1], share[1])
-    k4 = field.velocities(q + h * k3, twist[2], share[2])
+    k2 = stages.velocities(field, q + 0.5 * h * v, 1)
+    k3 = stages.velocities(field, q + 0.5 * h * k2, 1)
+    k4 = stages.velocities(field, q + h * k3, 2)
     bent = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
     return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), bent

@@ -41,7 +41,7 @@ class Labels {
     this.again = true;
   }
 
-  set(labels) {
+  set({ labels, joints }) {
     byId("labels").replaceChildren();
     byId("leaders").replaceChildren();
     this.view = ""; // where it was seen from when labels were placed
@@ -54,8 +54,15 @@ class Labels {
       const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
       line.setAttribute("class", label.kind);
       byId("leaders").appendChild(line);
-      return { box, line, point: world(label.at), kind: label.kind, at: -1, visible: false };
+      return { box, line, point: this.point(label, joints), moves: label.carrier > 0, kind: label.kind, at: -1, visible: false };
     }).sort((a, b) => ORDER[a.kind] - ORDER[b.kind]);
+  }
+
+  // Gives where a label is now: a joint takes it along, as it does its things.
+  point({ at, carrier }, joints) {
+    if (!carrier) return () => world(at);
+    const holder = this.viewer.scene_tree.find(pathOf(joints, "arm", carrier)).object;
+    return () => holder.localToWorld(new THREE.Vector3(...at));
   }
 
   show(on) {
@@ -74,7 +81,8 @@ class Labels {
     camera.updateMatrixWorld();
     const pane = paneBox();
     const size = `${pane.width} ${pane.height}`;
-    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
+    const moved = this.labels.filter((label) => label.moves).flatMap((label) => label.point().toArray());
+    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved].join();
     if (view === this.view && !this.again) return;
     this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
@@ -83,7 +91,7 @@ class Labels {
     const taken = panels(pane);
     for (const label of this.labels) {
       const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
-      const p = label.point.clone().project(camera);
+      const p = label.point().project(camera);
       const visible = p.z < 1 && Math.abs(p.x) < 1 && Math.abs(p.y) < 1;
       const [x, y] = [((p.x + 1) / 2) * pane.width, ((1 - p.y) / 2) * pane.height];
       if (visible) taken.push([x - 4, y - 4, x + 4, y + 4]);

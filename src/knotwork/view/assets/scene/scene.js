@@ -71,7 +71,7 @@ class Stage {
     this.copies.set(data);
     addMarks(viewer, data, before);
     animate(viewer, data);
-    labels.set(data.labels);
+    labels.set(data);
     player.set(data);
     this.strip.set(data);
     this.joints.set(data);

@@ -1,0 +1,206 @@
+"""Self-motion over whole paths: the way of least cost up a ladder of sampled configurations.
+
+Rungs are poses along the paths. At each, what is left open (the elbow of a redundant arm, virtual
+joints) is sampled, and where the samples of the rung before lead is added; what collides or is
+outside limits is left out. Dynamic programming from the end gives each start the way of least cost
+and says what it costs. The way is then smoothed and becomes a guide that self-motion follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import BoolArray, turning_limits, whole_turns
+from knotwork.kinematics.chain.velocity import joint_scales
+from knotwork.kinematics.following.joint_field import Guide
+from knotwork.kinematics.sequence.nearness import weights
+from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
+from knotwork.tool_paths import TimedPath
+from knotwork.tool_paths.rotations import angle_of
+from knotwork.waypoints import FloatArray, IndexArray
+
+# Rungs are this far apart, distances over angles added [m, rad], but of each path there are some.
+APART = 0.03, 0.15
+FEWEST, MOST = 6, 150
+# Places at which a path is measured.
+PLACES = 600
+# Configurations on each rung, those that others lead to included.
+SAMPLES = 64
+# From rung to rung joints move by no more than this [rad or m], and after smoothing, than half.
+JUMP = 0.6
+# Margin to position limits, as samples are joined by curves [rad or m].
+INSIDE = 0.01
+# What it costs to be as near as can be to a limit or a singularity, as the square of a motion.
+NEARNESS = 0.02
+# Sweeps of smoothing, and what is worth moving for.
+SWEEPS, GAIN = 30, 1e-9
+# Ways that are looked at.
+TRIES = 40
+# Steps back onto a pose.
+CORRECTIONS = 12
+TOLERANCE = 1e-9
+
+Clear = Callable[[FloatArray, float], BoolArray]
+
+
+@dataclass(frozen=True, eq=False)
+class _Rung:
+    """Configurations at one pose: shape (m, d), and what being there costs, shape (m,)."""
+
+    q: FloatArray
+    cost: FloatArray
+
+
+class Ladder:
+    """Configurations along paths, one after the other.
+
+    Args:
+        robot: The arm, with its virtual joints.
+        paths: Where each ends, the next begins.
+        starts: Joint positions where the first begins [rad or m], shape (m, d).
+        clear: Which configurations (k, d) are clear of collisions at a time [s]; by default all.
+    """
+
+    def __init__(
+        self, robot: Robot, paths: Sequence[TimedPath], starts: FloatArray, clear: Clear | None
+    ) -> None:
+        self.robot, self.paths = robot, paths
+        self.clear: Clear = clear or (lambda q, time: np.ones(len(q), dtype=bool))
+        self.scale = joint_scales(robot)
+        lower, upper = turning_limits(robot)
+        self.limits = lower + INSIDE, upper - INSIDE
+        self.around = joint_axes(robot).revolute & ~np.isfinite(lower)
+        self.times = [_rung_times(path) for path in paths]
+        self.time = np.concatenate([self.times[0][:1], *(one[1:] for one in self.times)])
+        self.targets = Targets.of(
+            [
+                path.pose(float(t))
+                for k, (path, times) in enumerate(zip(paths, self.times, strict=True))
+                for t in times[1 if k else 0 :]
+            ]
+        )
+        self.rungs = self._sampled(starts)
+
+    def _sampled(self, starts: FloatArray) -> list[_Rung]:
+        fresh = sample_self_motion(self.robot, self.targets)
+        cost = np.where(self.clear(starts, float(self.time[0])), 0.0, np.inf)
+        rungs = [_Rung(starts, cost + self._nearness(starts))]
+        for i in range(1, len(self.targets)):
+            before = rungs[-1].q
+            led, came = self._brought(np.full(len(before), i), before)
+            q = farthest_apart(self.robot, np.vstack([led[came], fresh[i]]), SAMPLES)
+            q = q[self.clear(q, float(self.time[i]))]
+            rungs.append(_Rung(q, self._nearness(q)))
+        return rungs
+
+    def _nearness(self, q: FloatArray) -> FloatArray:
+        return NEARNESS * (weights(self.robot, q) - 1.0) if len(q) else np.zeros(0)
+
+    def _brought(self, rungs: IndexArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Configurations brought onto the poses of rungs, and which of them come there."""
+        if not len(q):
+            return q, np.zeros(0, dtype=bool)
+        found = solve_batch(
+            self.robot,
+            self.targets.take(rungs),
+            q,
+            tolerance=TOLERANCE,
+            limits=self.limits,
+            max_iterations=CORRECTIONS,
+        )
+        return found.q, found.converged & (np.abs(found.q - q).max(axis=1) <= JUMP)
+
+    def _move(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        move = end - start
+        return np.asarray(move - np.where(self.around, whole_turns(move), 0.0))
+
+    def ways(self) -> Iterator[tuple[int, list[Guide]]]:
+        """Starts that lead to the end, by index, the cheapest first, and a guide for each path."""
+        costs = [self._costs(one, after) for one, after in pairwise(self.rungs)]
+        tried = np.zeros(len(self.rungs[0].q), dtype=bool)
+        for _ in range(TRIES):
+            values = [self.rungs[-1].cost]
+            for one, cost in zip(self.rungs[-2::-1], reversed(costs), strict=True):
+                values.insert(0, one.cost + (cost + values[0]).min(axis=1, initial=np.inf))
+            start = int(np.where(tried, np.inf, values[0]).argmin())
+            if tried[start] or np.isinf(values[0][start]):
+                return
+            nodes = [start]
+            for cost, value in zip(costs, values[1:], strict=True):
+                nodes.append(int((cost[nodes[-1]] + value).argmin()))
+            q = np.array([rung.q[k] for rung, k in zip(self.rungs, nodes, strict=True)])
+            moves = self._move(q[:-1], q[1:])
+            q = self._smoothed(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
+            gaps = np.flatnonzero((np.abs(np.diff(q, axis=0)) > 0.5 * JUMP).any(axis=1))
+            for i in gaps:  # no self-motion leads from one to the other
+                costs[i][nodes[i], nodes[i + 1]] = np.inf
+            if not gaps.size:
+                tried[start] = True
+                yield start, self._guides(q)
+
+    def _costs(self, one: _Rung, after: _Rung) -> FloatArray:
+        """What each step from one rung to the next costs, shape (m, k)."""
+        move = self._move(one.q[:, None], after.q[None])
+        cost = np.einsum("abj,j->ab", move**2, self.scale**-2.0)
+        return np.where((np.abs(move) > JUMP).any(axis=2), np.inf, cost)
+
+    def _smoothed(self, q: FloatArray) -> FloatArray:
+        """Move every other rung's configuration between its neighbours, as far as its pose lets it.
+
+        Only where it costs less, and nothing collides.
+        """
+        last = len(q) - 1
+        costs = self._nearness(q)
+        for sweep in range(2 * SWEEPS):
+            rows = np.arange(1 + sweep % 2, last + 1, 2)
+            before, after = q[rows - 1], q[np.minimum(rows + 1, last)]
+            after = np.where((rows == last)[:, None], before, after)
+            trial, came = self._brought(rows, 0.5 * (before + after))
+            own = self._nearness(trial)
+            gain = self._bent(q[rows], before, after) + costs[rows]
+            gain -= self._bent(trial, before, after) + own
+            better = came & (gain > GAIN)
+            for k in np.flatnonzero(better):
+                better[k] = self.clear(trial[k : k + 1], float(self.time[rows[k]]))[0]
+            if not better.any() and sweep % 2:
+                break
+            q[rows[better]], costs[rows[better]] = trial[better], own[better]
+        return q
+
+    def _bent(self, q: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+        both = (q - before) ** 2 + (after - q) ** 2
+        return np.asarray(both @ self.scale**-2.0)
+
+    def _guides(self, q: FloatArray) -> list[Guide]:
+        """Smooth postures along each path."""
+        from scipy.interpolate import CubicSpline
+
+        guides, first = [], 0
+        for path, times in zip(self.paths, self.times, strict=True):
+            own = q[first : first + len(times)]
+            first += len(times) - 1
+            curve = CubicSpline(path.arc_length(times), own, bc_type="natural")
+            guides.append(Guide(PiecewisePolynomial(curve.c, curve.x)))
+        return guides
+
+
+def _rung_times(path: TimedPath) -> FloatArray:
+    """Times of rungs along a path, evenly spread over its length and what the tool turns."""
+    whole = np.linspace(0.0, path.path.length, PLACES)
+    times = path.start_time + path.timing.time_of(whole)
+    times[[0, -1]] = path.start_time, path.end_time
+    R = path.state(times)[1]
+    turned = angle_of(np.linalg.norm(np.diff(R, axis=0), axis=(1, 2)))
+    far = np.cumsum(np.append(0.0, np.diff(whole) / APART[0] + turned / APART[1]))
+    count = int(np.clip(np.ceil(far[-1]), FEWEST, MOST))
+    found = np.interp(np.linspace(0.0, far[-1], count + 1), far, times)
+    found[[0, -1]] = path.start_time, path.end_time
+    return np.asarray(found)

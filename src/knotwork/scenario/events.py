@@ -1,0 +1,170 @@
+"""When the actions of a task happen, and what its motion consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.documents import Location, Places
+from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.task import Action, Task
+from knotwork.trajectory.events import Event, Segment, SegmentKind
+from knotwork.units import Units
+
+ROUNDING = 1e-9
+"""Places on a path and times are inside within this, relative to its length and 1 s."""
+
+SWITCHED = {"on": True, "off": False}
+
+
+def with_waits(file: Task) -> Task:
+    """A task whose waypoints have the waits of their actions as their own."""
+    waits = [sum(action.wait or 0.0 for action in one.actions) for one in file.waypoints]
+    given = zip(file.waypoints, waits, strict=True)
+    waiting = (one.model_copy(update={"wait": wait}) if wait else one for one, wait in given)
+    return file.model_copy(update={"waypoints": tuple(waiting)}) if any(waits) else file
+
+
+@dataclass(frozen=True, eq=False)
+class EventReader:
+    """Reads the events of one file.
+
+    Attributes:
+        file: What the file says, in SI.
+        places: Where it says it, for errors.
+        units: Those of the file, for errors.
+        waypoints, paths, index: Of the scenario.
+    """
+
+    file: Task
+    places: Places
+    units: Units
+    waypoints: Sequence[ScenarioWaypoint]
+    paths: Sequence[ScenarioPath]
+    index: tuple[int, ...]
+
+    def events(self, *, timed: bool) -> tuple[AskedEvent, ...]:
+        """All events in order of time.
+
+        Args:
+            timed: Times are known; else there are none yet, and their places are checked only.
+
+        Raises:
+            DocumentError: One is outside the motion or its path, or not after one of the same
+                signal that the file gives before it.
+        """
+        found = list(self._all())
+        last: dict[str | int, Event] = {}
+        for where, asked in found if timed else ():
+            event = asked.event
+            self._check_inside(where, event)
+            signal = event.name if event.output is None else event.output
+            before = last.get(signal)
+            if before is not None and event.time <= before.time:
+                raise self.places.error(
+                    where,
+                    f"{event.said} comes at {event.time:.6g} s, not after {before.said} at "
+                    f"{before.time:.6g} s, which is given before it",
+                    "a later moment, or the other order",
+                )
+            last[signal] = event
+        return tuple(sorted((one for _, one in found), key=_time)) if timed else ()
+
+    def _all(self) -> Iterator[tuple[Location, AskedEvent]]:
+        for k, waypoint in enumerate(self.file.waypoints):
+            waited = 0.0
+            for j, action in enumerate(waypoint.actions):
+                item = () if isinstance(waypoint.do, Action) else (j,)
+                where: Location = ("waypoints", k, "do", *item)
+                if action.wait is not None:
+                    waited += action.wait
+                    continue
+                yield where, self._asked(k, action, waited, where)
+
+    def _asked(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
+        arrival = self.index.index(k)
+        waypoint = self.waypoints[arrival]
+        name, value = next(
+            iter(action.signals.items()), (f"output {action.output}", bool(action.value))
+        )
+        output = self.file.outputs.get(name, action.output)
+        if isinstance(value, str):
+            value = SWITCHED.get(value, value)
+        moment = action.after or -(action.before or 0.0) or waited
+        event = Event(waypoint.time + moment, name, value, waypoint.name, output)
+        if not action.at:
+            return AskedEvent(event)
+        leaving = arrival + self.index.count(k) - 1
+        path, s = self._place(leaving if action.at > 0.0 else arrival, action.at, where)
+        time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
+        return AskedEvent(replace(event, time=time), action.at, path, s)
+
+    def _place(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
+        """The path through a waypoint, and an arc length along it [m]."""
+        where = (*where, "at")
+        onward = at > 0.0
+        found = (one for one in self.paths if one.first + (not onward) <= row <= one.last - onward)
+        path = next(found, None)
+        name = self.waypoints[row].name
+        if path is None:
+            raise self.places.error(
+                where,
+                f"no tool path leads {'on from' if onward else 'to'} {name!r}, to measure along",
+                "after or before: seconds; or at, where along leads to or on",
+            )
+        lengths = path.asked.lengths
+        own, whole = sum(lengths[: row - path.first]), sum(lengths)
+        s = own + at
+        if not -ROUNDING * whole <= s <= (1.0 + ROUNDING) * whole:
+            low, high = (self.units.text(one, "m", ".6g") for one in (-own, whole - own))
+            raise self.places.error(
+                where,
+                f"{self.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
+                f"from {low} to {high}",
+            )
+        return path, min(max(s, 0.0), whole)
+
+    def _check_inside(self, where: Location, event: Event) -> None:
+        start, end = self.waypoints[0].time, self.waypoints[-1].time
+        if not start - ROUNDING <= event.time <= end + ROUNDING:
+            raise self.places.error(
+                where,
+                f"{event.said} comes at {event.time:.6g} s, outside the motion",
+                f"a moment from {start:.6g} s to {end:.6g} s",
+            )
+
+
+def _time(asked: AskedEvent) -> float:
+    return asked.event.time
+
+
+def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:
+    """What a motion consists of, from waypoint to waypoint.
+
+    Args:
+        scenario: The task, all times known.
+        ways: Indices of the waypoints to which the motion found its way.
+
+    >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
+    ['start to approach', 'approach to edge start']
+    """
+    along = {i for path in scenario.paths for i in range(path.first, path.last)}
+    points, index = scenario.waypoints, scenario.index
+    made = []
+    for i, (one, other) in enumerate(pairwise(points)):
+        waits = index[i] == index[i + 1]
+        over = i > 0 and index[i - 1] == index[i]
+        begin = points[i - 1].name if over else one.name
+        name = f"wait at {begin}" if waits else f"{begin} to {other.name}"
+        kind: SegmentKind = "free motion"
+        if waits:
+            kind = "wait"
+        elif i in along:
+            kind = "tool path"
+        elif i + 1 in ways:
+            kind = "way"
+        made.append(Segment(name, one.time, other.time, kind))
+    return tuple(made)

@@ -1,0 +1,85 @@
+"""What is done on the way: signals that are switched, and waits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, ConfigDict, Field, Tag, model_validator
+
+from knotwork.documents.values import LARGEST, Items, Number, Positive, by_kind
+from knotwork.task.part import TaskPart
+
+# Of shorter waits rounding of times would make motions.
+Wait = Annotated[Positive, Field(ge=1e-3)]
+
+
+def _a_value(value: Any) -> Any:
+    fine = isinstance(value, str) and value
+    if not fine and not (isinstance(value, int | float) and abs(value) <= LARGEST):
+        raise ValueError("must be true, false (or on, off), a number or text")
+    return value
+
+
+Output = Annotated[int, Field(strict=True, ge=0, le=65535)]
+Value = Annotated[Any, AfterValidator(_a_value)]
+
+
+class Action(TaskPart):
+    """One thing that is done on the way: a signal, by a name of your own; an output; or a wait."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Value]
+    ALTERNATIVES = (("at", "after", "before"),)
+
+    output: Output | None = Field(
+        default=None, description="Number of a digital output, which takes the value"
+    )
+    value: Annotated[bool, Field(strict=True)] | None = Field(
+        default=None, description="Of the output"
+    )
+    wait: Wait | None = Field(
+        default=None,
+        description="The arm stands still for so long [s], before what comes next in the list",
+    )
+    at: Number | None = Field(
+        default=None,
+        description="How far after the waypoint along the tool path; before it, if negative "
+        "[length]",
+    )
+    after: Positive | None = Field(
+        default=None, description="How long after arrival at the waypoint [s]"
+    )
+    before: Positive | None = Field(
+        default=None, description="How long before arrival at the waypoint [s]"
+    )
+
+    def __repr_args__(self) -> list[tuple[str, Any]]:
+        return [*self.signals.items(), *super().__repr_args__()]
+
+    @property
+    def signals(self) -> dict[str, Any]:
+        """Values by the names that the task gives them; one at most."""
+        return self.__pydantic_extra__ or {}
+
+    @model_validator(mode="after")
+    def _one_thing(self) -> Action:
+        own = [key for key in ("output", "wait") if getattr(self, key) is not None]
+        given = [*self.signals, *own]
+        if len(given) != 1:
+            found = f"does {' and '.join(given)} at once" if given else "does nothing"
+            raise ValueError(
+                f"{found}; give one of a signal ({{gripper: close}}), output and wait, with at, "
+                "after or before if it is not at the waypoint; for more, give a list"
+            )
+        if (self.output is None) != (self.value is None):
+            raise ValueError("needs output and value together, as in {output: 3, value: true}")
+        if self.wait is not None and {"at", "after", "before"} & self.model_fields_set:
+            raise ValueError("waits where the arm stands, which is at the waypoint alone")
+        return self
+
+
+Actions = Annotated[
+    Annotated[Action, Tag("mapping")]
+    | Annotated[Annotated[Items[Action], Field(min_length=1)], Tag("list")],
+    by_kind("a mapping, as {gripper: close}, or a list of mappings"),
+]

@@ -1,0 +1,61 @@
+"""What happens on the way of a motion, and what the motion consists of."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+SegmentKind = Literal["free motion", "way", "tool path", "wait"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that is switched at a moment of a motion.
+
+    Attributes:
+        time: When [s].
+        name: Of the signal; `"output 3"` for an output without a name.
+        value: `True` for on, `False` for off, a number or text.
+        waypoint: Name of the waypoint that it was given at.
+        output: Number of the digital output that it switches, or `None`.
+
+    >>> Event(1.5, "gripper", "close", "pick").said
+    'gripper close'
+    """
+
+    time: float
+    name: str
+    value: bool | float | str
+    waypoint: str
+    output: int | None = None
+
+    @property
+    def said(self) -> str:
+        """Name and value in words."""
+        words = {True: "on", False: "off"}
+        shown = words[self.value] if isinstance(self.value, bool) else f"{self.value}"
+        return f"{self.name} {shown}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as plain data, ready for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A part of a motion, from one waypoint to the next.
+
+    Attributes:
+        name: Made of the names of the waypoints: `"pick to place"`, `"wait at pick"`.
+        start, end: When it begins and ends [s].
+        kind: `"free motion"`, `"way"` (it found its way), `"tool path"` or `"wait"`.
+    """
+
+    name: str
+    start: float
+    end: float
+    kind: SegmentKind
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as plain data, ready for JSON."""
+        return asdict(self)

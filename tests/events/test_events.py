@@ -1,0 +1,173 @@
+"""What is switched on the way: at which moments, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import knotwork as kw
+from knotwork.errors import DocumentError
+
+DOWN = {"rpy": [180, 0, 0]}
+WIRE = {"feed": 2.5, "at": 15}
+
+
+def weld(**changes: Any) -> dict[str, Any]:
+    """A seam of two lines with a corner; lengths in mm. Keys of waypoints by their names."""
+    given: dict[str, dict[str, Any]] = {
+        "approach": {"pose": {"position": [450, -100, 250], **DOWN}, "after": 2, "stop": True},
+        "seam": {"pose": {"position": [450, -100, 200], **DOWN}, "after": 1, "stop": True},
+        "corner": {"along": "line", "speed": 50, "pose": {"position": [450, 0, 200]}, "blend": 10},
+        "end": {"along": "line", "speed": 80, "pose": {"position": [550, 0, 200]}, "stop": True},
+        "retract": {"pose": {"position": [550, 0, 250], **DOWN}, "after": 1},
+    }
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "outputs": {"arc": 3},
+        "start": "home",
+        "waypoints": [{"name": key, **one, **changes.get(key, {})} for key, one in given.items()],
+    }
+
+
+def do(*actions: dict[str, Any]) -> dict[str, Any]:
+    return {"do": list(actions)}
+
+
+@pytest.fixture(scope="module")
+def plan() -> kw.Plan:
+    return kw.plan(
+        weld(
+            approach=do({"gripper": "close", "before": 0.5}),
+            seam={
+                **do(
+                    {"gas": "on"},
+                    {"wait": 0.3},
+                    {"arc": "on"},
+                    {"wait": 0.2},
+                    {"feed": 2.5, "at": 15},
+                ),
+                "stop": None,
+            },
+            end=do({"arc": "off", "at": -120}, {"feed": 0}, {"gas": False, "after": 0.25}),
+        )
+    )
+
+
+def test_moments(plan: kw.Plan) -> None:
+    at = {one.name: one.time for one in plan.scenario.waypoints}
+    begin, end = at["seam, after the wait"], at["end"]
+    found = [(one.name, one.value, one.output, one.waypoint) for one in plan.events]
+    assert found == [
+        ("gripper", "close", None, "approach"),
+        ("gas", True, None, "seam"),
+        ("arc", True, 3, "seam"),
+        ("feed", 2.5, None, "seam"),
+        ("arc", False, 3, "end"),
+        ("feed", 0, None, "end"),
+        ("gas", False, None, "end"),
+    ]
+    times = [one.time for one in plan.events]
+    assert begin == at["seam"] + 0.5
+    assert times[:3] == [at["approach"] - 0.5, at["seam"], at["seam"] + 0.3]
+    assert times[5:] == [end, end + 0.25]
+    motion, robot = plan.trajectory, plan.space.robot
+    assert robot is not None
+
+    def speed(t: float) -> float:
+        _, jacobian = robot.forward_and_jacobian(motion.position(t))
+        return float(np.linalg.norm((jacobian @ motion.velocity(t))[:3]))
+
+    def covered(start: float, stop: float) -> float:
+        breaks = [t for t in motion.breaks if start < t < stop]
+        return float(quad(speed, start, stop, points=breaks, limit=200)[0])
+
+    # 15 mm by the integral of the tool's speed, found without the path
+    reached = brentq(lambda t: covered(begin, t) - 0.015, begin + 0.1, begin + 1.0)
+    assert times[3] == pytest.approx(reached, abs=2e-5)
+    assert covered(times[4], end) == pytest.approx(0.12, abs=2e-5)  # over the rounded corner
+
+
+def test_segments(plan: kw.Plan) -> None:
+    assert [(one.name, one.kind) for one in plan.segments] == [
+        ("start to approach", "free motion"),
+        ("approach to seam", "free motion"),
+        ("wait at seam", "wait"),
+        ("seam to corner", "tool path"),
+        ("corner to end", "tool path"),
+        ("end to retract", "free motion"),
+    ]
+    ends = [plan.segments[0].start, *(one.end for one in plan.segments)]
+    assert ends == [one.time for one in plan.scenario.waypoints]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"seam": do({"arc": "on", "at": -5})}, r"do\[0\]\.at: no tool path leads to 'seam'"),
+        ({"end": do({"arc": "on", "at": 5})}, r"no tool path leads on from 'end', to measure"),
+        (
+            {"end": do({"arc": "on", "at": -250})},
+            r"-250 mm from 'end' is outside the tool path.*from -19\d\.\d+ mm to 0 mm",
+        ),
+        ({"approach": do({"a": 1, "before": 3})}, r"a 1 comes at -1 s, outside the motion"),
+        (
+            {"retract": {"do": {"a": 1, "after": 3}}},
+            r"do: a 1 comes at .*outside the motion",
+        ),
+        (
+            {"end": do({"arc": "on"}, {"output": 3, "value": False})},
+            r"do\[1\]: output 3 off comes at .* not after arc on .* the other order",
+        ),
+        (
+            {"seam": do({"a": 1, "after": 3.5}), "end": do({"a": 0})},
+            r"waypoints\[3\]\.do\[0\]: a 0 comes .* not after a 1",
+        ),
+        ({"end": do({"arc": "on", "atfer": 1})}, r"does arc and atfer at once"),
+        ({"end": do({"at": 1})}, r"does nothing"),
+        ({"end": do({"arc": "on", "at": 1, "after": 2})}, r"gives at and after"),
+        ({"end": do({"output": 3})}, r"needs output and value together"),
+        ({"end": do({"output": -1, "value": True})}, r"output"),
+        ({"end": do({"arc": None})}, r"must be true, false"),
+        ({"end": do({"wait": 1, "before": 1})}, r"waits where the arm stands"),
+        ({"end": {"wait": 1, **do({"wait": 1})}}, r"gives wait and a wait in do"),
+        ({"corner": do({"wait": 1})}, r"gives blend and a wait in do"),
+        ({"end": do()}, r"do"),
+        ({"end": {"do": "close"}}, r"a mapping, as \{gripper: close\}, or a list"),
+    ],
+)
+def test_refused(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(DocumentError, match=said):
+        kw.load_scenario(weld(**changes))
+
+
+def test_on_twice_and_moments_that_coincide_are_fine() -> None:
+    asked = kw.load_scenario(weld(seam=do({"a": "on"}, {"b": "on"}), end=do({"a": "on"})))
+    assert [one.event.said for one in asked.events] == ["a on", "b on", "a on"]
+
+
+def test_free_times_are_chosen_first_and_freezing_keeps_events(tmp_path: Any) -> None:
+    task = {
+        "limits": {"acceleration": 4, "jerk": 40},
+        "times": "fastest",
+        "waypoints": [
+            {"joints": {"a": 0}},
+            {"joints": {"a": 1}, "stop": True, "do": [{"wait": 0.5}, {"x": "on", "before": 0.2}]},
+            {"joints": {"a": 0}, "do": {"x": "off"}},
+        ],
+    }
+    plan = kw.plan(task)
+    assert kw.load_scenario(task).events == ()
+    on, off = plan.events
+    assert on.time == plan.scenario.waypoints[1].time - 0.2
+    assert off.time == plan.trajectory.end_time
+    frozen = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
+    assert frozen.events == plan.events
+    assert frozen.segments == plan.segments
+    stored = kw.load_trajectory(plan.save(tmp_path)[0])
+    assert (stored.events, stored.segments) == (plan.events, plan.segments)
+    assert kw.Task(**task).to_dict() == task
