@@ -140,7 +140,7 @@ def scene_objects(
             if model is not None and one.carrier is not None:
                 carrier, placement = model.riding(one.carrier)
             mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
-            own = {"carrier": carrier, "between": between, "of": one.name}
+            own: dict[str, Any] = {"carrier": carrier, "between": between, "of": one.name}
             things.append(thing(OBJECTS, mesh, around=True, **own))
             drawn.append((f"object {one.name!r}", mesh))
             if plane:
