@@ -190,7 +190,7 @@ def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
 ) -> None:
     tab = opened(served, tabs)
     known(tab)
-    count = len(kw.task.Task.load(served[1]).waypoints)
+    count = len(kw.Task.load(served[1]).waypoints)
     tab.evaluate("knotwork.seek(1.5)")
     tab.select_option("#part", '["waypoints",3]')
     tab.click("#jog summary")
