@@ -210,7 +210,9 @@ class Robot(ChainKinematics):
 
         >>> arm = kw.load_robot("ur5_rail")
         >>> eager, q = arm.with_weights({"rail": 0.2}), arm.configuration("home")
-        >>> [kw.solve_velocity_ik(one, q, [0, 0.1, 0, 0, 0, 0])[0].round(3) for one in (arm, eager)]
+        >>> twist = [0, 0.1, 0, 0, 0, 0]
+        >>> [kw.solve_velocity_ik(one, q, twist)[:2].round(3) for one in (arm, eager)]
+        [array([0.067, 0.068]), array([0.098, 0.004])]
         """
         for name in weights:
             if name not in self.joint_names:
