@@ -143,6 +143,7 @@ PLAIN_DATA = {
         "ToolShape",
         "SolidOfRevolution",
         "Velocity",
+        "Weave",
         "Weights",
     ),
     "metrics.peak": ("Peak",),

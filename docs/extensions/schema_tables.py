@@ -37,6 +37,7 @@ TITLES = {
     "AlongArc": "along: arc",
     "Arc": "arc",
     "AlongPoints": "along: points",
+    "Weave": "weave",
     "JointWaypoint": "A waypoint by joints",
     "Action": "do",
     "Fastest": "after: fastest",

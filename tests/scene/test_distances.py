@@ -187,7 +187,7 @@ def test_no_pair_is_nearer_than_its_spheres(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
     assert robot is not None
-    pairs = SolidPairs(collision_model(scenario, robot, {}))
+    pairs = SolidPairs(collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
     spheres = pairs.least(*placed)

@@ -41,7 +41,7 @@ def solid_pairs(arm: str) -> SolidPairs:
     )
     robot = joint_space(task).robot
     assert robot is not None
-    return SolidPairs(collision_model(task, robot, {}))
+    return SolidPairs(collision_model(task, robot))
 
 
 def placed_corners(table: SolidPairs, model: Any, q: Array) -> Array:

@@ -53,20 +53,23 @@ class LimitShares:
 
     Args:
         task: The task.
+        path: The path along which they are.
 
     Attributes:
         limits: The limits, length m: velocity, acceleration and jerk of each joint come first.
         orders: Their orders, shape (m,).
     """
 
-    def __init__(self, task: FreeTask) -> None:
+    def __init__(self, task: FreeTask, path: ScenarioPath) -> None:
         space, asked = task.space, task.scenario.motion_limits
         self.robot = robot = cast(Robot, space.robot)  # nothing else follows paths
         self._bounds = space.limits
         joints, frames = space.joint_names, []
         quantities = ("velocity", "acceleration", "jerk")
         limits = [Limit(one, what, 1 + k) for k, what in enumerate(quantities) for one in joints]
-        self._effort = task.dynamics if np.isfinite(space.limits["effort"]).any() else None
+        self._effort = (
+            task.dynamics(path.first) if np.isfinite(space.limits["effort"]).any() else None
+        )
         if self._effort is not None:
             limits += [Limit(one, "effort", 2) for one in joints]
         if asked.tool_speed is not None:

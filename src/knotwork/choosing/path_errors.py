@@ -72,7 +72,7 @@ def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[Inpu
     }
     errors: dict[int, list[InputError]] = {}
     for number, path in given.items():
-        shares = LimitShares(task)
+        shares = LimitShares(task, path)
         used = _used(task, path, shares)
         columns, most = used.argmax(axis=1), used.max(axis=1)
         over = {

@@ -117,7 +117,7 @@ class PathSpeeds:
         self.asked = path.asked.choosing(most)
         self.at_most = dict(sorted(most.items()))
         self.caps = dict(self.at_most)
-        self.shares = LimitShares(task)
+        self.shares = LimitShares(task, path)
         given = (*path.asked.speeds, *most.values())
         fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
         self.along = SharesAlongPath(task, path, self.shares, fastest)

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError
-from knotwork.scenario import FreeTimes, FreeWay, Scenario
+from knotwork.scenario import FreeWay, Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.timing import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray, IndexArray
@@ -43,7 +43,8 @@ def find_segments(task: FreeTask) -> list[Segment]:
     """The segments of a task in which something is chosen, in order of time.
 
     Raises:
-        InputError: The time between two equal stops is to be chosen.
+        InputError: The time between two equal stops is to be chosen, or the velocity at one of the
+            still points.
     """
     scenario, free = task.scenario, task.free
     n = len(scenario.waypoints)
@@ -56,43 +57,30 @@ def find_segments(task: FreeTask) -> list[Segment]:
                     "the same stop, so the least time between them is none; accepted: wait: "
                     "seconds at the first of them, or after: seconds"
                 )
+    for i, why in task.still_points.items():
+        if free.speed[i] != "given":
+            message = f"the velocity is chosen, but {why} here; accepted: stop, or a velocity"
+            raise task.located(InputError(message), i)
     for path in scenario.paths:
         closed.update(range(path.first, path.last))
-    ends = way_ends(free)
+    ends = task.still_points
     segments: list[Segment] = []
     first = 0
     for i in range(n):
         if i + 1 < n and i not in closed and i not in ends:
             continue
-        if i > first and _chosen(free, first, i):
+        if i > first and _chosen(task, first, i):
             own = Segment(range(first, i + 1), task.rows[first : i + 1], free.ways.get(i))
             segments.append(own)
         first = i + 1 if i in closed else i
     return segments
 
 
-def way_ends(free: FreeTimes) -> set[int]:
-    """Waypoints where ways begin or end: position, velocity and acceleration are known there.
-
-    Two ways with nothing given between them but a position are one.
-    """
-    open_time = free.duration & (free.at_least == 0.0)
-    return {
-        i
-        for end in free.ways
-        for i in (end - 1, end)
-        if not (
-            free.speed[i] == "free"
-            and free.ways.get(i) == free.ways.get(i + 1)
-            and open_time[i - 1 : i + 1].all()
-        )
-    }
-
-
-def _chosen(free: FreeTimes, first: int, last: int) -> bool:
+def _chosen(task: FreeTask, first: int, last: int) -> bool:
     """Whether something is chosen between two waypoints."""
+    free = task.free
     return bool(
-        way_ends(free) & {first, last}
+        task.still_points.keys() & {first, last}
         or free.optimal_knots
         or free.duration[first:last].any()
         or any(kind != "given" for kind in free.speed[first : last + 1])
@@ -148,7 +136,7 @@ def timing_problem(
         at_least=free.at_least[inner],
         total=total,
         objective=objective,
-        dynamics=task.dynamics if moved_by_force else None,
+        dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
         units=task.scenario.units,
     )
 
@@ -174,7 +162,7 @@ def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
     where only knots are. Where a way begins or ends there is none.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
-    still = way_ends(task.free)
+    still = task.still_points
     known = np.full((len(rows), len(space.joint_names)), np.nan)
     ends = space.end_acceleration
     for place, row, last in ((0, rows[0], 0), (-1, rows[-1], len(waypoints.time) - 1)):

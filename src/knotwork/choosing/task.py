@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,13 +72,39 @@ class FreeTask:
         return np.array(self.waypoints.asked)
 
     @cached_property
-    def dynamics(self) -> Dynamics | None:
-        """Of its robot, if there is one; what is derived from it once serves all segments."""
-        if self.space.robot is None:
-            return None
+    def _dynamics(self) -> tuple[Dynamics, ...]:
+        """From each waypoint to the next; what carries the same is one, which serves all of it."""
         from knotwork.timing import Dynamics
 
-        return Dynamics(self.space.robot)
+        times, arms = self.scenario.provisional_times, self.space.carrying
+        carried = [arms.at(time) for time in (times[:-1] + times[1:]) / 2] if arms else []
+        made = {id(robot): Dynamics(robot) for robot in carried}
+        return tuple(made[id(robot)] for robot in carried)
+
+    def dynamics(self, i: int) -> Dynamics | None:
+        """Of its robot, if there is one, with what it carries from waypoint i on."""
+        return self._dynamics[i] if self._dynamics else None
+
+    @cached_property
+    def still_points(self) -> Mapping[int, str]:
+        """Waypoints where the acceleration is none, and why, in words: there segments are divided.
+
+        Two ways with nothing given between them but a position are one.
+        """
+        free = self.free
+        open_time = free.duration & (free.at_least == 0.0)
+        loads = enumerate(pairwise(self._dynamics), start=1)
+        found = {i: "the load changes" for i, (before, after) in loads if before is not after}
+        return found | {
+            i: "a way begins or ends"
+            for end in free.ways
+            for i in (end - 1, end)
+            if not (
+                free.speed[i] == "free"
+                and free.ways.get(i) == free.ways.get(i + 1)
+                and open_time[i - 1 : i + 1].all()
+            )
+        }
 
     @cached_property
     def collision_model(self) -> CollisionModel:

@@ -29,6 +29,7 @@ INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
 # Module and summary by command.
 _COMMANDS = {
     "plan": ("plan", "Plan scenarios, check the result, print the verdict."),
+    "replan": ("replan", "Plan another task from a moment of a motion on."),
     "check": ("check", "Check a stored trajectory against a scenario."),
     "compare": ("compare", "Plan a scenario with every planner, side by side."),
     "sweep": ("sweep", "Plan a scenario many times, with other values."),

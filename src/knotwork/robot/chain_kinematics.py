@@ -30,6 +30,7 @@ class ChainKinematics:
     tool_offset: Any
     tool_candidates: tuple[str, ...]
     payload: Payload | None
+    held: tuple[Payload, ...]
 
     def _add_frames(self, gravity: FloatArray | None, virtual: Sequence[VirtualJoint]) -> None:
         """Add the TCP, the payload and the gravity, if it is not that of the URDF, to `model`."""
@@ -42,15 +43,16 @@ class ChainKinematics:
             tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
             placement = tool.placement * self.tool_offset
             carrier = tool.parentJoint
-            for one in virtual:
-                carrier = model.addJoint(carrier, _TURNS[one.axis](), placement, one.name)
+            carried = [(one, placement) for one in self.held]
+            carried += [] if self.payload is None else [(self.payload, tool.placement)]
+            for one, axes in carried:
+                body = pin.Inertia(one.mass, one.centre_of_mass, one.inertia)
+                model.appendBodyToJoint(carrier, body, axes)
+            for joint in virtual:
+                carrier = model.addJoint(carrier, _TURNS[joint.axis](), placement, joint.name)
                 placement = pin.SE3.Identity()
             frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)
-            carried = self.payload
-            if carried is not None:
-                body = pin.Inertia(carried.mass, carried.centre_of_mass, carried.inertia)
-                model.appendBodyToJoint(tool.parentJoint, body, tool.placement)
         if gravity is not None:
             model.gravity.linear = base.rotation @ gravity
         self.gravity = read_only(base.rotation.T @ model.gravity.linear, (3,), "gravity")
@@ -186,8 +188,8 @@ class ChainKinematics:
     def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
 
-        The payload and `gravity` count. Friction is left out, and so are loads that are neither in
-        the URDF nor in the payload.
+        The payload, what the tool holds and `gravity` count. Friction is left out, and so are all
+        other loads that the URDF does not have.
 
         Args:
             q: Joint positions [rad or m], shape (d,).

@@ -44,6 +44,7 @@ class Description:
         base_frame, tool_frame: Links, or `None` for the root and for none.
         tool_offset: TCP in the tool frame.
         payload: What the tool frame carries, in its axes.
+        held: What the tool holds, in the axes of the TCP.
         gravity: In the axes of the base frame [m/s²], or `None` for 9.81 along -z of the root.
         locked: Joints locked on purpose [rad or m].
         configurations: Name to joint to position [rad or m].
@@ -62,6 +63,7 @@ class Description:
     tool_frame: str | None = None
     tool_offset: Any = field(default_factory=pin.SE3.Identity)
     payload: Payload | None = None
+    held: tuple[Payload, ...] = ()
     gravity: FloatArray | None = None
     locked: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)

@@ -49,6 +49,7 @@ class Robot(ChainKinematics):
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
         payload: `Payload` that the tool frame carries, or `None`.
+        held: What the tool holds, in the axes of the TCP.
         gravity: In the axes of the base frame [m/s²], shape (3,).
         virtual: Which joints are those of a freedom, shape (d,).
         virtual_joints: These joints, which are the last.
@@ -79,7 +80,7 @@ class Robot(ChainKinematics):
         self.ignored_pairs, self.srdf = given.ignored_pairs, given.srdf
         self.tool_offset = given.tool_offset.copy()
         self.tool_candidates = given.urdf.leaves
-        self.payload = given.payload
+        self.payload, self.held = given.payload, given.held
         chain = select_chain(
             given.urdf,
             given.name,
@@ -178,6 +179,11 @@ class Robot(ChainKinematics):
         if payload is not None:
             robot.require_tool()
         return robot
+
+    def with_held(self, *held: Payload) -> Robot:
+        """The arm while its tool holds these, in the axes of the TCP; they count in `torque`."""
+        self.require_tool()
+        return Robot(replace(self._given, held=held))
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
         """The chain with joints of a task after the TCP, which move its frame on.

@@ -47,6 +47,11 @@ class Payload(ReadOnlyArrays):
         for name, value in (("mass", mass), ("centre_of_mass", centre), ("inertia", moments)):
             object.__setattr__(self, name, value)
 
+    @property
+    def key(self) -> bytes:
+        """Its numbers: the same for equal bodies."""
+        return b"".join(np.asarray(one).tobytes() for one in vars(self).values())
+
 
 def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, str] | None:
     """Say why no body has such a mass and inertia.

@@ -17,6 +17,7 @@ import numpy as np
 from knotwork.errors import RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, JointValues, Scenario
+from knotwork.scenario.payloads import Carrying, carrying
 from knotwork.task import PoseWaypoint
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
@@ -51,6 +52,7 @@ class JointSpace:
             `JOINT_QUANTITIES`, infinite where none is given.
         configurations: Named joint positions, each of shape (d,).
         robot: The robot with the scenario's tool and position limits, or `None`.
+        carrying: The same with what it holds, over the motion, or `None`.
         targets: For each waypoint what it asks of the joints; `None` for one given by a pose.
         near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
         end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
@@ -70,6 +72,7 @@ class JointSpace:
     limits: Mapping[str, FloatArray]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
     robot: Robot | None = None
+    carrying: Carrying | None = None
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
@@ -141,6 +144,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
         dict(robot.limits),
         dict(robot.configurations),
         robot,
+        carrying(scenario, robot),
         **read.task(scenario),
     )
 

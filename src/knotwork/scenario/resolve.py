@@ -11,7 +11,6 @@ import numpy as np
 from knotwork import documents
 from knotwork.documents import Document, Location, Places
 from knotwork.errors import shown
-from knotwork.robot.payload import Payload, payload_fault
 from knotwork.scenario.events import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
@@ -20,9 +19,10 @@ from knotwork.scenario.model import (
     ToleranceSet,
     ToolPlacement,
 )
+from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, JointWaypoint, Limits, PoseWaypoint, Task, Tool
+from knotwork.task import Balanced, JointWaypoint, Limits, PoseWaypoint, Task
 from knotwork.task.places import read_document
 from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
@@ -192,21 +192,7 @@ class _Resolver:
         offset = None
         if tool.offset is not None:
             offset = self.reader.placement(tool.offset, ("tool", "offset"))
-        return ToolPlacement(tool.frame, offset, self._payload(tool))
-
-    def _payload(self, tool: Tool) -> Payload | None:
-        if tool.mass is None:
-            return None
-        i, inertia = tool.inertia, None
-        if i is not None:
-            inertia = np.array(
-                [[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]]
-            )
-        fault = payload_fault(tool.mass, inertia)
-        if fault is not None:
-            field, found, accepted = fault
-            raise self.places.error(("tool", field), found, accepted)
-        return Payload(tool.mass, np.array(tool.centre_of_mass or (0.0, 0.0, 0.0)), inertia)
+        return ToolPlacement(tool.frame, offset, read_payload(tool, self.places, ("tool",)))
 
     def _motion_limits(self) -> Limits:
         given = self.file.limits

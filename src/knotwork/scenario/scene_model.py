@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pinocchio as pin
 
+    from knotwork.robot.payload import Payload
     from knotwork.tool_paths.moving_frame import MovingFrame
 
 
@@ -50,6 +51,7 @@ class SceneObject:
         allow: Names of what may touch it.
         visual: It is only shown, never checked.
         carrier: What carries it, or `None`.
+        appears: Name of the waypoint from which on it is there, or `None`.
     """
 
     name: str
@@ -57,6 +59,7 @@ class SceneObject:
     allow: tuple[str, ...] = ()
     visual: bool = False
     carrier: MovingFrame | None = None
+    appears: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,8 @@ class HeldObject:
         take, leave: Names of the waypoints where the tool takes it and leaves it.
         allow: Names of what it may touch; the tool may touch it anyway.
         carriers: What carries it before it is taken, and after it is left; `None` where it stands.
+        appears: Name of the waypoint from which on it is there, or `None`.
+        payload: Its mass, in the axes of the TCP, or `None` where it has none of its own.
     """
 
     name: str
@@ -77,6 +82,8 @@ class HeldObject:
     leave: str
     allow: tuple[str, ...] = ()
     carriers: tuple[MovingFrame | None, MovingFrame | None] = (None, None)
+    appears: str | None = None
+    payload: Payload | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +96,7 @@ class OtherRobot:
         scenario: The name of a shipped scenario, or the path of one.
         motion: Path of its recorded motion, or `None` to plan its scenario.
         delay: How much later than the robot's own its motion begins [s].
+        cell: Both are arms of one URDF, in which the links of each stand once.
     """
 
     name: str
@@ -96,6 +104,7 @@ class OtherRobot:
     scenario: str | Path
     motion: Path | None = None
     delay: float = 0.0
+    cell: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from knotwork.documents import Location
 from knotwork.errors import did_you_mean
 from knotwork.scenario.model import ScenarioWaypoint
+from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scene_model import (
     CollisionRules,
     HeldObject,
@@ -52,6 +53,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
             tuple(one.allow),
             one.visual,
             _carrier(reader, one, ("scene", "objects", name)),
+            _appears(reader, one, ("scene", "objects", name), waypoints),
         )
         for name, one in scene.objects.items()
     )
@@ -97,10 +99,7 @@ def _held(
         )
     names = [waypoint.name for waypoint in waypoints]
     for key, waypoint in (("from", given.take), ("to", given.leave)):
-        if waypoint not in names:
-            raise reader.places.error(
-                (*place, key), f"there is no waypoint {waypoint!r}", did_you_mean(waypoint, names)
-            )
+        _find(reader, waypoint, (*place, key), names)
         if getattr(waypoints[names.index(waypoint)], "freedom", None) is not None:
             raise reader.places.error(
                 (*place, key),
@@ -111,10 +110,38 @@ def _held(
         raise reader.places.error(
             (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"
         )
+    appears = _appears(reader, given, place, waypoints)
+    if appears is not None and names.index(appears) > names.index(given.take):
+        raise reader.places.error(
+            (*place, "appears"), f"{appears!r} is after {given.take!r}", "a waypoint before it"
+        )
     shape = _shape(reader, given, place, moves=True)
     ends = (reader.indices[names.index(one)] for one in (given.take, given.leave))
     taken, left = (reader.carriers.of(i) for i in ends)
-    return HeldObject(name, shape, given.take, given.leave, tuple(given.allow), (taken, left))
+    payload = read_payload(given, reader.places, place)
+    return HeldObject(
+        name, shape, given.take, given.leave, tuple(given.allow), (taken, left), appears, payload
+    )
+
+
+def _find(reader: WaypointReader, name: str, place: Location, names: Sequence[str]) -> None:
+    if name not in names:
+        raise reader.places.error(
+            place, f"there is no waypoint {name!r}", did_you_mean(name, names)
+        )
+
+
+def _appears(
+    reader: WaypointReader,
+    given: SceneObjectFile | HeldObjectFile,
+    place: Location,
+    waypoints: Sequence[ScenarioWaypoint],
+) -> str | None:
+    """Name of the waypoint from which on an object is there; `None` if it always is."""
+    if given.appears is not None:
+        names = [waypoint.name for waypoint in waypoints]
+        _find(reader, given.appears, (*place, "appears"), names)
+    return given.appears
 
 
 def _carrier(reader: WaypointReader, given: SceneObjectFile, place: Location) -> MovingFrame | None:

@@ -129,6 +129,8 @@ class WaypointReader:
         frame = self.carriers.of(i)
         if motion is not None and not self._stops(i):
             twist = motion.twist(times[i])
+            if motion.carrier is not None:
+                return motion.pose(times[i]), twist
         else:
             near = self.carriers.alongside(i, poses, times)
             twist = self._twist(i, waypoint, inner, near, times[i])

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joined, serial
-from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, Shape
+from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, SceneObject, Shape
 from knotwork.scene.bodies import Body
 from knotwork.scene.model import TOOL, CollisionModel, NoteKind
 from knotwork.scene.other_robots import other_motion
@@ -94,18 +95,28 @@ def hold_between(take: int, leave: int, times: Sequence[float], poses: Sequence[
     return Hold(poses[take], poses[leave], times[take], times[leave], *near)
 
 
-def collision_model(scenario: Scenario, robot: Robot, holds: Mapping[str, Hold]) -> CollisionModel:
+def collision_model(
+    scenario: Scenario, robot: Robot, times: Sequence[float] = (), poses: Sequence[Any] = ()
+) -> CollisionModel:
     """The collision model of a scenario.
 
     Args:
         scenario: The task.
         robot: Its robot, with its tool.
-        holds: For each held object by name where and when it is held.
+        times: When each waypoint is reached [s], for objects that appear or are held.
+        poses: Of the TCP at the waypoints, `pin.SE3` in the base frame, for those that are held.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    return _Builder(robot, scenario.scene, scenario.places, holds).model()
+    scene, place = scenario.scene, {one.name: i for i, one in enumerate(scenario.waypoints)}
+    holds = {
+        one.name: hold_between(place[one.take], place[one.leave], times, poses)
+        for one in scene.held
+    }
+    things: list[SceneObject | HeldObject] = [*scene.objects, *scene.held]
+    since = {one.name: times[place[one.appears]] for one in things if one.appears is not None}
+    return _Builder(robot, scene, scenario.places, holds, since).model()
 
 
 class _Builder:
@@ -116,12 +127,13 @@ class _Builder:
         robot: Robot,
         scene: Scene,
         places: Places,
-        holds: Mapping[str, Hold] | None = None,
+        holds: Mapping[str, Hold] = MappingProxyType({}),
+        since: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.robot, self.scene, self.places = robot, scene, places
         self.geometry = robot_geometry(robot)
         self.joints, self.links = self.geometry.joints, self.geometry.links
-        self.holds = holds or {}
+        self.holds, self.since = holds, since
         self.known: list[EndlessCurve] = []
         self.carriers: dict[tuple[KnownJoints, ...], int] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
@@ -140,7 +152,11 @@ class _Builder:
         for held in scene.held:
             bodies += self._held(held)
         for robot in scene.robots:
-            bodies += self._other(robot)
+            others = list(self._other(robot))
+            if robot.cell:  # here its links would stand where they are at rest
+                own = {body.name.partition("/")[2] for body in others}
+                bodies = [replace(x, start=math.inf) if x.link in own else x for x in bodies]
+            bodies += others
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
@@ -161,10 +177,12 @@ class _Builder:
 
     def _object(self, name: str, shape: Shape, frame: MovingFrame | None) -> Body:
         """An object that stands, or rides along; it is placed while what carries it is at rest."""
-        if frame is None:
-            return Body(name, "object", 0, (self._solid(shape, self.robot.base_placement),))
-        carrier = MovingFrame(frame.joints, pin.SE3.Identity()).rest.inverse()
-        return Body(name, "object", self._carrier(frame), (self._solid(shape, carrier),))
+        joint, carrier = 0, self.robot.base_placement
+        if frame is not None:
+            carrier = MovingFrame(frame.joints, pin.SE3.Identity()).rest.inverse()
+            joint = self._carrier(frame)
+        start = self.since.get(name, -math.inf)
+        return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
     def _other(self, given: OtherRobot) -> Iterator[Body]:
         """Links, tool and held objects of another robot, which move as they do."""
@@ -184,6 +202,8 @@ class _Builder:
         self.known += [replace(one, delay=one.delay + given.delay) for one in other.known]
         self.robots[given.name] = other.robot, root
         for body in other.model.bodies:
+            if given.cell and not body.joint:
+                continue
             if body.kind != "object" or body.name in other.held:
                 yield replace(
                     body,
@@ -235,9 +255,10 @@ class _Builder:
             self._lying(shape, frame, *end) for frame, end in zip(held.carriers, ends, strict=True)
         )
         carried = (self._solid(shape, frame.placement),)
+        since = self.since.get(name, -math.inf)
         bodies = [
-            Body(name, "object", before, here, end=hold.coming, apart=True),
-            Body(name, "object", before, here, hold.coming, hold.start),
+            Body(name, "object", before, here, since, hold.coming, apart=True),
+            Body(name, "object", before, here, max(since, hold.coming), hold.start),
             Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
             Body(name, "object", after, there, hold.end, hold.gone),
             Body(name, "object", after, there, start=hold.gone, apart=True),

@@ -81,8 +81,9 @@ def _clearance(around: bool, plan: Plan) -> float | None:
 
 
 def _squared_effort(plan: Plan) -> float | None:
-    robot = plan.space.robot
-    return None if robot is None else squared_effort(robot, plan.trajectory)
+    if plan.space.carrying is None:
+        return None
+    return sum(squared_effort(*one) for one in plan.space.carrying.parts(plan.trajectory))
 
 
 _SINGULAR = "smallest_singular_value"

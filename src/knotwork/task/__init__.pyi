@@ -5,6 +5,7 @@ from .freedoms import ClearWay as ClearWay
 from .freedoms import Fastest as Fastest
 from .freedoms import FreePose as FreePose
 from .freedoms import Weights as Weights
+from .masses import Inertia as Inertia
 from .options import Balanced as Balanced
 from .options import Branch as Branch
 from .options import EndAcceleration as EndAcceleration
@@ -30,7 +31,6 @@ from .scene import ToolShape as ToolShape
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits
 from .tool import FrameSpeed as FrameSpeed
-from .tool import Inertia as Inertia
 from .tool import Limits as Limits
 from .tool import Tool as Tool
 from .waypoints import AlongArc as AlongArc
@@ -39,5 +39,6 @@ from .waypoints import Arc as Arc
 from .waypoints import JointWaypoint as JointWaypoint
 from .waypoints import PathWaypoint as PathWaypoint
 from .waypoints import PoseWaypoint as PoseWaypoint
+from .weaves import Weave as Weave
 
 __all__: list[str]

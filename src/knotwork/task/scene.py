@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field, Tag, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import LARGEST, Items, Number, Positive, Vector3, by_kind
+from knotwork.task.masses import Inertia, Mass
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
 
@@ -99,11 +100,18 @@ class _Shape(Placement):
         return self
 
 
+class _Appearing(_Shape):
+    appears: Text | None = Field(
+        default=None,
+        description="Name of the waypoint from which on it is there; left out: from the start",
+    )
+
+
 class ToolShape(_Shape):
     """One shape, placed in the axes of the frame that carries it."""
 
 
-class SceneObject(_Shape):
+class SceneObject(_Appearing):
     """An object that stands still."""
 
     parent: Text = Field(
@@ -160,7 +168,7 @@ class Surroundings(TaskPart):
     )
 
 
-class HeldObject(_Shape):
+class HeldObject(_Appearing):
     """An object that the tool takes along; before and after it stands where it was and is left."""
 
     take: Text = Field(
@@ -178,6 +186,25 @@ class HeldObject(_Shape):
         description="What it may touch: objects of the scene that it is taken from or put on, "
         "links. The tool may touch it anyway",
     )
+    mass: Mass | None = Field(
+        default=None,
+        description="The arm carries it from where it is taken to where it is left, in addition to "
+        "the mass of the tool [kg]",
+    )
+    centre_of_mass: Vector3 | None = Field(
+        default=None,
+        description="In the axes of the TCP [length]; left out: the middle of its shape, of a "
+        "file its origin",
+    )
+    inertia: Inertia | None = Field(
+        default=None, description="In the axes of the TCP; left out: a point mass"
+    )
+
+    @model_validator(mode="after")
+    def _mass_of_it(self) -> HeldObject:
+        if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
+            raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
+        return self
 
 
 Shapes = Annotated[

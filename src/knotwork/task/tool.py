@@ -8,24 +8,12 @@ from typing import Annotated
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, Items, LimitsFile, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import Items, LimitsFile, Positive, Vector3, by_kind
 from knotwork.task.freedoms import FreePose
+from knotwork.task.masses import Inertia, Mass
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
 from knotwork.task.scene import HeldObject, Shapes
-
-Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
-
-
-class Inertia(TaskPart):
-    """Moments of inertia about the centre of mass, named as in a URDF."""
-
-    ixx: Number = Field(description="About x [kg m²]")
-    iyy: Number = Field(description="About y [kg m²]")
-    izz: Number = Field(description="About z [kg m²]")
-    ixy: Number = Field(default=0.0, description="Product of inertia [kg m²]")
-    ixz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
-    iyz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
 
 
 class Tool(TaskPart):
@@ -40,7 +28,8 @@ class Tool(TaskPart):
     )
     mass: Mass | None = Field(
         default=None,
-        description="Of the tool and what it holds, in addition to the robot's own masses [kg]",
+        description="Of the tool, and of what it holds that has no mass of its own, in addition to "
+        "the robot's own masses [kg]",
     )
     centre_of_mass: Vector3 | None = Field(
         default=None, description="In the axes of that frame; must be given with a mass [length]"

@@ -20,6 +20,7 @@ from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement, Pose, Velocity
+from knotwork.task.weaves import Weave
 
 
 class _Waypoint(TaskPart):
@@ -221,6 +222,9 @@ class PathWaypoint(_Posed):
     blend: Positive | None = Field(
         default=None,
         description="Between two lines: the corner is rounded within this distance of it [length]",
+    )
+    weave: Weave | None = Field(
+        default=None, description="Motion that is added to the path; speed is that of the path"
     )
 
 

@@ -40,24 +40,18 @@ class Obstacles:
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
-        from knotwork.scene.building import collision_model, hold_between
+        from knotwork.scene.building import collision_model
         from knotwork.scene.solid_pairs import SolidPairs
 
-        holds = {}
+        poses = []
         if scenario.scene.held:
-            times, poses = scenario.provisional_times.tolist(), []
-            place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
             for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
                 if isinstance(waypoint, CartesianWaypoint):
                     poses.append(waypoint.pose)
                 elif state is not None:
                     poses.append(robot.forward(state.position[: robot.dof]))
-            holds = {
-                one.name: hold_between(place[one.take], place[one.leave], times, poses)
-                for one in scenario.scene.held
-            }
         self.scenario, self.robot = scenario, robot
-        self.model = collision_model(scenario, robot, holds)
+        self.model = collision_model(scenario, robot, scenario.provisional_times.tolist(), poses)
         self._pairs = SolidPairs(self.model) if self.model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
@@ -71,8 +65,10 @@ class Obstacles:
         """
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
-        for distance, first, second in self._gaps(q, float(self.scenario.provisional_times[0])):
-            stands = first.kind == "object" and not first.joint
+        start = float(self.scenario.provisional_times[0])
+        for distance, first, second in self._gaps(q, start):
+            # what is taken at the start does not stand any more
+            stands = first.kind == "object" and not first.joint and first.end > start
             if distance <= -margin and stands and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,24 +68,37 @@ def least_margin(
     return None if found is None else (found.distance - found.margin, found.time)
 
 
+def nearest_to(
+    trajectory: JointTrajectory, scenario: Scenario, space: JointSpace, name: str
+) -> Finding | None:
+    """How near a motion comes to another robot of its scene; `None` if no pair is checked."""
+    robot, motion = space.robot, Motion(trajectory, space)
+    if robot is None:
+        return None
+    if absurd := absurdity(motion.curve, space):
+        return motion_finding("clearances", f"collisions are not examined: {absurd}", "failed")
+    from knotwork.verification.bounds.clearance import least_clearance
+
+    model = motion_model(motion, scenario, robot)
+    other = [body.name.startswith(f"{name}/") for body in model.bodies]
+    pairs = tuple(pair for pair in model.pairs if other[pair.first] or other[pair.second])
+    model, resolution = replace(model, pairs=pairs), scenario.scene.rules.resolution
+    found = least_clearance(model, motion.curve, resolution, MARGIN_PRECISION)
+    return None if found is None else _finding(found, scenario, robot, detail=False)
+
+
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
     """The collision model of a scenario, held objects where the motion takes and leaves them.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    from knotwork.scene.building import collision_model, hold_between
+    from knotwork.scene.building import collision_model
 
-    if not scenario.scene.held:
-        return collision_model(scenario, robot, {})
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
-    poses = [robot.forward(motion.curve(time)) for time in times]
-    place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
-    holds = {
-        held.name: hold_between(place[held.take], place[held.leave], times, poses)
-        for held in scenario.scene.held
-    }
-    return collision_model(scenario, robot, holds)
+    held = bool(scenario.scene.held)
+    poses = [robot.forward(motion.curve(time)) for time in times] if held else []
+    return collision_model(scenario, robot, times, poses)
 
 
 def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:

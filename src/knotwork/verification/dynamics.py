@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,20 +20,26 @@ from knotwork.verification.limits import (
 from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import joint_remedy
 
+if TYPE_CHECKING:
+    from knotwork.verification.bounds import Bound
+
 NO_IMPULSE = 1e-9
 """A jump of velocities is felt by a joint if its impulse is above this, relative to the largest."""
 
 
 def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
-    if space.robot is None:
+    if space.carrying is None:
         return
     from knotwork.verification.bounds import torque_bound
 
     limits = space.limits["effort"]
     infinite = _impulses(motion, space)
-    bounds = torque_bound(space.robot, motion.trajectory, limit=with_slack(limits))
-    for i, found in enumerate(bounds):
+    parts = [
+        torque_bound(robot, part, limit=with_slack(limits))
+        for robot, part in space.carrying.parts(motion.trajectory)
+    ]
+    for i, found in enumerate(map(_worst, zip(*parts, strict=True))):
         reached, limit = bounded(found), float(np.copysign(limits[i], found.value))
         if i in infinite and np.isfinite(limit):
             time, sign = infinite[i]
@@ -42,13 +49,25 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
         yield finding.with_remedy(joint_remedy(finding, motion, scenario, space))
 
 
+def _worst(parts: Sequence[Bound]) -> Bound:
+    """The bound over all parts of a motion: of those that break the limit, if there are any."""
+    failed = [one for one in parts if not one.ok]
+    worst = max(failed or parts, key=lambda one: abs(one.value))
+    return worst._replace(
+        bound=max(abs(one.bound) for one in parts),
+        proved=all(one.proved for one in failed or parts),
+        evaluations=sum(one.evaluations for one in parts),
+    )
+
+
 def _impulses(motion: Motion, space: JointSpace) -> dict[int, tuple[float, float]]:
     """Joints that feel a jump of velocities, the first time [s] and in which direction."""
     found: dict[int, tuple[float, float]] = {}
-    robot, still = space.robot, np.zeros(len(space.joint_names))
-    if robot is None:
+    still = np.zeros(len(space.joint_names))
+    if space.carrying is None:
         return found
     for time, q, jump in velocity_jumps(motion.curve):
+        robot = space.carrying.at(time)
         impulse = robot.torque(q, still, jump) - robot.torque(q, still, still)
         for i in np.flatnonzero(np.abs(impulse) > NO_IMPULSE * np.abs(impulse).max()):
             found.setdefault(int(i), (time, float(np.sign(impulse[i]))))

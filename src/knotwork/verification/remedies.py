@@ -122,10 +122,10 @@ def _move_too_short(
 
 def _weight(found: Finding, motion: Motion, space: JointSpace, j: int) -> str:
     """Say what of an effort is weight, which no slower motion takes away."""
-    if space.robot is None or not found.limit or found.value is None or found.time is None:
+    if space.carrying is None or not found.limit or found.value is None or found.time is None:
         return ""
     q, still = motion.curve(found.time), np.zeros(len(space.joint_names))
-    weight = float(space.robot.torque(q, still, still)[j])
+    weight = float(space.carrying.at(found.time).torque(q, still, still)[j])
     text = f"{weight:.4g} {found.unit} of it is weight"
     if abs(weight) > abs(found.limit) and weight * found.value > 0.0:
         return f"{text}, so slower motion does not help: a lighter load or another posture would"

@@ -42,7 +42,7 @@ def limit_shares(
         limit is broken, and it is infinite at jumps and where a limit of 0 is.
     """
     states = [curve(time, k) for k in range(3)]
-    of_joints = cache(partial(_joint_values, robot=robot, curve=curve, time=time))
+    of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
     for found in findings:
         most = np.inf if found.use is None and not found.ok else found.use
         if found.group not in LIMITS or found.limit is None or most is None:
@@ -86,13 +86,13 @@ def singular_values(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _joint_values(
-    quantity: str, robot: Robot, curve: PiecewisePolynomial, time: FloatArray
+    quantity: str, space: JointSpace, curve: PiecewisePolynomial, time: FloatArray
 ) -> FloatArray:
     order = JOINT_QUANTITIES[quantity].order
-    if order is not None:
-        return curve(time, order)
-    states = zip(curve(time), curve(time, 1), curve(time, 2), strict=True)
-    return np.array([robot.torque(*state) for state in states])
+    if order is not None or space.carrying is None:
+        return curve(time, order or 0)
+    states = zip(time, curve(time), curve(time, 1), curve(time, 2), strict=True)
+    return np.array([space.carrying.at(when).torque(*state) for when, *state in states])
 
 
 def _judged_sides(found: Finding, joint: int, space: JointSpace) -> tuple[float, float]:

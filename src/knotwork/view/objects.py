@@ -132,13 +132,15 @@ def scene_objects(
     drawn: list[tuple[str, Mesh]] = []
     points = [np.zeros((0, 3))]
     if scenario is not None:
+        times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
         for one in scenario.scene.objects:
+            between = None if one.appears is None else [times[one.appears], None]
             plane = one.shape.kind == "half_space"
             carrier, placement = None, robot.base_placement
             if model is not None and one.carrier is not None:
                 carrier, placement = model.riding(one.carrier)
             mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
-            things.append(thing(OBJECTS, mesh, around=True, carrier=carrier))
+            things.append(thing(OBJECTS, mesh, around=True, carrier=carrier, between=between))
             drawn.append((f"object {one.name!r}", mesh))
             if plane:
                 continue
@@ -181,10 +183,11 @@ def _carried(
     for held in scene.held:
         mesh = shape_mesh(held.shape, HELD, size)
         taken, left = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
+        appears = None if held.appears is None else times[held.appears]
         carried = mesh.placed(frame.placement)
         parts = [thing("held", carried, carrier=joint, between=[taken, left])]
         for at, frame_there, between in zip(
-            (taken, left), held.carriers, ([None, taken], [left, None]), strict=True
+            (taken, left), held.carriers, ([appears, taken], [left, None]), strict=True
         ):
             pose, rider = robot.forward(curve(at)), None
             if model is not None and frame_there is not None:

@@ -1,0 +1,94 @@
+"""The mass of a tool and of what it holds: as a file gives it, and over a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.documents import Location, Places
+from knotwork.polynomial.refined import part
+from knotwork.robot.payload import Payload, payload_fault
+from knotwork.scenario.model import Scenario
+from knotwork.task import HeldObject, Tool
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.trajectory import JointTrajectory
+
+
+def read_payload(given: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
+    """The mass of a tool or of an object that it holds, in SI as the file is; `None` without one.
+
+    Raises:
+        DocumentError: No body has such a mass and inertia.
+    """
+    if given.mass is None:
+        return None
+    i, inertia = given.inertia, None
+    if i is not None:
+        inertia = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
+    fault = payload_fault(given.mass, inertia)
+    if fault is not None:
+        field, found, accepted = fault
+        raise places.error((*place, field), found, accepted)
+    own = given.position if isinstance(given, HeldObject) else (0.0, 0.0, 0.0)
+    return Payload(given.mass, np.array(given.centre_of_mass or own), inertia)
+
+
+@dataclass(frozen=True, eq=False)
+class Carrying:
+    """The arm with what it carries, phase by phase.
+
+    Attributes:
+        start: When each phase begins [s], shape (m,); the first one holds before it, too.
+        robots: The arm in each; where it carries the same, it is the same one.
+    """
+
+    start: FloatArray
+    robots: tuple[Robot, ...]
+
+    def at(self, time: float) -> Robot:
+        """The arm at a time [s]; where the load changes, with the new one."""
+        return self.robots[max(int(np.searchsorted(self.start, time, side="right")) - 1, 0)]
+
+    def parts(self, motion: JointTrajectory) -> Iterator[tuple[Robot, JointTrajectory]]:
+        """A motion, divided where the load changes: the arm in each part, and the part."""
+        inside = (self.start > motion.start_time) & (self.start < motion.end_time)
+        if not inside.any():
+            yield self.at(motion.start_time), motion
+            return
+        times = [motion.start_time, *self.start[inside].tolist(), motion.end_time]
+        for start, end in pairwise(times):
+            cut = part(motion.polynomial, start, end)
+            yield self.at(start), replace(motion, polynomial=cut, waypoint_times=None)
+
+
+def carrying(scenario: Scenario, robot: Robot) -> Carrying:
+    """What the arm of a scenario carries over its motion, at provisional times where it has these.
+
+    Args:
+        scenario: The task.
+        robot: Its robot, with its tool.
+    """
+    times = {one.name: one.time for one in scenario.waypoints}
+    held = [
+        (one.payload, times[one.take], times[one.leave])
+        for one in scenario.scene.held
+        if one.payload is not None
+    ]
+    starts, arms = [-np.inf], [robot]
+    made: dict[tuple[bytes, ...], Robot] = {(): robot}
+    for start in sorted({time for _, *ends in held for time in ends}):
+        load = [payload for payload, taken, left in held if taken <= start < left]
+        key = tuple(one.key for one in load)
+        if key not in made:
+            made[key] = robot.with_held(*load)
+        if made[key] is not arms[-1]:
+            starts.append(start)
+            arms.append(made[key])
+    return Carrying(np.array(starts), tuple(arms))

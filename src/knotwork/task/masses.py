@@ -1,0 +1,23 @@
+"""Mass, its centre and its inertia, of a tool and of what it holds."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from knotwork.documents.values import LARGEST, Number
+from knotwork.task.part import TaskPart
+
+Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+
+
+class Inertia(TaskPart):
+    """Moments of inertia about the centre of mass, named as in a URDF."""
+
+    ixx: Number = Field(description="About x [kg m²]")
+    iyy: Number = Field(description="About y [kg m²]")
+    izz: Number = Field(description="About z [kg m²]")
+    ixy: Number = Field(default=0.0, description="Product of inertia [kg m²]")
+    ixz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
+    iyz: Number = Field(default=0.0, description="Product of inertia [kg m²]")

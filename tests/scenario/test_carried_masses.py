@@ -1,0 +1,158 @@
+"""What the arm holds has a mass while it is held, and objects appear; against plain Pinocchio."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import DocumentError, InputError
+
+BOX = {"from": "pick", "to": "place", "box": [0.2, 0.1, 0.1], "position": [0, 0, 0.06]}
+INERTIA = {"ixx": 0.02, "iyy": 0.03, "izz": 0.04, "ixy": 0.002}
+TOOL = {"offset": {"position": [0, 0.02, 0.1], "rpy": [0.3, 0, 0.2]}, "frame": "tool0"}
+
+
+def down(x: float, y: float, z: float) -> dict[str, Any]:
+    return {"position": [x, y, z], "rpy": [np.pi, 0, 0]}
+
+
+def stacking(held: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """A UR5 takes a box, carries it to the other side, and goes back."""
+    return {
+        "robot": "ur5",
+        "gravity": [0.5, 0.0, -9.7],
+        "tool": {**TOOL, "mass": 1.0, "centre_of_mass": [0, 0, 0.05], "holds": {"box": held}},
+        "times": "fastest",
+        "limits": {"margin": 0.5, "acceleration": 12},
+        "waypoints": [
+            {"name": "home", "pose": down(0.4, 0.1, 0.4)},
+            {"name": "pick", "pose": down(0.6, 0.3, 0.2), "stop": True},
+            {"name": "over", "pose": down(0.6, 0.0, 0.3), "velocity": "free"},
+            {"name": "place", "pose": down(0.6, -0.3, 0.2), "stop": True},
+            {"name": "back", "pose": down(0.4, 0.1, 0.4)},
+        ],
+    } | more
+
+
+def torques(plan: kw.Plan, payload: pin.Inertia, at: pin.SE3) -> tuple[np.ndarray, np.ndarray]:
+    """Times and joint torques of a motion, of a model with the payload from pick to place on."""
+    bare = plan.space.robot.model
+    loaded = bare.copy()
+    tool = loaded.frames[loaded.getFrameId("tool0")]
+    loaded.appendBodyToJoint(tool.parentJoint, payload, tool.placement * at)
+    times = {one.name: one.time for one in plan.scenario.waypoints}
+    rows, when = [], []
+    for start, end in pairwise([0.0, times["pick"], times["place"], plan.trajectory.end_time]):
+        model = loaded if start == times["pick"] else bare
+        data = model.createData()
+        inside = np.linspace(start, end, 1500)[1:-1]
+        states = (plan.trajectory(inside, order) for order in range(3))
+        rows += [pin.rnea(model, data, *state).copy() for state in zip(*states, strict=True)]
+        when += inside.tolist()
+    return np.array(when), np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("mass", "centre", "inertia"),
+    [(4.0, None, None), (3.0, [0.05, -0.02, 0.1], INERTIA)],
+)
+def test_torque_knows_what_is_held(mass: float, centre: Any, inertia: Any) -> None:
+    own = {"centre_of_mass": centre, "inertia": inertia}
+    held = BOX | {"mass": mass} | {key: one for key, one in own.items() if one}
+    plan = kw.plan(stacking(held))
+    i = inertia or dict.fromkeys(("ixx", "iyy", "izz", "ixy"), 0.0)
+    tensor = np.array([[i["ixx"], i["ixy"], 0], [i["ixy"], i["iyy"], 0], [0, 0, i["izz"]]])
+    payload = pin.Inertia(mass, np.array(centre or BOX["position"]), tensor)
+    at = pin.SE3(pin.rpy.rpyToMatrix(0.3, 0, 0.2), np.array([0, 0.02, 0.1]))
+    _, torque = torques(plan, payload, at)
+    found = plan.report.select(quantity="effort", subject="joint")
+    most = np.abs(torque).max(axis=0)
+    for one, dense in zip(found, most, strict=True):
+        assert one.ok
+        assert one.value is not None
+        assert dense <= abs(one.value) + one.excess + 1e-6
+        assert dense == pytest.approx(abs(one.value), rel=5e-3, abs=5e-3)
+    # the limits bind with the load, and are kept
+    assert (most / plan.space.limits["effort"]).max() == pytest.approx(1.0, abs=0.02)
+    assert plan.report.ok
+
+
+def test_a_load_costs_time_only_while_it_is_held() -> None:
+    spans = {}
+    for mass in (0.0, 4.0):
+        plan = kw.plan(stacking(BOX | {"mass": mass}))
+        spans[mass] = np.diff(plan.scenario.times)
+    assert spans[4.0][0] == pytest.approx(spans[0.0][0], rel=0.05)
+    assert spans[4.0][1:3].sum() > 1.1 * spans[0.0][1:3].sum()
+
+
+def test_the_load_changes_at_rest(tmp_path: Any) -> None:
+    plan = kw.plan(stacking(BOX | {"mass": 4.0}))
+    times = {one.name: one.time for one in plan.scenario.waypoints}
+    for name in ("pick", "place"):
+        assert np.abs(plan.trajectory.acceleration(times[name])).max() < 1e-9
+    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
+    assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
+
+
+@pytest.mark.parametrize(
+    ("appears", "hit"), [(None, True), ("over", True), ("place", False), ("back", False)]
+)
+def test_objects_appear(appears: str | None, hit: bool) -> None:
+    """What comes later stands in no way before, and in the way from then on."""
+    crate = {"box": [0.1, 0.1, 0.1], "position": [0.6, 0.0, 0.25]}
+    task = stacking(BOX, scene={"objects": {"crate": crate | {"appears": appears}}}, times=None)
+    if appears is None:
+        del task["scene"]["objects"]["crate"]["appears"]
+    del task["times"]
+    stops = task["waypoints"][1:]
+    for one in stops:
+        one.pop("velocity", None)
+        one |= {"after": 1.5, "stop": True}
+    failures = kw.plan(task).report.failures
+    assert any("crate" in one.name for one in failures if one.subject == "pair") == hit
+
+
+def test_a_box_that_appears_is_not_there_before() -> None:
+    """Two boxes at one place: the second one comes after the first has gone."""
+    task = stacking(BOX)
+    task["waypoints"][4:] = [
+        {"name": "over again", "pose": down(0.6, 0.0, 0.3), "velocity": "free"},
+        {"name": "pick 2", "pose": down(0.6, 0.3, 0.2), "stop": True},
+        {"name": "back", "pose": down(0.4, 0.1, 0.4)},
+    ]
+    second = BOX | {"from": "pick 2", "to": "back"}
+    for appears, ok in (({}, False), ({"appears": "over again"}, True)):
+        task["tool"]["holds"]["box 2"] = second | appears
+        found = kw.plan(task).report
+        pair = [one for one in found.failures if {"box", "box 2"} == set(one.name.split(", "))]
+        assert (not pair) == ok, found
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"mass": -1.0}, "holds.box.mass"),
+        ({"mass": 0.0, "inertia": INERTIA}, "the mass is zero"),
+        ({"inertia": INERTIA}, "no mass"),
+        ({"mass": 1.0, "inertia": {"ixx": 1, "iyy": 1, "izz": 3}}, "which no body has"),
+        ({"mass": 1.0, "inertia": {"ixx": -1, "iyy": 1, "izz": 1}}, "not positive definite"),
+        ({"appears": "pack"}, "there is no waypoint 'pack' (did you mean 'pick'"),
+        ({"appears": "place"}, "'place' is after 'pick'"),
+    ],
+)
+def test_faults_of_held_objects(change: dict[str, Any], words: str) -> None:
+    with pytest.raises(DocumentError) as caught:
+        kw.load_scenario(stacking(BOX | change))
+    assert words in str(caught.value)
+
+
+def test_faults_where_the_load_changes_in_motion() -> None:
+    task = stacking(BOX | {"mass": 1.0, "from": "over"})
+    with pytest.raises(InputError, match="the velocity is chosen, but the load changes here"):
+        kw.plan(task)
