@@ -139,7 +139,36 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             {
                 "along": {"points": [[0.5, 0.35, 0.4], [0.45, 0.4, 0.4]]},
                 "speed": 0.1,
+                "stop": True,
                 "pose": {"position": [0.4, 0.4, 0.4]},
+            },
+            {
+                "after": 1,
+                "stop": True,
+                "pose": {
+                    "position": [0.4, 0.4, 0.4],
+                    "torch": {
+                        "seam": [1, 0, 0],
+                        "normal": [0, 0, 1],
+                        "work_angle": 0.1,
+                        "travel_angle": 0.1,
+                        "tangent": "x",
+                    },
+                },
+            },
+            {
+                "along": "line",
+                "speed": 0.05,
+                "orientation": {"normal": [0, 0, 1], "work_angle": 0.1, "travel_angle": 0.1},
+                "weave": {
+                    "shape": "triangle",
+                    "width": 0.003,
+                    "frequency": 2,
+                    "dwell": 0.1,
+                    "in": ["across"],
+                    "normal": [0, 0, 1],
+                },
+                "pose": {"position": [0.5, 0.4, 0.4]},
             },
         ],
     },

@@ -45,6 +45,8 @@ TITLES = {
     "AtMost": "speed: at_most",
     "ClearWay": "way: clear",
     "Pose": "pose",
+    "SeamTorch": "torch",
+    "Torch": "orientation along a path",
     "Placement": "offset",
     "Euler": "euler",
     "Velocity": "velocity",
