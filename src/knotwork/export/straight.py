@@ -27,6 +27,11 @@ STANDING = 1e-9
 class Positions:
     """Positions of a motion at some times.
 
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> points = straight_points(lift, cycle=0.25)
+    >>> points.time.size, round(points.error, 6)
+    (5, 0.035264)
+
     Attributes:
         trajectory: The motion.
         time: Since the start of the motion [s], shape (n,); the last one may be after its end.
