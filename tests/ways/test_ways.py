@@ -424,7 +424,7 @@ def test_a_velocity_that_is_chosen_is_refused_at_an_end_of_a_way() -> None:
     given = past(None, last)
     given["waypoints"][1] |= {"velocity": "free"}
     del given["waypoints"][1]["stop"]
-    with pytest.raises(InputError, match="a way begins or ends here"):
+    with pytest.raises(InputError, match="velocity: free between two ways with the same"):
         kw.plan(given)
 
 
