@@ -20,6 +20,7 @@ from knotwork.retiming import (
 )
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.repeats import expanded
 from knotwork.task import Task
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
@@ -129,8 +130,9 @@ class UnderWay:
         first = {"joints": _given(self.space, q, length, angle), "time": 0.0}
         first["velocity"] = _given(self.space, v, length, angle)
         ends = {"start": _given(self.space, a, length, angle)}
-        goals = task.waypoints if task.start is not None else task.waypoints[1:]
-        return task.replace(start=None, waypoints=[first, *goals], end_acceleration=ends)
+        plain, _ = expanded(task)
+        goals = plain.waypoints if task.start is not None else plain.waypoints[1:]
+        return plain.replace(start=None, waypoints=[first, *goals], end_acceleration=ends)
 
     def _with_motion(self, motion: PiecewisePolynomial, clock: PiecewisePolynomial | None) -> Self:
         """The plan of another motion, through those waypoints that its clock passes."""

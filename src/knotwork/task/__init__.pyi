@@ -16,6 +16,7 @@ from .part import TaskPart as TaskPart
 from .poses import Euler as Euler
 from .poses import Frame as Frame
 from .poses import FrameMotion as FrameMotion
+from .poses import Grid as Grid
 from .poses import Placement as Placement
 from .poses import Pose as Pose
 from .poses import Velocity as Velocity
@@ -28,6 +29,7 @@ from .scene import SceneObject as SceneObject
 from .scene import SolidOfRevolution as SolidOfRevolution
 from .scene import Surroundings as Surroundings
 from .scene import ToolShape as ToolShape
+from .task import PlainTask as PlainTask
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits
 from .tool import FrameSpeed as FrameSpeed
@@ -38,6 +40,8 @@ from .waypoints import AlongPoints as AlongPoints
 from .waypoints import Arc as Arc
 from .waypoints import JointWaypoint as JointWaypoint
 from .waypoints import PathWaypoint as PathWaypoint
+from .waypoints import PlacesFile as PlacesFile
 from .waypoints import PoseWaypoint as PoseWaypoint
+from .waypoints import Repeat as Repeat
 
 __all__: list[str]

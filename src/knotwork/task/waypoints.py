@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -19,7 +20,8 @@ from knotwork.documents.values import (
 from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
-from knotwork.task.poses import Placement, Pose, Velocity
+from knotwork.task.poses import MOST_PLACES, Frame, Placement, Pose, Velocity
+from knotwork.task.scene import HeldObject
 
 
 class _Waypoint(TaskPart):
@@ -245,29 +247,92 @@ class JointWaypoint(_Waypoint):
     )
 
 
-def _waypoint_kind(value: Any) -> str | None:
-    if isinstance(value, PoseWaypoint | PathWaypoint | JointWaypoint):
-        return type(value).__name__
-    if not isinstance(value, dict) or ("pose" in value and "joints" in value):
-        return None
-    kinds = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
-    for key, kind in kinds.items():
-        if key in value:
-            return kind
-    # a key that is nearly one of them is a slip: let that key be reported
-    from difflib import get_close_matches
+_KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
 
-    slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
-    return next((kinds[slip[0]] for slip in slips if slip), None)
+
+def _by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
+    """Tell what stands in a list of waypoints apart by a key that it has."""
+
+    def kind_of(value: Any) -> str | None:
+        if isinstance(value, TaskPart):
+            return type(value).__name__
+        if not isinstance(value, dict) or ("pose" in value and "joints" in value):
+            return None
+        for key, kind in kinds.items():
+            if key in value:
+                return kind
+        # a key that is nearly one of them is a slip: let that key be reported
+        from difflib import get_close_matches
+
+        slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
+        return next((kinds[slip[0]] for slip in slips if slip), None)
+
+    return Discriminator(
+        kind_of,
+        custom_error_type="waypoint_kind",
+        custom_error_message=f"must be a mapping with {accepted}",
+    )
 
 
 Waypoint = Annotated[
     Annotated[PoseWaypoint, Tag("PoseWaypoint")]
     | Annotated[PathWaypoint, Tag("PathWaypoint")]
     | Annotated[JointWaypoint, Tag("JointWaypoint")],
-    Discriminator(
-        _waypoint_kind,
-        custom_error_type="waypoint_kind",
-        custom_error_message="must be a mapping with either pose or joints",
-    ),
+    _by_key(_KINDS, "either pose or joints"),
+]
+
+
+class PlacesFile(TaskPart):
+    """Places in a CSV file."""
+
+    file: Text = Field(
+        description="Path of a CSV file, relative to this one, with the columns x, y, z, and qx, "
+        "qy, qz, qw for orientations; its numbers are in this file's unit of length"
+    )
+    parent: Text = Field(
+        default="base",
+        validation_alias="in",
+        serialization_alias="in",
+        description="base or the name of a frame",
+    )
+
+
+class Repeat(TaskPart):
+    """Waypoints that are repeated over places: a turn at each place."""
+
+    over: Annotated[
+        Annotated[Text, Tag("text")]
+        | Annotated[PlacesFile, Tag("mapping")]
+        | Annotated[
+            Annotated[
+                Items[
+                    Annotated[
+                        Annotated[Text, Tag("text")] | Annotated[Frame, Tag("mapping")],
+                        by_kind("the name of a frame, or a mapping with a position"),
+                    ]
+                ],
+                Field(min_length=1, max_length=MOST_PLACES),
+            ],
+            Tag("list"),
+        ],
+        by_kind("the name of a frame with a grid, a list of frames and places, or a file"),
+    ] = Field(
+        description="Its places: a frame with a grid, a list of names of frames and of places, or "
+        "a CSV file; in the block, the frame place is the one of the turn"
+    )
+    holds: dict[Text, HeldObject] = Field(
+        default_factory=dict,
+        description="Objects that the tool takes along in each turn, as holds of the tool",
+    )
+    repeat: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
+        description="The waypoints of a turn; their names, and those of its objects, get its number"
+    )
+
+
+Step = Annotated[
+    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
+    | Annotated[PathWaypoint, Tag("PathWaypoint")]
+    | Annotated[JointWaypoint, Tag("JointWaypoint")]
+    | Annotated[Repeat, Tag("Repeat")],
+    _by_key({"repeat": "Repeat"} | _KINDS, "either pose or joints, or with repeat"),
 ]
