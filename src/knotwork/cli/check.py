@@ -7,7 +7,13 @@ from pathlib import Path
 
 import click
 
-from knotwork.cli.logs import LogOptions, log_beside_plan, log_options, planned_scenario
+from knotwork.cli.logs import (
+    LogOptions,
+    log_beside_plan,
+    log_options,
+    planned_scenario,
+    stated_path,
+)
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -25,6 +31,7 @@ from knotwork.cli.parameters import (
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
+from knotwork.cli.together import Other, check_together, with_options
 from knotwork.errors import DocumentError, InputError
 from knotwork.recording import compare_log
 from knotwork.trajectory import JointTrajectory
@@ -41,12 +48,14 @@ MANY_POINTS = 200
 @package_path_option
 @full_option
 @json_option
+@with_options
 def check(
     trajectory: Path,
     reference: str | None,
     full: bool,
     as_json: bool,
     log: LogOptions | None,
+    other: Other | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
@@ -60,8 +69,16 @@ def check(
     RTDE are understood, the noise is estimated, and failures smaller than the noise are undecided.
     The plan given with --against sets its clock, else the scenario is planned. With --against the
     scenario may be left out if the report in the plan's folder names it.
+
+    With --with it says in one line how near two motions come, as `knotwork check a.yaml --with
+    b.yaml --in left`.
     """
-    reference = reference if reference is not None else planned_scenario(log)
+    if other is not None:
+        if full or log is not None:
+            raise click.UsageError("--with takes neither --full nor a log")
+        return check_together(str(trajectory), reference, other, as_json=as_json)
+    if reference is None:
+        reference = planned_scenario(log) if log is not None else stated_path(trajectory)
     is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
     if reference is not None:
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -20,6 +22,7 @@ from knotwork.export.formats import (
     file_format,
     get_format,
 )
+from knotwork.export.labels import side_file, side_path
 from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
@@ -113,6 +116,13 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     help="pvt: the drive's position, in its units, where a joint is at 0; may be repeated.",
 )
 @click.option("--incremental", is_flag=True, help="pvt: times since the row before.")
+@click.option(
+    "--labels",
+    is_flag=True,
+    help="Names of segments: columns of text in tables, a file beside other formats. Where there "
+    "are events they come with them.",
+)
+@click.option("--without-events", is_flag=True, help="Leave out what is switched on the way.")
 @package_path_option
 @scenario_option("to check it first and to take the tool from")
 @click.option("--planner", metavar="NAME", help="For a SCENARIO: planner in place of its own.")
@@ -125,6 +135,8 @@ def export(
     reference: str | None,
     planner: str | None,
     allow_failed: bool,
+    labels: bool,
+    without_events: bool,
     **options: Any,
 ) -> int:
     """Export a motion: a stored TRAJECTORY, or a SCENARIO, planned first.
@@ -146,6 +158,16 @@ def export(
     if out is not None:
         exporting.checked_target(out, force=force)
     trajectory, asked = read_motion(motion, reference, planner)
+    if without_events:
+        trajectory = replace(trajectory, events=())
+    if form.tabular and labels:
+        given["labels"] = True
+    aside = bool(trajectory.events or labels) and not form.events
+    if aside and out is None:
+        raise InputError(
+            f"format {form.name!r} can't hold the events and segments of the motion; give a file "
+            "with -o FILE, and they go into one beside it, or --without-events"
+        )
     if not passes(asked, allow_failed):
         return FAILED
     made = _made(form, trajectory, asked, given, allow_failed)
@@ -155,8 +177,11 @@ def export(
     if out is None:
         echo_data(content)
     else:
-        exporting.write(out, content, force=force)
+        beside = side_file(trajectory) if aside else None
+        exporting.write(out, content, force=force, beside=beside)
     where = f"wrote {out}" if out is not None else ""
+    if out is not None and aside:
+        where += f" and {side_path(Path(out))}"
     text = "; ".join(part for part in (where, note) if part)
     if text:
         echo(text, err=out is None)

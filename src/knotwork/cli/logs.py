@@ -118,9 +118,11 @@ def checked_log(
 
 def planned_scenario(log: LogOptions | None) -> str | None:
     """The scenario of the plan that a log is compared with, if the plan's report names it."""
-    if log is None or log.against is None:
-        return None
-    plan = Path(log.against)
+    return None if log is None or log.against is None else stated_path(Path(log.against))
+
+
+def stated_path(plan: Path) -> str | None:
+    """The scenario of a saved plan, if its report names it: a shipped one's name, or a path."""
     stated = stated_scenario(plan)
     if stated is None or stated in resources.names("scenarios"):
         return stated

@@ -29,7 +29,7 @@ class Places:
     prefix: Location = ()
     origins: Mapping[Location, Location] = field(default_factory=dict, repr=False)
 
-    def _given(self, location: Location) -> Location:
+    def given(self, location: Location) -> Location:
         """Where the file gives what is at a location."""
         for size in range(len(location), 0, -1) if self.origins else ():
             if (origin := self.origins.get(location[:size])) is not None:
@@ -38,11 +38,11 @@ class Places:
 
     def path(self, location: Location) -> str:
         """Field path of a location in the whole file."""
-        return field_path(self.prefix + self._given(location))
+        return field_path(self.prefix + self.given(location))
 
     def line(self, location: Location) -> int | None:
         """Line of a location, or of the nearest part around it that has one."""
-        location = self._given(location)
+        location = self.given(location)
         while location and location not in self.lines:
             location = location[:-1]
         return self.lines.get(location)

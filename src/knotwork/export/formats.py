@@ -14,7 +14,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.storage import write_file
+from knotwork.export.labels import side_file, side_path
+from knotwork.storage import write_file, write_files
 from knotwork.trajectory.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ class Format:
         module: Module of `knotwork.export` that writes it.
         takes: The keyword arguments that its function takes, as a `TypedDict`.
         binary: Its files are no text.
+        events: It holds what is switched on the way; else a file beside it does.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Format:
     module: str
     takes: type | None = None
     binary: bool = False
+    events: bool = False
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -74,11 +77,11 @@ _DRAKE = "for Drake there is trajectory.to_drake() in Python"
 _ALL = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
-    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions),
-    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions),
-    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions),
-    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, binary=True),
-    Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, binary=True),
+    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions, events=True),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions, events=True),
+    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions, events=True),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, True, True),
+    Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, True, True),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
     Format("scipy", _SCIPY, ".npz", "polynomials", binary=True),
     Format("drake", _DRAKE, "", "polynomials", binary=True),
@@ -215,6 +218,9 @@ def save(
 ) -> Path:
     """Write a motion to a file in a format, whole or not at all.
 
+    Where the format can't hold the events of the motion, a file beside it does: next to
+    `motion.yaml` it is `motion.events.json`.
+
     >>> import knotwork as kw
     >>> motion = kw.plan("paper_case").trajectory
     >>> save(motion, "pvt", "axis_table.csv", force=True, degrees=True).name
@@ -235,10 +241,14 @@ def save(
         InputError: The file exists or can't be written, or the format can't hold the motion.
     """
     checked_target(path, force=force)
-    return write(path, content(trajectory, name, **options), force=force)
+    held = get_format(name).events or not trajectory.events
+    made = content(trajectory, name, **options)
+    return write(path, made, force=force, beside=None if held else side_file(trajectory))
 
 
-def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
+def write(
+    path: Path | str, made: str | bytes, *, force: bool = False, beside: str | None = None
+) -> Path:
     """Write content to a file, whole or not at all.
 
     >>> write("notes/motion.csv", "time,lift").read_text()
@@ -248,8 +258,13 @@ def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
         path: Path of the file; its folder is made if it does not exist.
         made: What to write.
         force: Replace the file if it exists.
+        beside: What to write into the file beside it, if anything.
 
     Raises:
         InputError: The file exists or can't be written.
     """
-    return write_file(checked_target(path, force=force), made)
+    target = checked_target(path, force=force)
+    if beside is None:
+        return write_file(target, made)
+    other = checked_target(side_path(target), force=force)
+    return write_files(target.parent, {target.name: made, other.name: beside})[0]

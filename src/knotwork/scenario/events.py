@@ -11,13 +11,12 @@ import numpy as np
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.task import Action, PlainTask
+from knotwork.task.actions import switched
 from knotwork.trajectory.events import Event, Segment, SegmentKind
 from knotwork.units import Units
 
 ROUNDING = 1e-9
 """Places on a path and times are inside within this, relative to its length and 1 s."""
-
-SWITCHED = {"on": True, "off": False}
 
 
 def with_waits(file: PlainTask) -> PlainTask:
@@ -90,9 +89,12 @@ class EventReader:
         name, value = next(
             iter(action.signals.items()), (f"output {action.output}", bool(action.value))
         )
+        value = switched(value)
         output = self.file.outputs.get(name, action.output)
-        if isinstance(value, str):
-            value = SWITCHED.get(value, value)
+        if output is not None and not isinstance(value, bool):
+            raise self.places.error(
+                where, f"{name} is a digital output, and {value!r} is no state of it", "on or off"
+            )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:

@@ -131,7 +131,13 @@ class PathReader:
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        motion = TimedPath(path, timing, start, carrier)
+        breaks = np.zeros(0)
+        if any(one.weave is not None for one in given):
+            from knotwork.scenario.weave_reader import WeaveReader
+
+            weaves = WeaveReader(self.curves, first, given)
+            carrier, breaks = weaves.carried(path, timing, start, carrier)
+        motion = TimedPath(path, timing, start, carrier, breaks)
         return ScenarioPath(first, motion, stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:

@@ -90,6 +90,11 @@ class _Expansion:
                 f"at most {MOST_WAYPOINTS} waypoints in all",
             )
         names = {one.name for one in block.repeat}
+        known = [PLACE, "base", *self.task.frames]
+        for j, given in enumerate(block.repeat):
+            own = getattr(given, "frame", None)
+            if own is not None and own not in known:
+                raise self._unknown(own, (*place, "repeat", j, "frame"), known)
         for turn, frame in enumerate(frames, start=1):
             for j, given in enumerate(block.repeat):
                 changes: dict[str, Any] = {}
@@ -165,7 +170,7 @@ class _Expansion:
         pitches = (*grid.pitches, 0.0, 0.0)[:3]
         steps = (step[::-1] for step in product(*map(range, counts[::-1])))
         for k, step in enumerate(steps, start=1):
-            position = np.multiply(step, pitches).tolist()
+            position = (np.multiply(step, pitches) + 0.0).tolist()
             own = f"{name} {k}"
             if own in self.task.frames:
                 raise self.places.error(

@@ -19,8 +19,10 @@ from knotwork.task import (
     Placement,
     PlainTask,
     PoseWaypoint,
+    Torch,
     Velocity,
 )
+from knotwork.task.poses import ORIENTATIONS
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -129,6 +131,8 @@ class WaypointReader:
         frame = self.carriers.of(i)
         if motion is not None and not self._stops(i):
             twist = motion.twist(times[i])
+            if motion.carrier is not None:
+                return motion.pose(times[i]), twist
         else:
             near = self.carriers.alongside(i, poses, times)
             twist = self._twist(i, waypoint, inner, near, times[i])
@@ -221,11 +225,24 @@ class WaypointReader:
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint | PathWaypoint):
                 self.carriers.check(i, waypoint)
+                if isinstance(waypoint, PoseWaypoint):
+                    self._check_turned(i, waypoint)
                 placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
                 frame = self.frame(i, waypoint)
                 poses[i] = self.frames[frame] * placed
                 poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
         return poses
+
+    def _check_turned(self, i: int, waypoint: PoseWaypoint) -> None:
+        """Refuse a pose without orientation where no path begins that has its own."""
+        onward = self.file.waypoints[i + 1 : i + 2]
+        if not waypoint.pose.turned and not any(
+            isinstance(one, PathWaypoint) and isinstance(one.orientation, Torch) for one in onward
+        ):
+            raise self.places.error(
+                ("waypoints", i, "pose"),
+                f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
+            )
 
     def _axes(self, i: int, frame: pin.SE3) -> FloatArray:
         """Axes that the orientation of a waypoint is in, whose pose is in a frame."""

@@ -152,7 +152,11 @@ class _Builder:
         for held in scene.held:
             bodies += self._held(held)
         for robot in scene.robots:
-            bodies += self._other(robot)
+            others = list(self._other(robot))
+            if robot.cell:  # here its links would stand where they are at rest
+                own = {body.name.partition("/")[2] for body in others}
+                bodies = [replace(x, start=math.inf) if x.link in own else x for x in bodies]
+            bodies += others
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
@@ -198,6 +202,8 @@ class _Builder:
         self.known += [replace(one, delay=one.delay + given.delay) for one in other.known]
         self.robots[given.name] = other.robot, root
         for body in other.model.bodies:
+            if given.cell and not body.joint:
+                continue
             if body.kind != "object" or body.name in other.held:
                 yield replace(
                     body,

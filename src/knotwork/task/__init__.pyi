@@ -19,7 +19,11 @@ from .poses import FrameMotion as FrameMotion
 from .poses import Grid as Grid
 from .poses import Placement as Placement
 from .poses import Pose as Pose
+from .poses import SeamTorch as SeamTorch
+from .poses import Torch as Torch
 from .poses import Velocity as Velocity
+from .repeats import PlacesFile as PlacesFile
+from .repeats import Repeat as Repeat
 from .scene import Collisions as Collisions
 from .scene import HalfSpace as HalfSpace
 from .scene import HeldObject as HeldObject
@@ -40,8 +44,7 @@ from .waypoints import AlongPoints as AlongPoints
 from .waypoints import Arc as Arc
 from .waypoints import JointWaypoint as JointWaypoint
 from .waypoints import PathWaypoint as PathWaypoint
-from .waypoints import PlacesFile as PlacesFile
 from .waypoints import PoseWaypoint as PoseWaypoint
-from .waypoints import Repeat as Repeat
+from .weaves import Weave as Weave
 
 __all__: list[str]

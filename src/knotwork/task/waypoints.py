@@ -20,8 +20,8 @@ from knotwork.documents.values import (
 from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
-from knotwork.task.poses import MOST_PLACES, Frame, Placement, Pose, Velocity
-from knotwork.task.scene import HeldObject
+from knotwork.task.poses import Placement, Pose, Torch, Velocity
+from knotwork.task.weaves import Weave
 
 
 class _Waypoint(TaskPart):
@@ -88,7 +88,10 @@ class PoseWaypoint(_Posed):
         ("speed", "wait"),
     )
 
-    pose: Pose = Field(description="Of the TCP")
+    pose: Pose = Field(
+        description="Of the TCP; without orientation the tool has that of the path that begins "
+        "here, at angles to seam and surface"
+    )
     near: JointsOrName | None = Field(
         default=None, description="Take the solution nearest to this here [angle or length]"
     )
@@ -216,13 +219,23 @@ class PathWaypoint(_Posed):
         "it. fastest: the greatest constant speed that the limits allow; left out: the constant "
         "speed that takes the time given",
     )
-    orientation: Literal["tangent"] | None = Field(
+    orientation: (
+        Annotated[
+            Annotated[Torch, Tag("mapping")] | Annotated[Literal["tangent"], Tag("text")],
+            by_kind("tangent, or a mapping with work_angle and travel_angle", ["tangent"]),
+        ]
+        | None
+    ) = Field(
         default=None,
-        description="tangent: the tool turns with the path; left out: evenly, pose to pose",
+        description="tangent: the tool turns with the path; or it turns so at angles to seam and "
+        "surface; left out: evenly, pose to pose",
     )
     blend: Positive | None = Field(
         default=None,
         description="Between two lines: the corner is rounded within this distance of it [length]",
+    )
+    weave: Weave | None = Field(
+        default=None, description="Motion that is added to the path; speed is that of the path"
     )
 
 
@@ -247,10 +260,10 @@ class JointWaypoint(_Waypoint):
     )
 
 
-_KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
+KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
 
 
-def _by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
+def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
     """Tell what stands in a list of waypoints apart by a key that it has."""
 
     def kind_of(value: Any) -> str | None:
@@ -278,61 +291,5 @@ Waypoint = Annotated[
     Annotated[PoseWaypoint, Tag("PoseWaypoint")]
     | Annotated[PathWaypoint, Tag("PathWaypoint")]
     | Annotated[JointWaypoint, Tag("JointWaypoint")],
-    _by_key(_KINDS, "either pose or joints"),
-]
-
-
-class PlacesFile(TaskPart):
-    """Places in a CSV file."""
-
-    file: Text = Field(
-        description="Path of a CSV file, relative to this one, with the columns x, y, z, and qx, "
-        "qy, qz, qw for orientations; its numbers are in this file's unit of length"
-    )
-    parent: Text = Field(
-        default="base",
-        validation_alias="in",
-        serialization_alias="in",
-        description="base or the name of a frame",
-    )
-
-
-class Repeat(TaskPart):
-    """Waypoints that are repeated over places: a turn at each place."""
-
-    over: Annotated[
-        Annotated[Text, Tag("text")]
-        | Annotated[PlacesFile, Tag("mapping")]
-        | Annotated[
-            Annotated[
-                Items[
-                    Annotated[
-                        Annotated[Text, Tag("text")] | Annotated[Frame, Tag("mapping")],
-                        by_kind("the name of a frame, or a mapping with a position"),
-                    ]
-                ],
-                Field(min_length=1, max_length=MOST_PLACES),
-            ],
-            Tag("list"),
-        ],
-        by_kind("the name of a frame with a grid, a list of frames and places, or a file"),
-    ] = Field(
-        description="Its places: a frame with a grid, a list of names of frames and of places, or "
-        "a CSV file; in the block, the frame place is the one of the turn"
-    )
-    holds: dict[Text, HeldObject] = Field(
-        default_factory=dict,
-        description="Objects that the tool takes along in each turn, as holds of the tool",
-    )
-    repeat: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
-        description="The waypoints of a turn; their names, and those of its objects, get its number"
-    )
-
-
-Step = Annotated[
-    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
-    | Annotated[PathWaypoint, Tag("PathWaypoint")]
-    | Annotated[JointWaypoint, Tag("JointWaypoint")]
-    | Annotated[Repeat, Tag("Repeat")],
-    _by_key({"repeat": "Repeat"} | _KINDS, "either pose or joints, or with repeat"),
+    by_key(KINDS, "either pose or joints"),
 ]

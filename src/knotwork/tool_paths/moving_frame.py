@@ -122,6 +122,9 @@ class MovingFrame:
         for one in self.joints:
             found = found.carried(_still(one.placement, len(times)))
             q, v, a = (one.curve(times, order) for order in range(3))
+            if not any(one.turns):  # what only slides is one step
+                found = found.carried(_slid(q @ one.axis, v @ one.axis, a @ one.axis))
+                continue
             for axis, turns, *row in zip(one.axis, one.turns, q.T, v.T, a.T, strict=True):
                 found = found.carried(_joint(axis, turns, *row))
         return found.carried(_still(self.placement, len(times)))
@@ -166,6 +169,11 @@ def _still(placement: pin.SE3, k: int) -> FrameState:
     return FrameState(np.tile(turn, (k, 1, 1)), np.tile(shift, (k, 1)), nothing, nothing)
 
 
+def _slid(place: FloatArray, speed: FloatArray, change: FloatArray) -> FrameState:
+    still, nothing = np.tile(np.eye(3), (len(place), 1, 1)), np.zeros((len(place), 3))
+    return FrameState(still, place, np.hstack((speed, nothing)), np.hstack((change, nothing)))
+
+
 def _joint(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FrameState:
@@ -173,7 +181,6 @@ def _joint(
     along, nothing = (rate[:, None] * axis for rate in (q, v, a)), np.zeros((len(q), 3))
     place, speed, change = along
     if not turns:
-        still = np.tile(np.eye(3), (len(q), 1, 1))
-        return FrameState(still, place, np.hstack((speed, nothing)), np.hstack((change, nothing)))
+        return _slid(place, speed, change)
     turn = np.array([pin.exp3(row) for row in place]).reshape(-1, 3, 3)
     return FrameState(turn, nothing, np.hstack((nothing, speed)), np.hstack((nothing, change)))

@@ -19,12 +19,19 @@ STANDING = 1e-6
 class TimedPath:
     """What the tool does on a path, over time.
 
+    Args:
+        path: The path.
+        timing: When the tool is where on it.
+        start_time: When it begins [s].
+        carrier: What carries it, if anything does.
+        breaks: Times since the start at which the carrier's motion begins anew [s].
+
     Attributes:
         path, timing, start_time, carrier: As given; the path rides along with what carries it, and
             is where it is while that is at rest.
         end_time: When the path ends [s].
-        breaks: Times at which something begins anew, a curve, a part of the orientation or a ramp,
-            and both ends [s].
+        breaks: Times at which something begins anew, a curve, a part of the orientation, a ramp or
+            a part of the carrier's motion, and both ends [s].
         full_speed: The greatest speed along the path [m/s].
 
     Raises:
@@ -45,6 +52,7 @@ class TimedPath:
         timing: Timing,
         start_time: float = 0.0,
         carrier: MovingFrame | None = None,
+        breaks: ArrayLike = (),
     ) -> None:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
         self.carrier = carrier
@@ -59,7 +67,7 @@ class TimedPath:
         for i in sorted(path.stops):
             if i + 1 < len(path.starts):
                 self._check_stop(i, float(path.starts[i + 1]))
-        times = np.sort(np.concatenate((timing.arc_length.x, at_breaks)))
+        times = np.sort(np.concatenate((timing.arc_length.x, at_breaks, breaks)))
         apart = np.diff(times, prepend=-np.inf) > 1e-12 * timing.duration
         local = times[apart]
         # Between two breaks a time in the middle selects the pieces of path and timing.

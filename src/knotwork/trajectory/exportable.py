@@ -76,6 +76,8 @@ class TableOptions(TypedDict, total=False):
         accelerations: These points have accelerations too, for quintics instead of cubics.
         fit: Insert points until the motion is met within this tolerance [rad or m].
         robot: `knotwork.Robot` that gives pose and twist of the tool.
+        labels: Name the segments and what is switched, row by row; by default where there are
+            events.
     """
 
     rate: float | None
@@ -83,6 +85,7 @@ class TableOptions(TypedDict, total=False):
     accelerations: bool
     fit: float | None
     robot: Any
+    labels: bool | None
 
 
 class Exportable:

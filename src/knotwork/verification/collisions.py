@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,6 +66,25 @@ def least_margin(
     model = motion_model(motion, scenario, robot)
     found = least_clearance(model, motion.curve, scene.rules.resolution, MARGIN_PRECISION)
     return None if found is None else (found.distance - found.margin, found.time)
+
+
+def nearest_to(
+    trajectory: JointTrajectory, scenario: Scenario, space: JointSpace, name: str
+) -> Finding | None:
+    """How near a motion comes to another robot of its scene; `None` if no pair is checked."""
+    robot, motion = space.robot, Motion(trajectory, space)
+    if robot is None:
+        return None
+    if absurd := absurdity(motion.curve, space):
+        return motion_finding("clearances", f"collisions are not examined: {absurd}", "failed")
+    from knotwork.verification.bounds.clearance import least_clearance
+
+    model = motion_model(motion, scenario, robot)
+    other = [body.name.startswith(f"{name}/") for body in model.bodies]
+    pairs = tuple(pair for pair in model.pairs if other[pair.first] or other[pair.second])
+    model, resolution = replace(model, pairs=pairs), scenario.scene.rules.resolution
+    found = least_clearance(model, motion.curve, resolution, MARGIN_PRECISION)
+    return None if found is None else _finding(found, scenario, robot, detail=False)
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:

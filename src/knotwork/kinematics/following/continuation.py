@@ -192,7 +192,12 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
 
 
 def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
-    """Whether the tool has the full speed of its stretch at times, shape (k,)."""
+    """Whether the tool has the full speed of its stretch at times, shape (k,).
+
+    A path that is carried moves by itself: it is not slower where the tool is.
+    """
+    if path.carrier is not None:
+        return np.zeros(time.shape, dtype=bool)
     return np.asarray(path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time))
 
 

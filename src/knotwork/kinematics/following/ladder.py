@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -41,6 +42,8 @@ INSIDE = 0.01
 NEARNESS = 0.02
 # Sweeps of smoothing, and what is worth moving for.
 SWEEPS, GAIN = 30, 1e-9
+# Ways that are looked at.
+TRIES = 40
 # Steps back onto a pose.
 CORRECTIONS = 12
 TOLERANCE = 1e-9
@@ -88,7 +91,8 @@ class Ladder:
 
     def _sampled(self, starts: FloatArray) -> list[_Rung]:
         fresh = sample_self_motion(self.robot, self.targets)
-        rungs = [_Rung(starts, self._nearness(starts))]
+        cost = np.where(self.clear(starts, float(self.time[0])), 0.0, np.inf)
+        rungs = [_Rung(starts, cost + self._nearness(starts))]
         for i in range(1, len(self.targets)):
             before = rungs[-1].q
             led, came = self._brought(np.full(len(before), i), before)
@@ -120,25 +124,33 @@ class Ladder:
 
     def ways(self) -> Iterator[tuple[int, list[Guide]]]:
         """Starts that lead to the end, by index, the cheapest first, and a guide for each path."""
-        value, onward = self.rungs[-1].cost, []
-        for one, after in zip(self.rungs[-2::-1], self.rungs[:0:-1], strict=True):
-            move = self._move(one.q[:, None], after.q[None])
-            far = (np.abs(move) > JUMP).any(axis=2)
-            cost = np.einsum("abj,j->ab", move**2, self.scale**-2.0) + value
-            cost = np.where(far, np.inf, cost)
-            onward.append(cost.argmin(axis=1) if cost.size else np.zeros(len(one.q), dtype=int))
-            value = one.cost + cost.min(axis=1, initial=np.inf)
-        for start in np.argsort(value, kind="stable"):
-            if np.isinf(value[start]):
+        costs = [self._costs(one, after) for one, after in pairwise(self.rungs)]
+        tried = np.zeros(len(self.rungs[0].q), dtype=bool)
+        for _ in range(TRIES):
+            values = [self.rungs[-1].cost]
+            for one, cost in zip(self.rungs[-2::-1], reversed(costs), strict=True):
+                values.insert(0, one.cost + (cost + values[0]).min(axis=1, initial=np.inf))
+            start = int(np.where(tried, np.inf, values[0]).argmin())
+            if tried[start] or np.isinf(values[0][start]):
                 return
-            nodes = [int(start)]
-            for step in reversed(onward):
-                nodes.append(int(step[nodes[-1]]))
+            nodes = [start]
+            for cost, value in zip(costs, values[1:], strict=True):
+                nodes.append(int((cost[nodes[-1]] + value).argmin()))
             q = np.array([rung.q[k] for rung, k in zip(self.rungs, nodes, strict=True)])
             moves = self._move(q[:-1], q[1:])
-            smooth = self._smoothed(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
-            if (np.abs(np.diff(smooth, axis=0)) <= 0.5 * JUMP).all():
-                yield int(start), self._guides(smooth)
+            q = self._smoothed(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
+            gaps = np.flatnonzero((np.abs(np.diff(q, axis=0)) > 0.5 * JUMP).any(axis=1))
+            for i in gaps:  # no self-motion leads from one to the other
+                costs[i][nodes[i], nodes[i + 1]] = np.inf
+            if not gaps.size:
+                tried[start] = True
+                yield start, self._guides(q)
+
+    def _costs(self, one: _Rung, after: _Rung) -> FloatArray:
+        """What each step from one rung to the next costs, shape (m, k)."""
+        move = self._move(one.q[:, None], after.q[None])
+        cost = np.einsum("abj,j->ab", move**2, self.scale**-2.0)
+        return np.where((np.abs(move) > JUMP).any(axis=2), np.inf, cost)
 
     def _smoothed(self, q: FloatArray) -> FloatArray:
         """Move every other rung's configuration between its neighbours, as far as its pose lets it.

@@ -1,0 +1,127 @@
+"""The weaves of a scenario's paths: each carries its path, in the axes of seam and surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.errors import DocumentError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.endless import EndlessCurve
+from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.scenario.model import ToleranceSet
+from knotwork.scenario.path_curves import PathCurves
+from knotwork.task import AtMost, PathWaypoint
+from knotwork.task import Weave as GivenWeave
+from knotwork.tool_paths import Timing, ToolPath
+from knotwork.tool_paths.moving_frame import MovingFrame
+from knotwork.tool_paths.weave import AXES, Weave, woven
+from knotwork.waypoints import FloatArray
+
+LEAST_PERIODS, MOST_PERIODS = 2, 10_000
+"""Periods of a weave: it widens in the first and narrows in the last one."""
+
+
+@dataclass(frozen=True, eq=False)
+class WeaveReader:
+    """Reads the weaves of one path.
+
+    Attributes:
+        curves: Has what the file says.
+        first: Index of the waypoint where the path begins.
+        given: The waypoints that it leads to.
+    """
+
+    curves: PathCurves
+    first: int
+    given: Sequence[PathWaypoint]
+
+    def carried(
+        self, path: ToolPath, timing: Timing, start: float, carrier: MovingFrame | None
+    ) -> tuple[MovingFrame, FloatArray]:
+        """What carries the path and moves it as it is woven; and when that begins anew [s].
+
+        Stretches that follow one another with the same weave are woven as one.
+
+        Args:
+            path: The path.
+            timing: Its timing.
+            start: When it begins [s].
+            carrier: What carries it besides, or `None`.
+
+        Raises:
+            DocumentError: A weave is too short, fast or narrow, or goes along the seam.
+        """
+        times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
+        for low, high, asked in self._runs():
+            begin, end = (float(timing.times[k]) for k in (low, high))
+            weave, normal = self._weave(low, asked, end - begin)
+            with self.curves.errors(self.first + 1 + low, "weave", "normal"):
+                t, state = woven(weave, path, timing, begin, normal)
+            skipped = int(t[0] <= times[-1][-1])
+            times.append(t[skipped:])
+            states.append(state[:, skipped:])
+            breaks.append(begin + weave.breaks)
+        x, found = np.concatenate(times), np.concatenate(states, axis=1)
+        curve = PiecewisePolynomial(two_point_coefficients(x, (found[0], found[1], found[2])), x)
+        frame = MovingFrame((), pin.SE3.Identity()) if carrier is None else carrier
+        at_rest = frame.inside(frame.rest.inverse())
+        moved = at_rest.moved(np.eye(3), (False,) * 3, EndlessCurve(curve, delay=start))
+        return moved, np.concatenate(breaks)
+
+    def _runs(self) -> list[tuple[int, int, GivenWeave]]:
+        """From where to where stretches that follow one another have one weave."""
+        runs: list[tuple[int, int, GivenWeave]] = []
+        for k, one in enumerate(self.given):
+            if one.weave is None:
+                continue
+            if isinstance(one.speed, str | AtMost):
+                raise self._error(k, "is chosen, along a weave", "a speed", "speed")
+            goes_on = bool(runs) and runs[-1][1:] == (k, one.weave)
+            low = runs.pop()[0] if goes_on else k
+            runs.append((low, k + 1, one.weave))
+        return runs
+
+    def _error(self, k: int, found: str, accepted: str, *key: str) -> DocumentError:
+        return self.curves.places.error(
+            ("waypoints", self.first + 1 + k, *(key or ("weave",))), found, accepted
+        )
+
+    def _weave(self, k: int, given: GivenWeave, duration: float) -> tuple[Weave, FloatArray | None]:
+        """The weave that begins on a stretch, by index, and the normal that it gives."""
+        text = self.curves.text
+        periods = duration * given.frequency
+        if not LEAST_PERIODS <= periods <= MOST_PERIODS:
+            low, high = (count / duration for count in (LEAST_PERIODS, MOST_PERIODS))
+            raise self._error(
+                k,
+                f"takes {duration:.4g} s at {given.frequency:g} Hz: {periods:.4g} periods",
+                f"{LEAST_PERIODS} to {MOST_PERIODS} periods: {low:.4g} to {high:.4g} Hz here",
+                "weave",
+                "frequency",
+            )
+        allowed = self.curves.file.tolerances.path or ToleranceSet.path
+        if given.width <= 2.0 * allowed:
+            raise self._error(
+                k,
+                f"is {text(given.width)}, and the tolerance of the path on both sides as much",
+                f"more than {text(2.0 * allowed)}, or a finer tolerances: {{path: …}}",
+                "weave",
+                "width",
+            )
+        axes = given.axes or (("across", "along") if given.loop else ("across",))
+        weave = Weave(
+            given.shape,
+            given.width,
+            given.frequency,
+            tuple(AXES.index(one) for one in axes),
+            given.dwell or 0.0,
+            allowed,
+            duration,
+        )
+        if given.normal is None:
+            return weave, None
+        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(given.normal)

@@ -1,0 +1,70 @@
+"""A weave: the motion that a tool adds to the path that it goes along."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from knotwork.documents.values import Items, Positive, Vector3
+from knotwork.task.part import TaskPart
+
+
+class Weave(TaskPart):
+    """A motion that is added to the path, across the seam or around it."""
+
+    shape: Literal["sine", "triangle", "circle", "eight"] = Field(
+        description="sine or triangle, from edge to edge; circle; or eight, half as long as wide"
+    )
+    width: Positive = Field(description="From edge to edge [length]")
+    frequency: Positive = Field(description="Number of periods in a second [Hz]")
+    dwell: Positive | None = Field(
+        default=None, description="For sine and triangle: how long each edge is held [s]"
+    )
+    axes: (
+        Annotated[Items[Literal["across", "normal", "along"]], Field(min_length=1, max_length=2)]
+        | None
+    ) = Field(
+        default=None,
+        validation_alias="in",
+        serialization_alias="in",
+        description="Axes of the seam: one for sine and triangle, across or normal (left out: "
+        "across); two for circle and eight, the second the shorter one of an eight (left out: "
+        "across, along)",
+    )
+    normal: Vector3 | None = Field(
+        default=None,
+        description="Out of the surface where the weave begins, in the path's frame; left out: "
+        "against the tool's z axis; across is square to it and to the seam",
+    )
+
+    @property
+    def loop(self) -> bool:
+        """Whether it goes round rather than from edge to edge."""
+        return self.shape in ("circle", "eight")
+
+    @model_validator(mode="after")
+    def _fits_its_shape(self) -> Weave:
+        loop = self.loop
+        if loop and self.dwell is not None:
+            raise ValueError(f"gives dwell, but a {self.shape} has no edges; leave it out")
+        if self.dwell is not None and 2.0 * self.dwell * self.frequency >= 1.0:
+            raise ValueError(
+                f"holds both edges for {2.0 * self.dwell:g} s of a period of "
+                f"{1.0 / self.frequency:g} s; a dwell below {0.5 / self.frequency:g} s is accepted"
+            )
+        if self.axes is None:
+            return self
+        if not loop and self.axes == ("along",):
+            raise ValueError(
+                f"goes in along, which is the seam itself; a {self.shape} takes in: [across] or "
+                "in: [normal]"
+            )
+        count = 2 if loop else 1
+        if len(set(self.axes)) != count or len(self.axes) != count:
+            axes = "two different axes" if loop else "one axis"
+            raise ValueError(
+                f"goes in {', '.join(self.axes)}; a {self.shape} takes {axes} of across, normal, "
+                "along"
+            )
+        return self

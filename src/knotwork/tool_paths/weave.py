@@ -1,0 +1,198 @@
+"""`Weave`: what a tool adds to a path, as a function of time in the axes of seam and surface.
+
+The axes are along the seam, across it to the left, and out of the surface. Loops are harmonic. From
+edge to edge a tool goes at an even speed u, which rises and falls again within the times τ next to
+the edges as u S(t/τ), with S(z) = 3 z² - 2 z³. A sine with a dwell is that with the widest τ, half
+of a crossing. Over the first and the last period the whole is multiplied by a smooth step from 0 to
+1: the weave begins and ends on the seam, at rest and without acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.polynomial.distinct import distinct
+from knotwork.tool_paths.curve import Curve
+from knotwork.tool_paths.moving_frame import FrameState
+from knotwork.tool_paths.orientation import OrientationCurve
+from knotwork.tool_paths.path import ToolPath
+from knotwork.tool_paths.path_timing import Timing
+from knotwork.tool_paths.seam import seam_frames
+from knotwork.tool_paths.tangent import tangent_orientation
+from knotwork.waypoints import FloatArray
+
+HARMONICS = {
+    "sine": ((1.0, 1, 0.0),),
+    "circle": ((1.0, 1, 0.0), (1.0, 1, 0.5 * math.pi)),
+    "eight": ((1.0, 1, 0.0), (0.5, 2, 0.0)),
+}
+"""Of each axis its part of half the width, its multiple of the frequency, and its phase [rad]."""
+
+AXES = ("along", "across", "normal")
+
+WIDEST_TURN = 0.5
+"""Greatest part of a crossing in which its speed rises, and likewise falls."""
+
+DIGITS = 6
+"""Breaks are rounded to this many digits of a second: so none is next to another."""
+
+FINE = 8
+"""Quintic pieces between two breaks of a weave. They are off a sine by 1e-7 of its width."""
+
+
+@dataclass(frozen=True)
+class Weave:
+    """A weave in the axes of its seam.
+
+    Attributes:
+        shape: `"sine"`, `"triangle"`, `"circle"` or `"eight"`.
+        width: From edge to edge [m].
+        frequency: [Hz].
+        axes: Indices of its axes: 0 along, 1 across, 2 normal.
+        dwell: How long each edge is held [s].
+        rounding: How far a triangle may be from one with sharp corners [m].
+        duration: From its start to its end [s], two periods at least.
+    """
+
+    shape: str
+    width: float
+    frequency: float
+    axes: tuple[int, ...]
+    dwell: float
+    rounding: float
+    duration: float
+
+    @property
+    def crossing(self) -> float:
+        """How long it takes from edge to edge [s]."""
+        return 0.5 / self.frequency - self.dwell
+
+    @property
+    def turn(self) -> float:
+        """How long the speed rises from an edge on, and falls to one [s]; 0 for harmonic shapes."""
+        if self.shape in HARMONICS and not self.dwell:
+            return 0.0
+        part = WIDEST_TURN if self.shape == "sine" else 2.0 * self.rounding / self.width
+        return min(part, WIDEST_TURN) * self.crossing
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Times at which a part of it begins anew, from 0 to its duration [s]."""
+        half, marks = 0.5 / self.frequency, np.array([0.0, 0.25 / self.frequency])
+        if self.turn:
+            marks = np.array([0.0, self.turn, self.crossing - self.turn, self.crossing])
+            marks -= 0.5 * self.crossing
+        halves = np.arange(math.ceil(self.duration / half) + 1)
+        inner = (halves[:, None] * half + marks).ravel()
+        inner = inner[(inner > 0.0) & (inner < self.duration)]
+        ramps = 1.0 / self.frequency, self.duration - 1.0 / self.frequency
+        marks = np.round(np.append(inner, ramps), DIGITS)
+        return distinct(marks[marks < self.duration], 0.0, self.duration)
+
+    def offsets(self, t: FloatArray) -> FloatArray:
+        """Offset from the seam, velocity and acceleration in its axes [m, m/s, m/s²].
+
+        Args:
+            t: Times since its start [s], shape (k,).
+
+        Returns:
+            Shape (3, k, 3).
+        """
+        found = np.zeros((3, len(t), 3))
+        for number, axis in enumerate(self.axes):
+            found[:, :, axis] = self._crossed(t) if self.turn else self._harmonic(t, number)
+        z = np.clip(np.minimum(t, self.duration - t) * self.frequency, 0.0, 1.0)
+        sign = np.where(t < 0.5 * self.duration, self.frequency, -self.frequency)
+        rise = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
+        rate = sign * 30.0 * (z * (1.0 - z)) ** 2
+        change = self.frequency**2 * 60.0 * z * (1.0 - z) * (1.0 - 2.0 * z)
+        w, v, a = found
+        rise, rate, change = (one[:, None] for one in (rise, rate, change))
+        return np.asarray((rise * w, rate * w + rise * v, change * w + 2.0 * rate * v + rise * a))
+
+    def _harmonic(self, t: FloatArray, number: int) -> FloatArray:
+        part, multiple, phase = HARMONICS[self.shape][number]
+        rate = 2.0 * math.pi * self.frequency * multiple
+        return np.array(
+            [
+                0.5 * self.width * part * rate**k * np.sin(rate * t + phase + 0.5 * k * math.pi)
+                for k in range(3)
+            ]
+        )
+
+    def _crossed(self, t: FloatArray) -> FloatArray:
+        """From edge to edge and back; it begins halfway."""
+        half, m, turn = 0.5 / self.frequency, self.crossing, self.turn
+        count, since = np.divmod(t + 0.5 * m, half)
+        direction = np.where(count % 2.0, -1.0, 1.0)
+        since = np.minimum(since, m)
+        rising = since < 0.5 * m
+        x = np.where(rising, since, m - since)  # since the edge, or until the next one
+        speed, z = self.width / (m - turn), np.minimum(x / turn, 1.0)
+        way = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
+        side = np.where(rising, 1.0, -1.0)
+        rates = speed * z**2 * (3.0 - 2.0 * z), side * speed * 6.0 * z * (1.0 - z) / turn
+        return np.asarray(direction * np.array([side * (way - 0.5 * self.width), *rates]))
+
+
+def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
+    """Axes that turn with a path and not about it, the first one along it.
+
+    Where curves meet that turn at different rates, the axes pass smoothly from one to the next, as
+    tools do: see `OrientationCurve.joined`.
+    """
+    T = curves[0].position([0.0], 1)
+    R, turns = seam_frames(T, np.eye(3)[int(np.abs(T[0]).argmin())])[0], []
+    for curve in curves:
+        turns.append(tangent_orientation(curve, R))
+        R = turns[-1].rotations[-1]
+    return OrientationCurve.joined(turns)
+
+
+def woven(
+    weave: Weave, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """What a weave adds to a path, in base axes, at times between which quintics are near it.
+
+    Args:
+        weave: The weave.
+        path: The path.
+        timing: Its timing.
+        start: When the weave begins [s], since the start of the path.
+        normal: Out of the surface there, in base axes, shape (3,); by default against the tool's z
+            axis.
+
+    Returns:
+        Times since the start of the path [s], shape (k,); offset, velocity and acceleration
+        [m, m/s, m/s²], shape (3, k, 3).
+
+    Raises:
+        PathError: The normal is along the seam.
+    """
+    seam = seam_axes(path.curves)
+    s0 = timing(np.array([start]))
+    normal = -path.rotation(s0)[0, :, 2] if normal is None else normal
+    R = seam.rotation(s0)
+    about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
+    others = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
+    inner = np.concatenate(others) - start
+    inner = inner[(inner > 0.0) & (inner < weave.duration)]
+    marks = distinct(weave.breaks, np.round(inner, DIGITS))
+    t = np.interp(np.arange((len(marks) - 1) * FINE + 1) / FINE, np.arange(len(marks)), marks)
+    s, ds, dds = (timing(start + t, order) for order in range(3))
+    rate, change = seam.rate(s), seam.rate(s, 1)
+    ds, dds = ds[:, None], dds[:, None]
+    still, nothing = np.tile(np.eye(3), (len(t), 1, 1)), np.zeros((len(t), 3))
+    w, v, a = weave.offsets(t) @ about.T
+    carried = FrameState(
+        seam.rotation(s),
+        nothing,
+        np.hstack((nothing, rate * ds)),
+        np.hstack((nothing, change * ds**2 + rate * dds)),
+    ).carried(FrameState(still, w, np.hstack((v, nothing)), np.hstack((a, nothing))))
+    linear = carried.origin, carried.twist[:, :3], carried.acceleration[:, :3]
+    return start + t, np.array(linear)

@@ -1,0 +1,121 @@
+"""How near two motions come to one another, against plain Pinocchio and Coal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from command_line import Command
+from knotwork.verification import clearance_between
+from moving.moving_truth import distance, links, sampled
+from moving.test_moving_things import LEFT
+
+BARS = """<robot name="bars"><link name="cell"/>{}</robot>"""
+BAR = """<link name="{0}"><collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.1 0.1"/>
+</geometry></collision></link><link name="{0} tip"/><joint name="{0} turn" type="revolute">
+<parent link="cell"/><child link="{0}"/><origin xyz="{1} 0 0"/><axis xyz="0 0 1"/>
+<limit lower="-4" upper="4" velocity="9" effort="9"/></joint><joint name="{0} end" type="fixed">
+<parent link="{0}"/><child link="{0} tip"/></joint>"""
+
+
+@pytest.fixture
+def cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> kw.Plan:
+    """A plan in a folder with the files a.yaml, b.yaml and the plan b."""
+    monkeypatch.chdir(tmp_path)
+    frames = {
+        name: {"position": [x, 0, 0], "rpy": [0, 0, np.pi]}
+        for name, x in (("left", 0.9), ("near", 0.6))
+    }
+    belt = {"position": [1, 0, 0], "moves": {"linear": [0, 1, 0]}}
+    kw.Task(**LEFT, frames={**frames, "belt": belt}).save("a.yaml")
+    kw.Task(**LEFT).save("b.yaml")
+    plan = kw.plan("b.yaml")
+    plan.save("b")
+    return plan
+
+
+def least(plan: kw.Plan, apart: float, delay: float) -> float:
+    """The least distance of two arms that face each other [m]."""
+    facing = pin.SE3(pin.rpy.rpyToMatrix(0, 0, np.pi), np.array([apart, 0, 0]))
+    there, own = links(plan.trajectory, facing), links(plan.trajectory, pin.SE3.Identity())
+    times = np.linspace(0.0, plan.trajectory.end_time, 100)
+    rows = sampled(own, lambda t: there(t - delay), times)
+    return min(float(row.min()) for row in rows.values())
+
+
+def test_one_line_says_how_near_two_motions_come(cell: kw.Plan, knotwork: Command) -> None:
+    nearest = least(cell, 0.9, 0.5)
+    for more in (("--with", "b.yaml"), ("--with", "b"), ("--with", "b.yaml", "--motion", "b")):
+        ran = knotwork("check", "a.yaml", *more, "--in", "left", "--delay", "0.5s")
+        assert (ran.code, ran.out.count("\n")) == (0, 1), ran.err
+        assert ran.out.startswith("clear: ")
+        shown = float(ran.out.split("comes within ")[1].split(" m")[0])
+        assert nearest - 3e-4 < shown < nearest + 3e-4
+    ran = knotwork("check", "b", "--scenario", "a.yaml", "--with", "b.yaml", "--in", "near")
+    assert (ran.code, ran.out.count("\n")) == (1, 1)
+    assert ran.out.startswith("TOO NEAR: ")
+    assert "b/forearm_link at 0.0" in ran.out
+    assert "too near from 0.000 s" in ran.out
+
+
+def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
+    scenario = kw.load_scenario("a.yaml")
+    for delay in (0.5, 1.5):
+        found = clearance_between(cell.trajectory, scenario, "b.yaml", frame="left", delay=delay)
+        nearest = least(cell, 0.9, delay)
+        assert found.value is not None
+        assert found.value - found.excess - 1e-6 <= nearest <= found.value + 1e-3
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ((), "it is not known where robot 'ur5' of b.yaml stands"),
+        (("--in", "lift"), "frame 'lift' is unknown; accepted: base, left, near"),
+        (("--in", "belt"), "frame 'belt' moves; accepted: base, left, near"),
+        (("--in", "left", "--motion", "none.csv"), "none.csv: can't be read"),
+        (("--in", "left", "--full"), "--with takes neither --full nor a log"),
+    ],
+)
+def test_wrong_input_is_refused(
+    cell: kw.Plan, knotwork: Command, more: tuple[str, ...], words: str
+) -> None:
+    ran = knotwork("check", "a.yaml", "--with", "b.yaml", *more)
+    assert ran.code == 2
+    assert words in ran.err
+    assert knotwork("check", "a.yaml", "--delay", "1s").code == 2
+
+
+@pytest.mark.parametrize(("end", "clear"), [(2.0, True), (2.6, False)])
+def test_two_arms_of_one_cell(tmp_path: Path, end: float, clear: bool) -> None:
+    """Links of each arm stand once: none where the model of the other has it at rest."""
+    turns = {"left": (1.6, 0.9), "right": (1.6, end)}
+    urdf = tmp_path / "bars.urdf"
+    urdf.write_text(BARS.format(BAR.format("left", 0) + BAR.format("right", 1.3)))
+
+    def task(side: str) -> dict[str, Any]:
+        angles = [{"joints": {f"{side} turn": angle}} for angle in turns[side]]
+        robot = {"urdf": str(urdf), "tool_frame": f"{side} tip"}
+        return {"robot": robot, "waypoints": [angles[0], {**angles[1], "after": 2}]}
+
+    right = kw.Task(**task("right")).save(tmp_path / "right.yaml")
+    left, other = kw.plan(task("left")), kw.plan(right)
+    found = clearance_between(left.trajectory, left.scenario, right)
+
+    def bar(plan: kw.Plan, x: float, t: float) -> list[Any]:
+        turn = pin.rpy.rpyToMatrix(0, 0, float(plan.trajectory.position(t)[0]))
+        at = pin.SE3(turn, np.array([x, 0, 0])) * pin.SE3(np.eye(3), np.array([0.5, 0, 0]))
+        return [(coal.Box(1, 0.1, 0.1), at)]
+
+    times = np.linspace(0.0, 2.0, 400).tolist()
+    truth = min(distance(bar(left, 0.0, t), bar(other, 1.3, t)) for t in times)
+    assert found.ok == clear == (truth > 0.0)
+    assert found.name == "left, right/right"
+    if clear:
+        assert found.value == pytest.approx(truth, abs=3e-4)

@@ -1,0 +1,216 @@
+"""Woven paths against closed forms and plain Pinocchio."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+
+WIDTH, RATE, SPEED, TOLERANCE = 3e-3, 2.0, 8e-3, 5e-5
+START, END = np.array([0.6, -0.2, 0.25]), np.array([0.64, -0.2, 0.25])
+LEANING = {"rpy": [np.pi, np.radians(10), 0]}
+
+
+def seam(weave: dict[str, Any] | None, *more: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    """A line along x, woven, and what follows it on the path."""
+    woven = {"weave": {"width": WIDTH, "frequency": RATE, **weave}} if weave else {}
+    line = {"along": "line", "speed": SPEED, "pose": {"position": END.tolist()}, **woven}
+    return {
+        "robot": "ur10",
+        "start": "home",
+        "tolerances": {"path": TOLERANCE},
+        "waypoints": [
+            {"after": 3, "pose": {"position": START.tolist(), **LEANING}, "stop": True},
+            line,
+            *more,
+            {"after": 2, "pose": {"position": [0.6, -0.2, 0.35], **LEANING}},
+        ],
+        **keys,
+    }
+
+
+def tool(plan: kw.Plan, t: np.ndarray) -> np.ndarray:
+    """Positions of the TCP by plain Pinocchio, shape (k, 3)."""
+    robot = plan.space.robot
+    assert robot is not None
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data, tip = model.createData(), model.getFrameId(robot.tool_frame)
+    found = []
+    for q in plan.trajectory.position(t):
+        pin.framesForwardKinematics(model, data, q)
+        found.append(data.oMf[tip].translation.copy())
+    return np.array(found)
+
+
+def ramp(t: np.ndarray, duration: float) -> np.ndarray:
+    z = np.clip(np.minimum(t, duration - t) * RATE, 0.0, 1.0)
+    return np.asarray(10 * z**3 - 15 * z**4 + 6 * z**5)
+
+
+def sharp(t: np.ndarray, dwell: float = 0.0) -> np.ndarray:
+    """A triangle from edge to edge with sharp corners, that holds its edges."""
+    half, crossing = 0.5 / RATE, 0.5 / RATE - dwell
+    corners = np.array([-0.5 * crossing, 0.5 * crossing, 0.5 * crossing + dwell])
+    times = np.append(corners, [half + 0.5 * crossing, half + 0.5 * crossing + dwell])
+    values = 0.5 * WIDTH * np.array([-1, 1, 1, -1, -1])
+    return np.interp((t + 0.5 * crossing) % (2 * half) - 0.5 * crossing, times, values)
+
+
+def even_speed(plan: kw.Plan, t: np.ndarray) -> np.ndarray:
+    """How far along the seam the tool is asked for, with its changes of speed."""
+    return plan.scenario.paths[0].motion.timing(t)
+
+
+A, TURN = 0.5 * WIDTH, 2 * np.pi * RATE
+ACROSS, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+ALONG = np.array([1.0, 0.0, 0.0])
+SHAPES = {
+    "sine": ({"shape": "sine"}, lambda t: A * np.outer(np.sin(TURN * t), ACROSS)),
+    "up": ({"shape": "sine", "in": ["normal"]}, lambda t: A * np.outer(np.sin(TURN * t), UP)),
+    "circle": (
+        {"shape": "circle"},
+        lambda t: A * (np.outer(np.sin(TURN * t), ACROSS) + np.outer(np.cos(TURN * t), ALONG)),
+    ),
+    "eight": (
+        {"shape": "eight", "in": ["across", "normal"]},
+        lambda t: (
+            A * (np.outer(np.sin(TURN * t), ACROSS) + np.outer(0.5 * np.sin(2 * TURN * t), UP))
+        ),
+    ),
+    "fillet": (
+        {"shape": "sine", "normal": [5, -1, 1]},
+        lambda t: A * np.outer(np.sin(TURN * t), (ACROSS + UP) / np.sqrt(2)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_tool_is_where_seam_and_weave_add_up(name: str) -> None:
+    weave, shape = SHAPES[name]
+    plan = kw.plan(seam(weave))
+    assert plan.report.ok, plan.report
+    motion = plan.scenario.paths[0].motion
+    t = np.linspace(0.0, motion.end_time - motion.start_time, 1501)
+    added = ramp(t, t[-1])[:, None] * shape(t)
+    off = tool(plan, motion.start_time + t) - START - added
+    assert np.hypot(off[:, 1], off[:, 2]).max() < TOLERANCE  # off the seam, once weaving is gone
+    speed = np.gradient(off[:, 0], t)
+    inside = (t > 0.1) & (t < t[-1] - 0.1)
+    assert abs(speed[inside] / SPEED - 1.0).max() < 0.01
+    for quantity in ("path_deviation", "path_speed", "path_progress"):
+        (row,) = plan.report.select(quantity=quantity)
+        assert row.ok
+        assert row.proof == "bounded"
+
+
+@pytest.mark.parametrize(("shape", "dwell"), [("triangle", 0.0), ("triangle", 0.1), ("sine", 0.1)])
+def test_edges_are_reached_held_and_rounded(shape: str, dwell: float) -> None:
+    plan = kw.plan(seam({"shape": shape, **({"dwell": dwell} if dwell else {})}))
+    assert plan.report.ok, plan.report
+    motion = plan.scenario.paths[0].motion
+    t = np.linspace(0.0, motion.end_time - motion.start_time, 4001)
+    across = tool(plan, motion.start_time + t)[:, 1] - START[1]
+    full = (t > 1 / RATE) & (t < t[-1] - 1 / RATE)
+    assert np.ptp(across[full]) == pytest.approx(WIDTH, abs=2 * TOLERANCE)
+    asked = ramp(t, t[-1]) * sharp(t, dwell)
+    if shape == "triangle":  # rounded by the tolerance, and followed within the tolerance
+        assert abs(across - asked).max() < 2 * TOLERANCE
+    held = full & (abs(sharp(t, dwell)) >= A * (1 - 1e-9))
+    assert abs(across - asked)[held].max(initial=0.0) < TOLERANCE
+    assert held.any() == (dwell > 0)
+    assert all(one.ok for one in plan.report.select(group="Continuity"))
+
+
+def test_a_weave_goes_on_from_a_line_into_an_arc() -> None:
+    """Its axes turn with the seam; on the arc the tool is off the circle by the weave."""
+    weave = {"shape": "sine", "width": WIDTH, "frequency": RATE}
+    arc = {
+        "along": {"arc": {"centre": [0.64, -0.17, 0.25]}},
+        "speed": SPEED,
+        "pose": {"position": [0.67, -0.17, 0.25]},
+        "weave": weave,
+    }
+    plan = kw.plan(seam({"shape": "sine"}, arc))
+    assert plan.report.ok, plan.report
+    first, second = plan.scenario.paths[0].stretches
+    t = np.linspace(first.start, second.end, 1501)
+    place = tool(plan, t) - [0.64, -0.17, 0.25]
+    added = ramp(t - t[0], t[-1] - t[0]) * A * np.sin(TURN * (t - t[0]))
+    # the axes pass from line to arc on a quarter of the shorter one before and after
+    quarter = 0.25 * min(first.end - first.start, second.end - second.start)
+    line, round_ = t < first.end - quarter, t > first.end + quarter
+    assert abs(place[line, 1] + 0.03 - added[line]).max() < TOLERANCE
+    radius = np.hypot(place[:, 0], place[:, 1])
+    assert abs(0.03 - radius[round_] - added[round_]).max() < TOLERANCE
+    angle = np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
+    turned = 0.03 * (angle[-1] - angle[round_][0])
+    assert turned == pytest.approx(SPEED * (t[-1] - t[round_][0]), rel=0.01)
+
+
+def test_a_weave_rides_on_a_belt() -> None:
+    task = seam({"shape": "circle"}, frames={"belt": {"position": [0, 0, 0]}}, frame="belt")
+    task["frames"]["belt"]["moves"] = {"linear": [0, 0.01, 0], "angular": [0, 0, 0.02]}
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+    motion = plan.scenario.paths[0].motion
+    t = np.linspace(motion.start_time, motion.end_time, 301)
+    local = t - t[0]
+    added = ramp(local, local[-1])[:, None] * SHAPES["circle"][1](local)
+    turned = np.array([pin.exp3(np.array([0, 0, -0.02 * s])) for s in t])
+    seen = np.einsum("kij,kj->ki", turned, tool(plan, t) - np.outer(t, [0, 0.01, 0]))
+    off = seen - START - added
+    assert np.hypot(off[:, 1], off[:, 2]).max() < TOLERANCE
+
+
+@pytest.mark.parametrize("changed", [{"width": 3.3e-3}, {"frequency": 2.04}, {"in": ["normal"]}])
+def test_another_weave_fails_the_check(changed: dict[str, Any]) -> None:
+    plan = kw.plan(seam({"shape": "sine"}))
+    other = kw.load_scenario(seam({"shape": "sine", **changed}))
+    failed = {one.quantity for one in kw.check(plan.trajectory, other).failures}
+    assert "path_deviation" in failed
+
+
+REFUSED = [
+    ({"shape": "sine", "width": 0}, ("weave.width", "greater than 0")),
+    ({"shape": "sine", "width": 1e-4}, ("weave.width", "more than 0.0001 m")),
+    ({"shape": "sine", "in": ["along"]}, ("along, which is the seam itself", "in: [across]")),
+    ({"shape": "sine", "in": ["across", "normal"]}, ("takes one axis",)),
+    ({"shape": "eight", "in": ["normal"]}, ("takes two different axes",)),
+    ({"shape": "circle", "dwell": 0.1}, ("a circle has no edges",)),
+    ({"shape": "sine", "dwell": 0.25}, ("a dwell below 0.25 s",)),
+    ({"shape": "sine", "normal": [1, 0, 0]}, ("weave.normal", "the direction of the seam itself")),
+    ({"shape": "sine", "normal": [0, 0, 0]}, ("weave.normal", "is zero")),
+    ({"shape": "sine", "frequency": 0.2}, ("weave.frequency", "2 to 10000 periods")),
+    ({"shape": "sine", "frequency": 1e5}, ("weave.frequency", "2 to 10000 periods")),
+    ({"shape": "square"}, ("weave.shape", "sine")),
+]
+
+
+@pytest.mark.parametrize(("weave", "words"), REFUSED)
+def test_weaves_that_can_not_be_are_refused(weave: dict[str, Any], words: tuple[str, ...]) -> None:
+    with pytest.raises(kw.errors.InputError) as caught:
+        kw.plan(seam(weave))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_weave_faster_than_a_joint_names_it() -> None:
+    fast = seam({"shape": "sine", "width": 0.04, "frequency": 25})
+    with pytest.raises(kw.errors.InputError, match="shoulder_pan_joint") as caught:
+        kw.plan(fast)
+    assert "its limit is 2.16 rad/s" in str(caught.value)
+    assert "of the speed" not in str(caught.value)  # a slower path is woven as fast
+
+
+def test_a_weave_takes_a_path_and_a_speed() -> None:
+    task = seam({"shape": "sine"})
+    task["waypoints"][1]["speed"] = "fastest"
+    with pytest.raises(kw.errors.InputError, match="is chosen, along a weave"):
+        kw.plan(task)
+    task["waypoints"][0]["weave"] = task["waypoints"][1].pop("weave")
+    with pytest.raises(kw.errors.InputError, match="weave"):
+        kw.plan(task)
