@@ -11,7 +11,6 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import DocumentError
-from knotwork.scenario.repeats import expanded
 from knotwork.task import Frame, Grid, HeldObject, Placement, Pose, PoseWaypoint, Repeat, Tool
 
 DOWN = [np.pi, 0, 0]
@@ -129,7 +128,7 @@ def test_a_repeat_is_its_turns_written_out(tmp_path: Path) -> None:
     saved = task.save(tmp_path / "task.yaml")
     for same in (written_out(), task, saved):
         assert np.array_equal(coefficients(kw.plan(same)), coefficients(plan)), same
-    plain = expanded(kw.Task.load(saved))[0]
+    plain = kw.load_scenario(saved).task
     assert plain.collisions.ignore == tuple((f"box {k}", "wrist_3_link") for k in range(1, 5))
     assert plain.scene.objects["floor"].allow == ("box 1", "box 2", "box 3", "box 4")
 
