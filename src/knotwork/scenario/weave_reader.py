@@ -17,7 +17,6 @@ from knotwork.scenario.path_curves import PathCurves
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath
-from knotwork.tool_paths.curve import unit
 from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.weave import AXES, Weave, woven
 from knotwork.waypoints import FloatArray
@@ -60,13 +59,8 @@ class WeaveReader:
         for low, high, asked in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
             weave, normal = self._weave(low, asked, end - begin)
-            t, state = woven(weave, path, timing, begin, normal)
-            if not np.isfinite(state).all():
-                raise self._error(
-                    low,
-                    "has no axes: the normal of the surface is the direction of the seam itself",
-                    "normal: a direction out of the surface",
-                )
+            with self.curves.errors(self.first + 1 + low, "weave", "normal"):
+                t, state = woven(weave, path, timing, begin, normal)
             skipped = int(t[0] <= times[-1][-1])
             times.append(t[skipped:])
             states.append(state[:, skipped:])
@@ -130,6 +124,4 @@ class WeaveReader:
         )
         if given.normal is None:
             return weave, None
-        i = self.first + 1 + k
-        with self.curves.errors(i, "weave", "normal"):
-            return weave, self.curves.frames[i].rotation @ unit(given.normal, "it")
+        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(given.normal)
