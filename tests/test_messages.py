@@ -105,6 +105,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
     "paths": {
         "robot": "ur5",
         "frames": {"tilted": {"position": [0, 0, 0], "rpy": [0.1, 0, 0]}},
+        "prefer": {"elbow_joint": 0.5},
         "path": {"acceleration": 0.5},
         "tolerances": dict.fromkeys(["path", "path_orientation", "path_speed"], 1e-3),
         "waypoints": [
@@ -269,6 +270,10 @@ ROBOTS: dict[str, dict[str, Any]] = {
         "base_frame": "base",
         "tool_frame": "tip",
         "package_paths": ["/opt/meshes"],
+        "external_axes": {
+            "rail": {"carries": "robot", "slides": [1, 0, 0], "range": [0, 1], "velocity": 1.0},
+            "table": {"in": "cell", "turns": [0, 0, 1], "position": [1, 0, 0], "rpy": [0, 0, 1]},
+        },
         "locked": {},
         "configurations": {"home": {"shoulder": 0.1, "elbow": 0.2}},
         "collision": {"ignore": [["base", "forearm"]], "srdf": str(SRDF)},

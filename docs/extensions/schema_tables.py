@@ -59,6 +59,7 @@ TITLES = {
     "Tolerances": "tolerances",
     "PathOptions": "path",
     "RobotFile": "The file",
+    "ExternalAxisFile": "external_axes",
     "CollisionFile": "collision",
     "LimitsFile": "limits",
     "Limits": "limits",

@@ -220,7 +220,7 @@ class Scenario:
             URDF's root.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
-        prefer: What decides among solutions: `"travel"` or `"clearance"`.
+        prefer: What decides among solutions: `"travel"` or `"clearance"`; or weights by joint.
         pull_to_middle: For a redundant arm, how fast its joints are pulled to the middle of their
             ranges while the tool passes a waypoint [1/s]; 0 for not at all.
         planner: Name of the planner, with a rule after a colon or without.
@@ -257,7 +257,7 @@ class Scenario:
     tool: ToolPlacement = field(default_factory=ToolPlacement)
     gravity: FloatArray | None = None
     branch: str | Mapping[str, str] = "free"
-    prefer: str = "travel"
+    prefer: str | Mapping[str, float] = "travel"
     pull_to_middle: float = 0.0
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
