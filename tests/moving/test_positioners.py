@@ -9,9 +9,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+import drawn
 import knotwork as kw
 from moving.moving_truth import links
 from moving.test_moving_things import check_pairs, refused
+from moving.test_shown import middles, placed, scene_of, times
 
 URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
 DOWN = {"rpy": [np.pi, 0, 0]}
@@ -80,12 +82,12 @@ def part_and_tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.SE3]:
     data = model.createData()
     pin.framesForwardKinematics(model, data, np.array([q[name] for name in model.names[1:]]))
 
-    def placed(xyz: list[float], rpy: tuple[float, float, float]) -> pin.SE3:
+    def at(xyz: list[float], rpy: tuple[float, float, float]) -> pin.SE3:
         return pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(xyz))
 
-    cradle = placed([0.6, 0, 0.1], (0, 0, 0.2)) * placed([0, 0, 0], (0, q["tilt"], 0))
-    plate = cradle * placed([0, 0.02, 0.1], (0, 0, q["plate"]))
-    return plate * placed([0.05, 0, 0.02], (0, 0, 0.3)), data.oMf[model.getFrameId("tool0")].copy()
+    cradle = at([0.6, 0, 0.1], (0, 0, 0.2)) * at([0, 0, 0], (0, q["tilt"], 0))
+    plate = cradle * at([0, 0.02, 0.1], (0, 0, q["plate"]))
+    return plate * at([0.05, 0, 0.02], (0, 0, 0.3)), data.oMf[model.getFrameId("tool0")].copy()
 
 
 def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
@@ -154,15 +156,44 @@ def test_objects_ride_with_the_part_or_stand_in_the_cell(height: float) -> None:
             "post": [(coal.Box(0.05, 0.05, 0.5), post)],
         }
 
-    times = np.linspace(0.0, plan.trajectory.end_time, 150)
+    moments = np.linspace(0.0, plan.trajectory.end_time, 150)
     arms = links(Arm, pin.SE3.Identity())
 
     def moving(t: float) -> dict[str, Any]:
         return {name: placed for name, placed in arms(t).items() if name != "base_link"}
 
-    check_pairs(plan.report, moving, others, times)
+    check_pairs(plan.report, moving, others, moments)
     assert plan.report.select(name="base_link, lump")
     assert not plan.report.select(name="base_link, post")
+
+
+def test_scenes_stand_in_the_cell() -> None:
+    scene = {
+        "objects": {
+            "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, 0.05]},
+            "post": {"box": [0.05, 0.05, 0.5], "position": [0.3, 0.35, 0.25]},
+        }
+    }
+    plan = kw.plan(on_table(scene=scene))
+    shown = scene_of(plan)
+    time = times(shown)
+    for frame in (0, len(time) // 3, len(time) - 1):
+        part, tool = part_and_tool(plan, float(time[frame]))
+        lump, post = middles(shown, "objects", frame)
+        assert lump == pytest.approx(part.act(np.array([0.1, -0.1, 0.05])), abs=1e-5)
+        assert post == pytest.approx([0.3, 0.35, 0.25], abs=1e-5)
+        (path,) = middles(shown, "path asked for", frame)
+        assert path == pytest.approx(part.act(np.array([0.06, 0.05, 0.1])), abs=6e-3)
+        (tip,) = (one for one in shown["things"] if one["name"] == "tool")
+        points = drawn.vertices(tip["mesh"])
+        here = placed(shown, frame)[tip["carrier"]]
+        nearest = np.linalg.norm(
+            points @ here.rotation.T + here.translation - tool.translation, axis=1
+        )
+        assert nearest.min() < 5e-3
+    row = drawn.numbers(shown["arms"][0]["position"], "<f4", len(shown["joints"]))[0]
+    first = shown["first_joint"]
+    assert row[first : first + 8] == pytest.approx(plan.trajectory.position(0.0), abs=1e-6)
 
 
 def test_what_can_not_carry_poses_is_refused() -> None:
