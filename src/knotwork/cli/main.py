@@ -35,6 +35,7 @@ _COMMANDS = {
     "sweep": ("sweep", "Plan a scenario many times, with other values."),
     "plot": ("plot", "Draw joints and tool over time."),
     "view": ("view", "Show the moving arm in a browser, or in a file."),
+    "edit": ("edit", "Change a scenario by hand, in the page of its motion."),
     "report": ("check", "Write one page to print or to send."),
     "export": ("export", "Export a motion: ROS 2, PVT, CSV, MATLAB, ..."),
     "robots": ("listing", "List the robots, or show one."),

@@ -20,6 +20,7 @@ import numpy as np
 from knotwork.errors import ExportError
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
+from knotwork.export.straight import refuse_moving
 from knotwork.trajectory import Event, JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -32,9 +33,6 @@ JOINTS = (
     "wrist_3_joint",
 )
 """Joints of the arms, base first, as the controller counts them; a prefix may stand before all."""
-
-STANDING = 1e-9
-"""Slower than this an arm stands [rad/s]."""
 
 START = 0.001
 """The arm starts only within this of the first point, in each joint [rad]."""
@@ -150,7 +148,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
     points = motion_points(motion, accelerations=None, fit=fit)
     trajectory = points.trajectory
     order = _joint_order(trajectory)
-    _refuse_moving(trajectory)
+    refuse_moving(trajectory)
     time = _with_events(trajectory)
     position, velocity = (trajectory(time, nu)[:, order] for nu in range(2))
     velocity[[0, -1]] = 0.0
@@ -206,7 +204,7 @@ def _switch(event: Event) -> str:
             time=event.time,
         )
     kind, number = OUTPUTS[n]
-    words = f"{_comment(event.said)}, {event.time:.3f} s, at {_comment(event.waypoint)}"
+    words = f"{_comment(event.said)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
 
 
@@ -239,18 +237,3 @@ def _joint_order(trajectory: JointTrajectory) -> list[int]:
         if unit != "rad":
             raise ExportError(f"joint {name!r} is in {unit}; it must be in rad", joint=name)
     return [names.index(name) for name in wanted]
-
-
-def _refuse_moving(trajectory: JointTrajectory) -> None:
-    for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
-        speeds = np.abs(trajectory.velocity(time))
-        joint = int(speeds.argmax())
-        if speeds[joint] > STANDING:
-            name = trajectory.joint_names[joint]
-            raise ExportError(
-                f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} rad/s; the program "
-                "runs an arm from rest to rest",
-                joint=name,
-                error=float(speeds[joint]),
-                time=float(time),
-            )

@@ -143,12 +143,23 @@ def _time(asked: AskedEvent) -> float:
     return asked.event.time
 
 
+def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], int]]:
+    """The waypoints of each way that was found, by index, and how many were tried."""
+    for run in scenario.task.chosen or ():
+        if run.way:
+            low, high = run.times[0] - ROUNDING, run.times[-1] + ROUNDING
+            yield (
+                [i for i, one in enumerate(scenario.waypoints) if low <= one.time <= high],
+                run.way,
+            )
+
+
 def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:
     """What a motion consists of, from waypoint to waypoint.
 
     Args:
         scenario: The task, all times known.
-        ways: Indices of the waypoints to which the motion found its way.
+        ways: Indices of the waypoints from which the motion found its way to the next.
 
     >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
     ['start to approach', 'approach to edge start']
@@ -166,7 +177,7 @@ def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, .
             kind = "wait"
         elif i in along:
             kind = "tool path"
-        elif i + 1 in ways:
+        elif i in ways:
             kind = "way"
         made.append(Segment(name, one.time, other.time, kind))
     return tuple(made)

@@ -89,7 +89,7 @@ class Stretch:
     """The part of a tool path that leads from one waypoint to the next.
 
     Attributes:
-        kind: `"line"`, `"arc"` or `"points"`.
+        kind: `"line"`, `"arc"` or `"points"`, and before it `"woven "` if a weave is added.
         start, end: When it begins and ends [s].
         speed: That of the TCP along it [m/s].
         full_speed: From when to when [s] that speed is asked for; outside, the speed changes.
