@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import FreeTimes
-from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PoseWaypoint, Task
+from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Carriers:
     """
 
     def __init__(
-        self, file: Task, places: Places, frames: Frames, frame: Callable[[int, Any], str]
+        self, file: PlainTask, places: Places, frames: Frames, frame: Callable[[int, Any], str]
     ) -> None:
         self.file, self.places, self.frames, self._frame = file, places, frames, frame
 

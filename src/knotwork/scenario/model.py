@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.path_timing import AskedTiming
-    from knotwork.task import Task
+    from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
 
 
@@ -247,7 +247,7 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
-    task: Task = field(repr=False, compare=False)
+    task: PlainTask = field(repr=False, compare=False)
     index: tuple[int, ...] = ()
     description: str = ""
     robot: str | Document | None = None

@@ -181,7 +181,9 @@ def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRob
         )
     folder = reader.places.file.parent if reader.places.file is not None else Path()
     path = folder / os.path.expanduser(given.scenario)
-    motion = None if given.motion is None else _file(reader, given.motion, (*place, "motion"))
+    motion = None
+    if given.motion is not None:
+        motion = reader.places.named_file(given.motion, (*place, "motion"))
     return OtherRobot(
         name,
         reader.frames[frame] * reader.placement(given, place),
@@ -210,27 +212,17 @@ def _shape(
     kind = next(name for name in SHAPES if getattr(given, name) is not None)
     path, scale, resolution = None, 1.0, 0.0
     if given.points is not None:
-        path = _file(reader, given.points.file, (*place, "points", "file"))
+        path = reader.places.named_file(given.points.file, (*place, "points", "file"))
         scale = given.points.scale * reader.length
         resolution = given.points.resolution
     if given.mesh is not None:
-        path = _file(reader, given.mesh, (*place, "mesh"))
+        path = reader.places.named_file(given.mesh, (*place, "mesh"))
         own_unit = path.suffix.lower() == ".dae"
         scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
     exact = bool(given.exact)
     size = _size(given)
     return Shape(kind, size, placement, path, scales, exact, resolution, place)
-
-
-def _file(reader: WaypointReader, given: str, place: Location) -> Path:
-    """A file that a scenario names, relative to its own."""
-    folder = reader.places.file.parent if reader.places.file is not None else Path()
-    path = folder / os.path.expanduser(given)
-    if not path.is_file():
-        there = f"{path} is no regular file" if path.exists() else f"there is no file {path}"
-        raise reader.places.error(place, there)
-    return path
 
 
 def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, ...]:
