@@ -120,6 +120,7 @@ class _Resolver:
             knots=self._knots(),
             events=events.events(timed=free is None),
             free=free,
+            on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             margin=file.limits.margin or 1.0,

@@ -167,6 +167,12 @@ class Frame(Placement):
     moves: FrameMotion | None = Field(
         default=None, description="Its motion, and that of all in it: a belt, a turntable"
     )
+
+    on: Text | None = Field(
+        default=None,
+        description="In place of in: link of the robot that carries it. Where poses are in frames "
+        "on a link that joints move, a turntable, these joints are planned with the arm's",
+    )
     grid: Grid | None = Field(default=None, description="Places in it, for over of a repeat")
     parent: Text = Field(
         default="base",
@@ -174,6 +180,12 @@ class Frame(Placement):
         serialization_alias="in",
         description="base or the name of another frame",
     )
+
+    @model_validator(mode="after")
+    def _one_carrier(self) -> Frame:
+        if self.on is not None and self.parent != "base":
+            raise ValueError("gives in and on; give one of the two")
+        return self
 
 
 class Velocity(TaskPart):
