@@ -105,6 +105,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
     "paths": {
         "robot": "ur5",
         "frames": {"tilted": {"position": [0, 0, 0], "rpy": [0.1, 0, 0]}},
+        "prefer": {"elbow_joint": 0.5},
         "path": {"acceleration": 0.5},
         "tolerances": dict.fromkeys(["path", "path_orientation", "path_speed"], 1e-3),
         "waypoints": [
@@ -139,7 +140,36 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             {
                 "along": {"points": [[0.5, 0.35, 0.4], [0.45, 0.4, 0.4]]},
                 "speed": 0.1,
+                "stop": True,
                 "pose": {"position": [0.4, 0.4, 0.4]},
+            },
+            {
+                "after": 1,
+                "stop": True,
+                "pose": {
+                    "position": [0.4, 0.4, 0.4],
+                    "torch": {
+                        "seam": [1, 0, 0],
+                        "normal": [0, 0, 1],
+                        "work_angle": 0.1,
+                        "travel_angle": 0.1,
+                        "tangent": "x",
+                    },
+                },
+            },
+            {
+                "along": "line",
+                "speed": 0.05,
+                "orientation": {"normal": [0, 0, 1], "work_angle": 0.1, "travel_angle": 0.1},
+                "weave": {
+                    "shape": "triangle",
+                    "width": 0.003,
+                    "frequency": 2,
+                    "dwell": 0.1,
+                    "in": ["across"],
+                    "normal": [0, 0, 1],
+                },
+                "pose": {"position": [0.5, 0.4, 0.4]},
             },
         ],
     },
@@ -240,6 +270,10 @@ ROBOTS: dict[str, dict[str, Any]] = {
         "base_frame": "base",
         "tool_frame": "tip",
         "package_paths": ["/opt/meshes"],
+        "external_axes": {
+            "rail": {"carries": "robot", "slides": [1, 0, 0], "range": [0, 1], "velocity": 1.0},
+            "table": {"in": "cell", "turns": [0, 0, 1], "position": [1, 0, 0], "rpy": [0, 0, 1]},
+        },
         "locked": {},
         "configurations": {"home": {"shoulder": 0.1, "elbow": 0.2}},
         "collision": {"ignore": [["base", "forearm"]], "srdf": str(SRDF)},

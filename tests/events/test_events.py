@@ -8,34 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
+from welding import do, weld
 
 import knotwork as kw
 from knotwork.errors import DocumentError
-
-DOWN = {"rpy": [180, 0, 0]}
-WIRE = {"feed": 2.5, "at": 15}
-
-
-def weld(**changes: Any) -> dict[str, Any]:
-    """A seam of two lines with a corner; lengths in mm. Keys of waypoints by their names."""
-    given: dict[str, dict[str, Any]] = {
-        "approach": {"pose": {"position": [450, -100, 250], **DOWN}, "after": 2, "stop": True},
-        "seam": {"pose": {"position": [450, -100, 200], **DOWN}, "after": 1, "stop": True},
-        "corner": {"along": "line", "speed": 50, "pose": {"position": [450, 0, 200]}, "blend": 10},
-        "end": {"along": "line", "speed": 80, "pose": {"position": [550, 0, 200]}, "stop": True},
-        "retract": {"pose": {"position": [550, 0, 250], **DOWN}, "after": 1},
-    }
-    return {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "outputs": {"arc": 3},
-        "start": "home",
-        "waypoints": [{"name": key, **one, **changes.get(key, {})} for key, one in given.items()],
-    }
-
-
-def do(*actions: dict[str, Any]) -> dict[str, Any]:
-    return {"do": list(actions)}
 
 
 @pytest.fixture(scope="module")
@@ -132,6 +108,7 @@ def test_segments(plan: kw.Plan) -> None:
         ({"end": do({"arc": "on", "at": 1, "after": 2})}, r"gives at and after"),
         ({"end": do({"output": 3})}, r"needs output and value together"),
         ({"end": do({"output": -1, "value": True})}, r"output"),
+        ({"end": do({"arc": "shut"})}, r"arc is a digital output, and 'shut' is no state of it"),
         ({"end": do({"arc": None})}, r"must be true, false"),
         ({"end": do({"wait": 1, "before": 1})}, r"waits where the arm stands"),
         ({"end": {"wait": 1, **do({"wait": 1})}}, r"gives wait and a wait in do"),

@@ -17,9 +17,9 @@ import numpy as np
 import pinocchio as pin
 import yaml
 
-from judge import curves
+from judge import curves, weaving
 from judge.arm import KINDS, Arm, replaced
-from judge.placing import FORMS, frames, placement
+from judge.placing import FORMS, frames, leaning, placement
 
 TOLERANCES = {"path": 1e-4, "path_orientation": math.radians(0.1), "path_speed": 0.01}
 
@@ -193,12 +193,25 @@ class Task:
                 )
             ]
         )
+        if any("weave" in one for one in given[first : last + 1]):
+            path.woven = self._woven(given[first], path)
         self.paths.append(path)
         self.waypoints[-1].twist = path.twist(0, times[0][3][0])
         for k, (when, (*_, end)) in enumerate(zip(times, parts, strict=True)):
             made = Asked(names[k + 1], when[1], end, path.twist(k + 1, when[3][1]))
             now = self._add(made, given[first + k])
         return last + 1, now
+
+    def _woven(self, one: Mapping[str, Any], path: curves.ToolPath) -> weaving.Added:
+        """What a weave adds to one line, square to it and to the tool."""
+        (stretch,) = path.stretches
+        assert isinstance(stretch.curve, curves.Line), "other paths are not read here"
+        side = np.cross(-stretch.rotation[:, 2], stretch.curve.way)
+        side /= np.linalg.norm(side)
+        weave, start = one["weave"], stretch.start
+        width, allowed = self.length * weave["width"], self.tolerance("path")
+        added = weaving.across(weave, width, allowed, stretch.end - start)
+        return lambda t: np.outer(added(np.clip(t, start, stretch.end) - start), side)
 
     def _speeds(
         self,
@@ -226,6 +239,10 @@ class Task:
         assert one.get("blend") is None, "blends are not read here"
         frame, end = self._frame(one), self._pose(one)
         curve = self._curve(one["along"], frame, before.translation, end.translation)
+        if isinstance(one.get("orientation"), dict):
+            assert isinstance(curve, curves.Line), "not read here"
+            seam = frame.rotation.T @ curve.way
+            before.rotation = frame.rotation @ leaning(seam, one["orientation"], self.angle)
         turned = any(one["pose"].get(form) is not None for form in FORMS)
         if one.get("orientation") == "tangent":
             assert not isinstance(curve, curves.Spline), "not read here"

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import knotwork as kw
+from command_line import Command
 from knotwork.errors import InputError
+from moving.test_moving_things import DOWN, belt, tool, tray
+
+Task = dict[str, Any]
 
 LIMITS = {"acceleration": 4.0, "jerk": 40.0}
 
@@ -51,6 +59,8 @@ def test_an_override_stays_on_the_path(deburring: kw.Plan) -> None:
     assert {one.name for one in slow.scenario.waypoints} == names
 
 
+@settings(max_examples=12)
+@example(speed=1.21875, part=0.796875)
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.0))
 def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
     speed: float, part: float
@@ -58,7 +68,7 @@ def test_the_shortest_stop_of_even_motion_is_nearly_the_closed_form(
     plan = swing(speed)
     stop = plan.stop(2.0 + 5 * part)
     shortest = speed / 4 + 4 / 40 if speed >= 16 / 40 else 2 * np.sqrt(speed / 40)
-    assert shortest * (1 - 1e-9) <= stop.trajectory.duration <= 1.06 * shortest
+    assert shortest * (1 - 1e-9) <= stop.trajectory.duration <= 1.004 * shortest
     assert stop.report.ok
     free = plan.stop(2.0 + 5 * part, on_path=False)
     assert free.trajectory.duration == pytest.approx(shortest, rel=1e-9)
@@ -86,16 +96,143 @@ def test_a_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_pa
         assert now.duration <= deburring.stop(at).trajectory.duration * (1 + 1e-9)
 
 
-def test_another_goal_goes_on_without_a_jump(deburring: kw.Plan) -> None:
-    goal = deburring.scenario.task
-    home = [{"joints": "home"}, {"joints": "home", "after": "fastest"}]
-    other = kw.Task(robot="ur5", units={"angle": "deg"}, limits=goal.limits, waypoints=home)
-    after = deburring.replace(8.0, other)
+HOME = {"robot": "ur5", "limits": {"acceleration": 6, "jerk": 60}}
+GOAL = {**HOME, "waypoints": [{"joints": "home", "after": "fastest"}]}
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        GOAL,
+        {**GOAL, "start": "home"},
+        {**GOAL, "waypoints": [{"joints": "home"}, *GOAL["waypoints"]], "end_acceleration": "zero"},
+        {**GOAL, "units": {"angle": "deg"}, "limits": {"acceleration": 300}},
+    ],
+)
+def test_another_goal_goes_on_without_a_jump(deburring: kw.Plan, task: Task) -> None:
+    began = time.process_time()
+    after = deburring.replace(8.0, task)
+    assert time.process_time() - began < 2  # 0.2 s, on a machine that does nothing else
     assert after.report.ok
     for nu in range(3):
         jump = after.trajectory(0.0, nu) - deburring.trajectory(8.0, nu)
         assert np.abs(jump).max() <= 1e-12
     assert np.abs(after.trajectory(after.trajectory.end_time, 1)).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [
+        ("paper_case", "unknown joint"),
+        ("xarm7_bead", "the motion that it is to go on from has shoulder_pan_joint"),
+        ({**GOAL, "planner": "cubic", "waypoints": [{"joints": "home", "after": 2}]}, "'cubic'"),
+    ],
+)
+def test_goals_that_the_motion_can_not_go_on_to(
+    deburring: kw.Plan, task: str | Task, words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        deburring.replace(1.0, task)
+
+
+BALL = {"sphere": 0.01}
+PART = {"from": "at", "to": "put", "allow": ["wrist_3_link", "ee_link"], **BALL}
+
+
+@pytest.fixture(scope="module")
+def moving_part() -> kw.Plan:
+    """A UR5 takes a ball from a belt at 3 s, and puts it down at 7.1 s."""
+    at, along = belt()["waypoints"][1:3]
+    put, off = ({"position": [0.45, 0.25, z], **DOWN} for z in (0.2, 0.4))
+    waypoints = [
+        *belt()["waypoints"][:2],
+        {**along, "name": "along"},
+        {"name": "put", "frame": "base", "pose": put, "after": 2, "stop": True},
+        {"frame": "base", "pose": off, "after": 1, "velocity": {"linear": [0, 0, 0.05]}},
+        {"joints": "home", "after": 3},
+    ]
+    holding = {"shape": BALL, "holds": {"part": PART}}
+    plan = kw.plan(
+        belt(tool=holding, limits={"acceleration": 20, "jerk": 400}, waypoints=waypoints)
+    )
+    assert plan.report.ok, at
+    return plan
+
+
+@pytest.mark.parametrize("at", [1.0, 9.0])
+@pytest.mark.parametrize("on_path", [True, False])
+def test_a_stop_keeps_clear_of_what_the_tool_holds_later_or_has_left(
+    moving_part: kw.Plan, at: float, on_path: bool
+) -> None:
+    stop = moving_part.stop(at, on_path=on_path)
+    (found,) = [one for one in stop.report.findings if one.name in ("tool, part", "part, tool")]
+    lies = np.array([0.45, 0.25, 0.2])
+    gaps = [
+        np.linalg.norm(
+            tool(stop, t)[0].translation
+            - (tray(at + t).act(np.array([0.0, 0.0, 0.1])) if at < 3 else lies)
+        )
+        - 0.02
+        for t in np.linspace(0, stop.trajectory.end_time, 50)
+    ]
+    assert found.value == pytest.approx(min(gaps), rel=0.01)
+    assert stop.report.ok
+
+
+def test_a_part_goes_on_being_held(moving_part: kw.Plan, tmp_path: Path, knotwork: Command) -> None:
+    stop = moving_part.stop(5.5)
+    (held,) = stop.scenario.scene.held
+    assert (held.take, held.leave) == ("stop from 5.5 s", "stopped")
+    stop.save(tmp_path)
+    assert knotwork("check", tmp_path).code == 0
+    with pytest.raises(InputError, match=r"holds 'part' at 5\.5 s"):
+        moving_part.replace(5.5, GOAL)
+    tcp = {"part": {**PART, "from": "start", "to": "waypoint 1"}}
+    goal = {**GOAL, "tool": {"shape": BALL, "holds": tcp}}
+    assert moving_part.replace(5.5, goal).report.ok
+    with pytest.raises(InputError, match=r"waypoints\[0\]: is in a frame that moves"):
+        moving_part.scaled({0: 0.5})
+
+
+def test_replan_writes_what_check_reads(tmp_path: Path, knotwork: Command) -> None:
+    file = tmp_path / "goal.yaml"
+    kw.Task(**GOAL).save(file)
+    assert knotwork("plan", "ur5_deburring", "-o", tmp_path / "old").code == 0
+    made = knotwork("replan", tmp_path / "old", file, "--at", "3.2", "-o", tmp_path / "new")
+    assert made.code == 0, made.err
+    assert knotwork("check", tmp_path / "new").code == 0
+    old, new = (kw.load_trajectory(tmp_path / name) for name in ("old", "new"))
+    for nu in range(3):
+        assert np.abs(new(0.0, nu) - old(3.2, nu)).max() <= 1e-12
+    message = tmp_path / "old.yaml"
+    assert knotwork("export", tmp_path / "old", "-f", "ros2", "-o", message).code == 0
+    assert knotwork("replan", message, file, "--at", "3.2").code == 0
+    for asked, words in (
+        (("old", "goal.yaml", "--at", "99"), "99 s is outside the trajectory"),
+        (("old", "paper_case", "--at", "1"), "paper_case: waypoints[1].joints.joint_1"),
+        (("old.yaml", "paper_case", "--at", "1"), "needs the robot"),
+    ):
+        paths = [tmp_path / one if (tmp_path / one).exists() else one for one in asked]
+        failed = knotwork("replan", *paths)
+        assert failed.code == 2
+        assert words in failed.err
+
+
+def test_what_is_switched_keeps_its_place_on_the_path() -> None:
+    inner = {"joints": {"a": 1}, "velocity": {"a": 0.5}, "after": 2}
+    waypoints = [
+        {"joints": {"a": 0}, "do": {"grip": "close"}},
+        {**inner, "do": [{"output": 3, "value": True, "before": 0.2}, {"arc": "on", "after": 0.3}]},
+        {"joints": {"a": 2}, "after": 2, "do": {"arc": "off"}},
+    ]
+    plan = kw.plan({"limits": LIMITS, "outputs": {"arc": 7}, "waypoints": waypoints})
+    slow = plan.scaled({0: 0.5})
+    assert [one.said for one in slow.events] == [one.said for one in plan.events]
+    assert [one.time for one in slow.events] == pytest.approx([2 * one.time for one in plan.events])
+    assert [one.output for one in slow.events] == [None, 3, 7, 7]
+    assert slow.segments[1].start == pytest.approx(4)
+    assert [one.said for one in plan.stop(2.2).events] == ["arc on"]
+    assert not plan.stop(2.2, on_path=False).events
 
 
 @pytest.mark.parametrize(

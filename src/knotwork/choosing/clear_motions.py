@@ -25,8 +25,8 @@ from knotwork.ways.configurations import at_time
 from knotwork.ways.problem import NoWayError, Way, WayProblem
 from knotwork.ways.search import find_way, lasting, to_blame
 
-MOST_GOALS = 12
-"""Solutions of a pose that a way may end at."""
+MOST_SOLUTIONS = 12
+"""Solutions of a pose that a way may begin or end at."""
 
 BLAMED_CHECKS = 20_000
 """Configurations looked at, at most twice, to see which objects are in the way."""
@@ -63,7 +63,8 @@ def clear_motion(
             at_least=np.zeros_like(problem.at_least),
             total=None,
         ),
-        _goals(task, segment, problem, robot),
+        _solutions(task, segment, problem, robot, 0),
+        _solutions(task, segment, problem, robot, -1),
         robot.model,
         _bodies(task, segment),
         task.scenario.scene.rules.resolution,
@@ -82,12 +83,19 @@ def clear_motion(
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
-    found = _timed(way, curve, problem)
+    found = _timed(way, curve, problem, wanted)
     return replace(found, seconds=watch.now() - begun, tries=reporter.number)
 
 
-def _timed(way: Way, curve: PiecewisePolynomial, problem: TimingProblem) -> TimedMotion:
+def _timed(
+    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, wanted: WayProblem
+) -> TimedMotion:
     """The motion along a way as that of any other segment."""
+    least = min(
+        lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
+        for first in wanted.starts
+        for last in wanted.goals
+    )
     time = way.time * (float(curve.x[-1]) / way.duration)
     inner = time[1:-1]
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
@@ -103,7 +111,7 @@ def _timed(way: Way, curve: PiecewisePolynomial, problem: TimingProblem) -> Time
         time,
         velocity,
         acceleration,
-        lower_bound(problem),
+        least,
         status="resting" if way.duration >= way.resting else "optimal",
         binding=binding_limits(problem, time, curve),
         objective=terms(problem, curve),
@@ -158,30 +166,34 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
     return found[0]
 
 
-def _goals(task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot) -> FloatArray:
-    """Joint positions that a way may end at, the nearest first, shape (m, d).
+def _solutions(
+    task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot, end: int
+) -> FloatArray:
+    """Joint positions that a way may have at its start, 0, or its end, -1, shape (m, d).
 
-    They are all solutions of the pose where nothing else depends on which it is: the arm stops
-    there, and what follows, if anything, is a way as well.
+    They are all solutions of the pose, the nearest to the other end first, where nothing else
+    depends on which it is: the arm stops there, nothing comes before the start, and what follows
+    the end, if anything, is a way as well.
     """
-    scenario, last = task.scenario, segment.waypoints[-1]
-    chosen, waypoint = problem.position[-1], scenario.waypoints[last]
-    given = scenario.task.waypoints[scenario.index[last]]
+    scenario, i = task.scenario, segment.waypoints[end]
+    chosen, waypoint = problem.position[end], scenario.waypoints[i]
+    given = scenario.task.waypoints[scenario.index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
         return np.array(chosen[None])
+    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.free.ways if end else i > 0
     fixed = (
         given.near is not None
         or scenario.task.near is not None
         or scenario.branch != "free"
-        or problem.velocity[-1].any()
-        or (last + 1 < len(scenario.waypoints) and last + 1 not in task.free.ways)
+        or problem.velocity[end].any()
+        or tied
     )
     if fixed:
         return np.array(chosen[None])
     solutions = [q for one in robot.solve_pose_ik_all(waypoint.pose) for q in one.turns]
     found = np.array([chosen, *solutions])
-    far = (np.abs(found - problem.position[0]) / problem.limits.velocity).max(axis=1)
-    order = np.argsort(far, kind="stable")[:MOST_GOALS]
+    far = (np.abs(found - problem.position[-1 - end]) / problem.limits.velocity).max(axis=1)
+    order = np.argsort(far, kind="stable")[:MOST_SOLUTIONS]
     return np.concatenate((chosen[None], found[order[order > 0]]))
 
 

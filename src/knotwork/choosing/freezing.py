@@ -41,8 +41,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 def _data(scenario: Scenario, folder: Path) -> dict[str, object]:
     data, source = scenario.task.to_dict(), scenario.source
-    if source is None:
-        return data
-    moved = moved_paths(data, source.parent.resolve(), folder.resolve())
+    here = Path.cwd() if source is None else source.parent
+    moved = moved_paths(data, here.resolve(), folder.resolve())
     made: dict[str, object] = edited(Document(data), moved).data
     return made

@@ -7,7 +7,13 @@ from pathlib import Path
 
 import click
 
-from knotwork.cli.logs import LogOptions, log_beside_plan, log_options, planned_scenario
+from knotwork.cli.logs import (
+    LogOptions,
+    log_beside_plan,
+    log_options,
+    planned_scenario,
+    stated_path,
+)
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -71,7 +77,8 @@ def check(
         if full or log is not None:
             raise click.UsageError("--with takes neither --full nor a log")
         return check_together(str(trajectory), reference, other, as_json=as_json)
-    reference = reference if reference is not None else planned_scenario(log)
+    if reference is None:
+        reference = planned_scenario(log) if log is not None else stated_path(trajectory)
     is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
     if reference is not None:
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -12,7 +14,6 @@ from knotwork.cli.parameters import FAILED, PASSED, package_path_option, scenari
 from knotwork.cli.sources import CheckedFile
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
-from knotwork.export import Points
 from knotwork.export.formats import (
     FORMATS,
     Format,
@@ -20,6 +21,7 @@ from knotwork.export.formats import (
     file_format,
     get_format,
 )
+from knotwork.export.labels import side_file, side_path
 from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
@@ -77,8 +79,8 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     "--rate",
     metavar="HZ",
     type=click.FloatRange(min=0, min_open=True),
-    help="Samples per second, of csv, json, npz and parquet; by default the scenario's, or 100. "
-    "The last sample is at the end exactly.",
+    help="Samples per second, of csv, json, npz, parquet and mujoco; by default the scenario's, or "
+    "100. The last sample is at the end exactly.",
 )
 @click.option(
     "--knots-only", is_flag=True, help="Points that define the whole motion, in place of samples."
@@ -93,8 +95,9 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     metavar="TOLERANCE",
     type=float,
     help="Insert points until a motion that its knots do not define is met within this, at all "
-    "times [rad or m]. Without --accelerations the acceleration then jumps at the points, and a "
-    "check of them fails if the scenario requires continuity: 2, the default.",
+    "times [rad or m]; of krl, rapid and ls by straight lines, 0.001 by default. Without "
+    "--accelerations the acceleration then jumps at the points, and a check of them fails if the "
+    "scenario requires continuity: 2, the default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -113,6 +116,13 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     help="pvt: the drive's position, in its units, where a joint is at 0; may be repeated.",
 )
 @click.option("--incremental", is_flag=True, help="pvt: times since the row before.")
+@click.option(
+    "--labels",
+    is_flag=True,
+    help="Names of segments: columns of text in tables, a file beside other formats. Where there "
+    "are events they come with them.",
+)
+@click.option("--without-events", is_flag=True, help="Leave out what is switched on the way.")
 @package_path_option
 @scenario_option("to check it first and to take the tool from")
 @click.option("--planner", metavar="NAME", help="For a SCENARIO: planner in place of its own.")
@@ -125,6 +135,8 @@ def export(
     reference: str | None,
     planner: str | None,
     allow_failed: bool,
+    labels: bool,
+    without_events: bool,
     **options: Any,
 ) -> int:
     """Export a motion: a stored TRAJECTORY, or a SCENARIO, planned first.
@@ -146,6 +158,16 @@ def export(
     if out is not None:
         exporting.checked_target(out, force=force)
     trajectory, asked = read_motion(motion, reference, planner)
+    if without_events:
+        trajectory = replace(trajectory, events=())
+    if form.tabular and labels:
+        given["labels"] = True
+    aside = bool(trajectory.events or labels) and not form.events
+    if aside and out is None:
+        raise InputError(
+            f"format {form.name!r} can't hold the events and segments of the motion; give a file "
+            "with -o FILE, and they go into one beside it, or --without-events"
+        )
     if not passes(asked, allow_failed):
         return FAILED
     made = _made(form, trajectory, asked, given, allow_failed)
@@ -155,8 +177,11 @@ def export(
     if out is None:
         echo_data(content)
     else:
-        exporting.write(out, content, force=force)
+        beside = side_file(trajectory) if aside else None
+        exporting.write(out, content, force=force, beside=beside)
     where = f"wrote {out}" if out is not None else ""
+    if out is not None and aside:
+        where += f" and {side_path(Path(out))}"
     text = "; ".join(part for part in (where, note) if part)
     if text:
         echo(text, err=out is None)
@@ -171,9 +196,13 @@ def _made(
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` where its points fail the check."""
-    made: JointTrajectory | Points = trajectory
+    made: Any = trajectory
     note, given = "", dict(given)
-    if form.takes_points(given):
+    if form.straight:
+        fit = given.pop("fit", None)
+        made = exporting.straight_points(trajectory, cycle=exporting.CYCLES.get(form.name), fit=fit)
+        note = made.describe()
+    elif form.takes_points(given):
         fit = given.pop("fit", None)
         taken = given.get("accelerations", False) if "accelerations" in form.options else None
         made = points = exporting.motion_points(trajectory, accelerations=taken, fit=fit)
@@ -182,8 +211,10 @@ def _made(
             return None
     elif form.tabular and asked is not None:
         given.setdefault("rate", asked.scenario.rate)
+    robot = asked.space.robot if asked is not None else None
     if form.tabular:
-        robot = asked.space.robot if asked is not None else None
         table = exporting.motion_table(made, robot=robot, **given)
         return exporting.content(table, form.name), table.note
+    if "robot" in form.options:
+        given["robot"] = robot
     return exporting.content(made, form.name, **given), note

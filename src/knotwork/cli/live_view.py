@@ -1,4 +1,4 @@
-"""`knotwork view --watch`: a page that follows the files it is made from, until Ctrl-C."""
+"""`knotwork view --watch`, `knotwork edit`: a page that follows its files, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from knotwork.errors import KnotworkError
 if TYPE_CHECKING:
     from knotwork.view.page_server import LiveServer
 
-    Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str]]
+    Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
 
 # How often files are looked at, and how long whoever changes one may take [s].
 PERIOD, REST = 0.02, 0.02
@@ -63,7 +63,8 @@ def follow(server: LiveServer, files: Files, made: Made) -> None:
     Args:
         server: Serves it.
         files: Its source files, as far as known before it is made.
-        made: Makes the scene; returns it with its source files and a line to print.
+        made: Makes the scene; returns it with its source files and a line to print, or `None` if
+            another is to be made at once.
     """
     serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     serving.start()
@@ -82,7 +83,7 @@ def _renew(server: LiveServer, files: Files, made: Made) -> None:
     start = time.perf_counter()
     server.start()
     try:
-        scene, paths, line = made()
+        found = made()
     except Exception as error:
         known = isinstance(error, KnotworkError)
         if not known and os.environ.get("KNOTWORK_TRACEBACK"):
@@ -91,6 +92,9 @@ def _renew(server: LiveServer, files: Files, made: Made) -> None:
         server.refuse(text)
         echo(f"{time.strftime('%H:%M:%S')} {'error: ' if known else ''}{text}", err=True)
         return
+    if found is None:
+        return
+    scene, paths, line = found
     files.follow(paths)
     server.show(scene)
     echo(f"{time.strftime('%H:%M:%S')} {line} ({time.perf_counter() - start:.2f} s)")

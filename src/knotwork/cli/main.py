@@ -29,11 +29,13 @@ INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
 # Module and summary by command.
 _COMMANDS = {
     "plan": ("plan", "Plan scenarios, check the result, print the verdict."),
+    "replan": ("replan", "Plan another task from a moment of a motion on."),
     "check": ("check", "Check a stored trajectory against a scenario."),
     "compare": ("compare", "Plan a scenario with every planner, side by side."),
     "sweep": ("sweep", "Plan a scenario many times, with other values."),
     "plot": ("plot", "Draw joints and tool over time."),
     "view": ("view", "Show the moving arm in a browser, or in a file."),
+    "edit": ("edit", "Change a scenario by hand, in the page of its motion."),
     "report": ("check", "Write one page to print or to send."),
     "export": ("export", "Export a motion: ROS 2, PVT, CSV, MATLAB, ..."),
     "robots": ("listing", "List the robots, or show one."),

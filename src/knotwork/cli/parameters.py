@@ -180,6 +180,13 @@ def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)
 
 
+port_option = click.option(
+    "--port",
+    metavar="PORT",
+    type=click.IntRange(1, 65535),
+    help="Port of the address; by default any that is free.",
+)
+
 package_path_option = click.option(
     "--package-path",
     cls=DecidingOption,

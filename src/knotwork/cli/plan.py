@@ -100,11 +100,11 @@ def plan(
             results.append((reference, error, []))
     code = max(_verdict(result) for _, result, _ in results)
     if as_json:
-        rows = [_plan_to_dict(*row) for row in results]
+        rows = [plan_to_dict(*row) for row in results]
         echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
         return code
     for _, result, written in results:
-        _print(result, written, full, alone=len(results) == 1)
+        print_plan(result, written, full, alone=len(results) == 1)
     if len(results) > 1:
         echo("\nScenarios")
         for name, result, _ in results:
@@ -113,7 +113,10 @@ def plan(
     return code
 
 
-def _print(result: Plan | KnotworkError, written: list[Path], full: bool, *, alone: bool) -> None:
+def print_plan(
+    result: Plan | KnotworkError, written: list[Path], full: bool, *, alone: bool
+) -> None:
+    """Print the verdict on a plan, what was written, and if it is alone what may come next."""
     if isinstance(result, KnotworkError):
         echo(f"error: {result}", err=True)
         return
@@ -152,9 +155,10 @@ def _verdict(result: Plan | KnotworkError) -> int:
     return PASSED if result.report.ok else FAILED
 
 
-def _plan_to_dict(
+def plan_to_dict(
     reference: str, result: Plan | KnotworkError, written: list[Path]
 ) -> dict[str, Any]:
+    """A plan and its files as `--json` prints them."""
     if isinstance(result, KnotworkError):
         return {
             "scenario": reference,

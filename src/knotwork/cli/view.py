@@ -18,6 +18,7 @@ from knotwork.cli.parameters import (
     html_option,
     motion_options,
     package_path_option,
+    port_option,
 )
 from knotwork.cli.sources import Motion, checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
@@ -62,12 +63,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     "tcp://127.0.0.1:6000, or without one in a server that ends with this command.",
 )
 @click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
-@click.option(
-    "--port",
-    metavar="PORT",
-    type=click.IntRange(1, 65535),
-    help="Port of the address; by default any that is free.",
-)
+@port_option
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
 @package_path_option
 @log_options
@@ -160,7 +156,7 @@ def _watch(
         if isinstance(last, JointTrajectory):
             return scene, [], "shown"
         verdict = "passed" if last.report.ok else "FAILED"
-        return scene, _files(last), f"{verdict}: {last.report.summary}"
+        return scene, source_files(last), f"{verdict}: {last.report.summary}"
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:
@@ -179,7 +175,7 @@ def _file(name: str) -> Path:
     return path / "trajectory.json" if path.is_dir() else path
 
 
-def _files(motion: Any) -> list[Path]:
+def source_files(motion: Any) -> list[Path]:
     """Files that a plan or a checked file depends on."""
     robot, source = motion.space.robot, motion.scenario.source
     known = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()

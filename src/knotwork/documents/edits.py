@@ -80,36 +80,44 @@ def edited_text(text: str, edits: Edits) -> str:
     b: {c: 2, d: [1.0, 2.0]}
     """
     wanted = edited(parse(text), edits).data
-    places = dict(_places(yaml.compose(text, Loader=yaml.SafeLoader)))
+    places = dict(places_of(yaml.compose(text, Loader=yaml.SafeLoader)))
     changes = with_comments(text, list(_changes(text, places, edits)))
     result = text
     for start, end, new in sorted(changes, key=lambda one: one[:2], reverse=True):
         result = result[:start] + new + result[end:]
+    return written(result, wanted, ", ".join(field_path(location) for location in list(edits)[:3]))
+
+
+def written(text: str, wanted: Any, named: str) -> str:
+    """A text that has been changed, if it says what is wanted.
+
+    Raises:
+        InputError: It says something else.
+    """
     try:
-        done = parse(result).data
+        done = parse(text).data
     except InputError:
         done = None
     if done != wanted:
-        named = ", ".join(field_path(location) for location in list(edits)[:3])
         raise InputError(
             f"the numbers can't be written into the text of the file, at {named} or further on; "
             "write out aliases (*), and give each waypoint as a mapping of its own"
         )
-    return result
+    return text
 
 
 _Places = Mapping[Location, tuple[Any, Any]]
-"""By location the nodes of the key, `None` for items of lists, and of the value."""
 
 
-def _places(node: Any, place: Location = (), key: Any = None) -> Iterator[tuple[Location, Any]]:
+def places_of(node: Any, place: Location = (), key: Any = None) -> Iterator[tuple[Location, Any]]:
+    """Give by location the nodes of the key, `None` for items of lists, and of the value."""
     yield place, (key, node)
     if isinstance(node, yaml.MappingNode):
         for name, value in node.value:
-            yield from _places(value, (*place, name.value), name)
+            yield from places_of(value, (*place, name.value), name)
     elif isinstance(node, yaml.SequenceNode):
         for i, value in enumerate(node.value):
-            yield from _places(value, (*place, i))
+            yield from places_of(value, (*place, i))
 
 
 def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
@@ -126,7 +134,7 @@ def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
             yield _replaced(text, part, key, node, value)
         elif len(place) > 1 and (new := put_in.get(place[:-1])):
             item = _item(*new.pop(0), _indent(text, part))
-            yield Change(key.start_mark.index, _end(node), item)
+            yield Change(key.start_mark.index, end_of(node), item)
         else:
             yield _removal(text, part, key, node)
     for place, items in put_in.items():
@@ -137,10 +145,10 @@ def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
 def _replaced(text: str, part: Any, key: Any, node: Any, value: Any) -> Change:
     if key is not None and part.flow_style and isinstance(value, Mapping | list):
         start, name = key.start_mark.index, key.value
-        return _item_in_flow(text, part, start, _end(node), name, value)
+        return _item_in_flow(text, part, start, end_of(node), name, value)
     # a list in block style may begin no further right than its key
     space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
-    return Change(node.start_mark.index, _end(node), space + flow(value, _indent(text, part)))
+    return Change(node.start_mark.index, end_of(node), space + flow(value, _indent(text, part)))
 
 
 def _insertion(text: str, part: yaml.MappingNode, key: str, value: Any, *, top: bool) -> Change:
@@ -149,7 +157,7 @@ def _insertion(text: str, part: yaml.MappingNode, key: str, value: Any, *, top: 
     At the end of a file, and of a mapping in flow style.
     """
     if part.flow_style and part.value:
-        at = _end(part.value[-1][1])
+        at = end_of(part.value[-1][1])
         start, end, new = _item_in_flow(text, part, at, at, key, value)
         return Change(start, end, f",{new}" if new[0].isspace() else f", {new}")
     if part.flow_style:
@@ -175,12 +183,12 @@ def _item_in_flow(text: str, part: Any, start: int, end: int, key: str, value: A
 
 def _removal(text: str, part: yaml.MappingNode, key: Any, node: Any) -> Change:
     """Take a key out of a mapping, and its line if nothing else is in it."""
-    start, end = key.start_mark.index, _end(node)
+    start, end = key.start_mark.index, end_of(node)
     if part.flow_style:
         i = next(i for i, (name, _) in enumerate(part.value) if name is key)
         if i + 1 < len(part.value):
             return Change(start, part.value[i + 1][0].start_mark.index, "")
-        return Change(_end(part.value[i - 1][1]) if i else start, end, "")
+        return Change(end_of(part.value[i - 1][1]) if i else start, end, "")
     line_start, line_end = text.rfind("\n", 0, start) + 1, text.find("\n", end) + 1 or len(text)
     if not (text[line_start:start] + text[end:line_end]).strip():
         return Change(line_start, line_end, "")
@@ -194,12 +202,12 @@ def _indent(text: str, node: Any) -> int:
     return len(line) - len(line.lstrip(" -"))
 
 
-def _end(node: Any) -> int:
+def end_of(node: Any) -> int:
     """Where a node ends, without the blank lines and comments after a block."""
     if isinstance(node, yaml.ScalarNode) or node.flow_style:
         return int(node.end_mark.index)
     last = node.value[-1]
-    return _end(last[1] if isinstance(last, tuple) else last)
+    return end_of(last[1] if isinstance(last, tuple) else last)
 
 
 def _item(key: Any, value: Any, column: int) -> str:

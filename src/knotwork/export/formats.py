@@ -14,8 +14,16 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.storage import write_file
-from knotwork.trajectory.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
+from knotwork.export.labels import side_file, side_path
+from knotwork.storage import write_file, write_files
+from knotwork.trajectory.exportable import (
+    DriveOptions,
+    MessageOptions,
+    RateOptions,
+    RobotOptions,
+    ScriptOptions,
+    TableOptions,
+)
 
 if TYPE_CHECKING:
     from knotwork.export.lossless import Points
@@ -34,6 +42,7 @@ class Format:
         module: Module of `knotwork.export` that writes it.
         takes: The keyword arguments that its function takes, as a `TypedDict`.
         binary: Its files are no text.
+        events: It holds what is switched on the way; else a file beside it does.
     """
 
     name: str
@@ -42,6 +51,7 @@ class Format:
     module: str
     takes: type | None = None
     binary: bool = False
+    events: bool = False
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -57,6 +67,11 @@ class Format:
         """Whether the format, with these options, holds points of the motion."""
         return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
+    @property
+    def straight(self) -> bool:
+        """Whether the format holds positions alone, which receivers join by straight lines."""
+        return self.module in ("programs", "streams")
+
     def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
         """Give a motion in this format, or the content of a file of it; see `export`."""
         function = "to_scipy_npz" if file and self.name == "scipy" else f"to_{self.name}"
@@ -67,6 +82,8 @@ class Format:
 _ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"
+_FRANKA = "positions each 1 ms for Franka's control interface, within its limits"
+_MUJOCO = "keyframes of MuJoCo: positions, velocities and controls of position actuators"
 _PARQUET = "samples or knots as Parquet (needs pyarrow)"
 _SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
 _DRAKE = "for Drake there is trajectory.to_drake() in Python"
@@ -74,11 +91,21 @@ _DRAKE = "for Drake there is trajectory.to_drake() in Python"
 _ALL = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
-    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions),
-    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions),
-    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions),
-    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, binary=True),
-    Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, binary=True),
+    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions, events=True),
+    Format(
+        "krl", "program for a controller of KUKA: a spline block", ".src", "programs", ScriptOptions
+    ),
+    Format("rapid", "program for a controller of ABB", ".mod", "programs", ScriptOptions),
+    Format("ls", "program for a controller of FANUC", ".ls", "programs", ScriptOptions),
+    Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
+    Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
+    Format("j519", "joint angles each 8 ms for FANUC's stream motion", ".csv", "streams"),
+    Format("franka", _FRANKA, ".csv", "streams", RobotOptions),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions, events=True),
+    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions, events=True),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, True, True),
+    Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, True, True),
+    Format("mujoco", _MUJOCO, ".xml", "keyframes", RateOptions),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
     Format("scipy", _SCIPY, ".npz", "polynomials", binary=True),
     Format("drake", _DRAKE, "", "polynomials", binary=True),
@@ -215,6 +242,9 @@ def save(
 ) -> Path:
     """Write a motion to a file in a format, whole or not at all.
 
+    Where the format can't hold the events of the motion, a file beside it does: next to
+    `motion.yaml` it is `motion.events.json`.
+
     >>> import knotwork as kw
     >>> motion = kw.plan("paper_case").trajectory
     >>> save(motion, "pvt", "axis_table.csv", force=True, degrees=True).name
@@ -235,10 +265,14 @@ def save(
         InputError: The file exists or can't be written, or the format can't hold the motion.
     """
     checked_target(path, force=force)
-    return write(path, content(trajectory, name, **options), force=force)
+    held = get_format(name).events or not trajectory.events
+    made = content(trajectory, name, **options)
+    return write(path, made, force=force, beside=None if held else side_file(trajectory))
 
 
-def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
+def write(
+    path: Path | str, made: str | bytes, *, force: bool = False, beside: str | None = None
+) -> Path:
     """Write content to a file, whole or not at all.
 
     >>> write("notes/motion.csv", "time,lift").read_text()
@@ -248,8 +282,13 @@ def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
         path: Path of the file; its folder is made if it does not exist.
         made: What to write.
         force: Replace the file if it exists.
+        beside: What to write into the file beside it, if anything.
 
     Raises:
         InputError: The file exists or can't be written.
     """
-    return write_file(checked_target(path, force=force), made)
+    target = checked_target(path, force=force)
+    if beside is None:
+        return write_file(target, made)
+    other = checked_target(side_path(target), force=force)
+    return write_files(target.parent, {target.name: made, other.name: beside})[0]

@@ -173,7 +173,7 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     points, goal = _points(motion, **options)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     message = _message(points)
-    lines.append(_first_line(message))
+    lines.append(_first_line(points.trajectory))
     if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
         lines.append(
             "# The last point has a velocity: joint_trajectory_controller takes that only with "
@@ -185,15 +185,23 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     return "\n".join(lines) + "\n" + text
 
 
-def _first_line(message: dict[str, Any]) -> str:
+def _first_line(curve: JointTrajectory) -> str:
     """What the arm must do when a message is sent."""
-    first = zip(message["joint_names"], message["points"][0]["velocities"], strict=True)
-    moving = ", ".join(f"{name} {v:.6g}" for name, v in first if abs(v) > STANDING)
-    if not moving:
+    moving = {
+        name: ", ".join(
+            f"{joint} {value:.6g}"
+            for joint, value in zip(curve.joint_names, curve(curve.start_time, order), strict=True)
+            if abs(value) > STANDING
+        )
+        for order, name in ((1, "velocity"), (2, "acceleration"))
+    }
+    if not moving["velocity"]:
         return "# The arm must stand at the first point when this is sent."
+    pulled = f" and acceleration ({moving['acceleration']}; per s²)" * bool(moving["acceleration"])
     return (
-        f"# The motion begins at a velocity ({moving}; rad/s or m/s): the arm must already move "
-        "like this at the first point when this is sent, and must not stand there."
+        f"# The motion begins at a velocity ({moving['velocity']}; rad/s or m/s){pulled}: the "
+        "arm must already move like this at the first point when this is sent, and must not stand "
+        "there."
     )
 
 

@@ -51,7 +51,8 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Tab
     0.5,0.5,1.5,0,-12
     1,1,0,-6,-12
     """
-    return columns_to_csv(_table(motion, **options).columns())
+    table = _table(motion, **options)
+    return columns_to_csv(table.columns(), table.labels)
 
 
 def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
@@ -78,6 +79,8 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Ta
         data[JOINT_QUANTITIES[quantity].plural] = values.tolist()
     for key, values in table.tool.items():
         data[key] = values.tolist()
+    for key in ("events", "segments") if table.labels else ():
+        data[key] = [one.to_dict() for one in getattr(table.trajectory, key)]
     return json_text(data)
 
 
@@ -88,7 +91,8 @@ def to_npz(
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
     `joint_units` (d,); with a robot also `tool_position` (s, 3), `tool_quaternion` (s, 4, scalar
-    last), `tool_linear_velocity` and `tool_angular_velocity` (s, 3).
+    last), `tool_linear_velocity` and `tool_angular_velocity` (s, 3); with labels `segment` and
+    `event` (s,).
 
     Options and errors are those of `motion_table`.
 
@@ -100,6 +104,7 @@ def to_npz(
     table = _table(motion, **options)
     names = {"joint_names": table.joint_names, "joint_units": table.joint_units}
     labels = {key: np.array(value) for key, value in (names | {"planner": table.planner}).items()}
+    labels |= {key: np.array(values) for key, values in table.labels.items()}
     return npz_bytes({"time": table.time, **table.joints, **table.tool, **labels})
 
 
@@ -125,7 +130,7 @@ def to_parquet(
     how = "install it with pip install 'knotwork[parquet]'"
     arrow = needed("pyarrow", "Parquet", how)
     parquet = needed("pyarrow.parquet", "Parquet", how)
-    columns = arrow.table(table.columns())
+    columns = arrow.table({**table.columns(), **table.labels})
     about = {"planner": table.planner, "note": table.note}
     columns = columns.replace_schema_metadata(about)
     sink = arrow.BufferOutputStream()

@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.errors.arguments import flag
+from knotwork.export.labels import labels_at
 from knotwork.export.lossless import Points, motion_points
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.trajectory import JointTrajectory
@@ -49,6 +50,8 @@ class MotionTable:
         tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
             robot.
         note: How exactly the rows define the motion.
+        labels: `"segment"` and `"event"`, a text for each row; or none.
+        trajectory: The motion itself.
     """
 
     joint_names: tuple[str, ...]
@@ -58,6 +61,8 @@ class MotionTable:
     joints: Mapping[str, FloatArray]
     tool: Mapping[str, FloatArray]
     note: str
+    labels: Mapping[str, list[str]]
+    trajectory: JointTrajectory
 
     def columns(self) -> dict[str, FloatArray]:
         """All columns by name, each of shape (s,).
@@ -91,6 +96,7 @@ def motion_table(
     accelerations: bool = False,
     fit: float | None = None,
     robot: Robot | None = None,
+    labels: bool | None = None,
 ) -> MotionTable:
     """Sample a motion, or take the points that define it.
 
@@ -107,6 +113,7 @@ def motion_table(
         accelerations: The knots have accelerations.
         fit: Tolerance of the motion for knots [rad or m].
         robot: Gives pose and twist of the tool.
+        labels: Name the segments and events; by default where there are events.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.
@@ -140,8 +147,17 @@ def motion_table(
         joints = {name: trajectory(time, order) for order, name in enumerate(DERIVATIVES)}
         note = f"{time.size} samples at {rate:g} Hz"
     tool = {} if robot is None else _tool(trajectory, robot, time)
+    named = bool(trajectory.events) if labels is None else flag(labels, "labels")
     return MotionTable(
-        trajectory.joint_names, trajectory.joint_units, trajectory.planner, time, joints, tool, note
+        trajectory.joint_names,
+        trajectory.joint_units,
+        trajectory.planner,
+        time,
+        joints,
+        tool,
+        note,
+        labels_at(trajectory, time) if named else {},
+        trajectory,
     )
 
 

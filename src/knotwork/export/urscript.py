@@ -7,6 +7,8 @@ commanded velocity is the motion's at every step and straight between, and what 
 it is off by the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
 that is continuous.
 
+Outputs are switched between two pieces, which is up to a step before the time of the event.
+
 The clock runs on over the knots, which may be between two steps. What the controller's own target
 is off from the motion is taken back with a time constant of 1/`GAIN`.
 """
@@ -18,7 +20,8 @@ import numpy as np
 from knotwork.errors import ExportError
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
-from knotwork.trajectory import JointTrajectory
+from knotwork.export.straight import refuse_moving
+from knotwork.trajectory import Event, JointTrajectory
 from knotwork.waypoints import FloatArray
 
 JOINTS = (
@@ -31,11 +34,18 @@ JOINTS = (
 )
 """Joints of the arms, base first, as the controller counts them; a prefix may stand before all."""
 
-STANDING = 1e-9
-"""Slower than this an arm stands [rad/s]."""
-
 START = 0.001
 """The arm starts only within this of the first point, in each joint [rad]."""
+
+OUTPUTS = (
+    *(("standard", i) for i in range(8)),
+    *(("configurable", i) for i in range(8)),
+    *(("tool", i) for i in range(2)),
+)
+"""Digital outputs, counted one after the other, as the controller's bits are."""
+
+SAME_TIME = 1e-9
+"""An event so near to a knot is at the knot [s]."""
 
 LARGEST_ERROR = 0.05
 """The program stops the arm if a joint's target is off its motion by more [rad]. At 125 Hz a joint
@@ -132,21 +142,21 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`; the joints are not
-            those of such an arm; or it does not start and end at rest.
+            those of such an arm; it does not start and end at rest; or a signal is no output.
         InputError: The tolerance is out of range.
     """
     points = motion_points(motion, accelerations=None, fit=fit)
     trajectory = points.trajectory
     order = _joint_order(trajectory)
-    _refuse_moving(trajectory)
-    knots = trajectory.knots
-    position, velocity = knots.position[:, order], knots.velocity[:, order]
+    refuse_moving(trajectory)
+    time = _with_events(trajectory)
+    position, velocity = (trajectory(time, nu)[:, order] for nu in range(2))
     velocity[[0, -1]] = 0.0
-    durations = increments(np.asarray(knots.time - knots.time[0]))
-    pieces = [
-        f"  kw_cubic({_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])})"
-        for i in range(1, len(durations))
-    ]
+    durations = increments(np.asarray(time - time[0]))
+    pieces = _between(trajectory, time, 0)
+    for i in range(1, len(durations)):
+        ends = f"{_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])}"
+        pieces += [f"kw_cubic({ends})", *_between(trajectory, time, i)]
     about = [
         f"A motion of {trajectory.duration:.6g} s for an arm of Universal Robots.",
         f"{points.describe()}.",
@@ -160,9 +170,42 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
         largest=_number(LARGEST_ERROR),
         gain=_number(GAIN),
         start=_number(START),
-        pieces="\n".join(pieces),
+        pieces="\n".join(f"  {line}" for line in pieces),
     )
     return "".join(f"# {line}\n" for line in about) + program
+
+
+def _with_events(trajectory: JointTrajectory) -> FloatArray:
+    """Times of the knots, and of events between them: a cubic is the same in two parts [s]."""
+    knots = trajectory.knots.time
+    events = np.array([one.time for one in trajectory.events])
+    apart = np.abs(events[:, None] - knots).min(axis=1, initial=np.inf) > SAME_TIME
+    return np.unique(np.concatenate((knots, events[apart])))
+
+
+def _between(trajectory: JointTrajectory, time: FloatArray, i: int) -> list[str]:
+    """What stands between two pieces: what is switched there, and which segment begins."""
+    end = time[i + 1] if i + 1 < len(time) else np.inf
+    switched = [one for one in trajectory.events if np.abs(time - one.time).argmin() == i]
+    begun = [one for one in trajectory.segments if time[i] <= one.start < end]
+    return [*map(_switch, switched), *(f"# {_comment(one.said)}" for one in begun)]
+
+
+def _switch(event: Event) -> str:
+    """The command that switches an output, and in a comment what it is."""
+    n = event.output
+    if n is None or n >= len(OUTPUTS):
+        known = f"output {n}" if n is not None else f"signal {event.name!r}"
+        numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
+        raise ExportError(
+            f"{event.said} at {event.time:.3f} s, waypoint {event.waypoint!r}: a controller of "
+            f"Universal Robots has no {known}; accepted: on and off, with the number of a digital "
+            f"output, {numbers}, given by outputs: {{{event.name}: number}}; or --without-events",
+            time=event.time,
+        )
+    kind, number = OUTPUTS[n]
+    words = f"{_comment(event.said)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
+    return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
 
 
 def _comment(name: str) -> str:
@@ -194,18 +237,3 @@ def _joint_order(trajectory: JointTrajectory) -> list[int]:
         if unit != "rad":
             raise ExportError(f"joint {name!r} is in {unit}; it must be in rad", joint=name)
     return [names.index(name) for name in wanted]
-
-
-def _refuse_moving(trajectory: JointTrajectory) -> None:
-    for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
-        speeds = np.abs(trajectory.velocity(time))
-        joint = int(speeds.argmax())
-        if speeds[joint] > STANDING:
-            name = trajectory.joint_names[joint]
-            raise ExportError(
-                f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} rad/s; the program "
-                "runs an arm from rest to rest",
-                joint=name,
-                error=float(speeds[joint]),
-                time=float(time),
-            )

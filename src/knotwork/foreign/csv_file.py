@@ -15,6 +15,7 @@ import numpy as np
 from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.header import (
+    LABELS,
     Column,
     HeadingError,
     UnknownHeadingError,
@@ -120,6 +121,8 @@ def read_csv(
     values = {quantity: np.full((count, len(joint_names)), np.nan) for quantity in QUANTITIES}
     where: dict[tuple[str, int | None], int] = {}
     for i, content in enumerate(columns):
+        if rows.headings[i] in LABELS and not content.quantity:
+            continue
         numbers = rows.numbers(i) * content.factor
         where[content.quantity, content.joint] = i
         if content.quantity == "time":

@@ -19,6 +19,9 @@ _WORDS = {
     "effort": ("effort", "efforts", "torque", "tau", "force", "current", "voltage", "temperature"),
 }
 _QUANTITY = {word: quantity for quantity, words in _WORDS.items() for word in words}
+LABELS = ("segment", "event")
+"""Columns of text, which are not needed."""
+
 _CLOCKS = {
     "absolute": (
         ("time", "times", "t", "timestamp", "stamp"),
@@ -111,7 +114,7 @@ def own_column(heading: str, joint_names: Sequence[str], joint_units: Sequence[s
     """
     if heading in _OWN_TIMES:
         return Column("time", clock=_OWN_TIMES[heading])
-    if _OWN_TOOL.fullmatch(heading):
+    if _OWN_TOOL.fullmatch(heading) or heading in LABELS:
         return Column("")
     match = _OWN_JOINT.fullmatch(heading)
     if match is None or match[1] not in joint_names:

@@ -22,9 +22,10 @@ from knotwork.pipeline.planner_options import (
     planner_options,
     supported_options,
 )
+from knotwork.pipeline.replanning import scenario_from
 from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
-from knotwork.scenario.events import segments
+from knotwork.scenario.events import found_ways, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
@@ -139,14 +140,18 @@ class Plan(UnderWay):
         """Plan another task from this motion's state at a moment, which is its time 0.
 
         Position, velocity and acceleration go on without a jump. The state takes the place of the
-        task's `start`, or else of its first waypoint; times without a unit of their own are since
-        that moment.
+        task's `start`, or else of its first waypoint, if it has more than one. Times in the task,
+        of frames that move and of other robots too, are since that moment.
+
+        Args:
+            at: The moment [s].
+            scenario: The new task.
 
         Raises:
-            InputError: The time is outside the motion, or the task is wrong: as `plan`.
+            InputError: The time is outside the motion, the tool holds something of which the task
+                says nothing, or the task is wrong: as `plan`.
         """
-        task = scenario if isinstance(scenario, Task) else Task.load(scenario)
-        return plan(self._task_from(at, task))
+        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
     def freeze(self, path: str | Path) -> Path:
         """Write the scenario with the chosen times and speeds as numbers, comments kept.
@@ -178,13 +183,11 @@ class Plan(UnderWay):
         target = Path(path)
         return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
 
-    def _scenario_file(self, folder: Path) -> str | None:
+    def _scenario_file(self, folder: Path) -> str:
         """Name of a shipped scenario, or the path from a folder to what the check was against."""
         source = self.scenario.source
-        if self.chosen is not None:
+        if self.chosen is not None or source is None:
             return "scenario.yaml"
-        if source is None:
-            return None
         if source.parent == resources.folder("scenarios"):
             return source.stem
         return Path(os.path.relpath(source, folder)).as_posix()
@@ -194,7 +197,7 @@ class Plan(UnderWay):
 
         The report states the SHA-256 of the other two under `files`, and where the scenario is
         under `scenario_file`. Where times were chosen, the scenario with numbers in their place
-        goes with them as `scenario.yaml`, comments kept.
+        goes with them as `scenario.yaml`, comments kept; so does one that is in no file.
 
         Args:
             folder: Made if it does not exist; files of these names in it are replaced.
@@ -218,10 +221,11 @@ class Plan(UnderWay):
             "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),
         }
-        if self.chosen is not None:
+        if self._scenario_file(Path(folder)) == "scenario.yaml":
             from knotwork.choosing import saved_text
 
-            asked = self.chosen.scenario  # whose name that of the new file does not say
+            # whose name that of the new file does not say
+            asked = self.scenario if self.chosen is None else self.chosen.scenario
             named = replace(asked, task=asked.task.replace(name=asked.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
@@ -363,19 +367,23 @@ def _planned(
         waypoints = solution.waypoints
         with option_context(scenario, waypoints, replaced):
             trajectory = interpolate(waypoints, options)
-        asked = chosen.asked.free if chosen is not None else None
         events = tuple(one.event for one in scenario.events)
-        parts = segments(scenario, asked.ways if asked is not None else ())
+        ways = [*found_ways(scenario)] if options.chosen else []
+        parts = segments(scenario, {i for found, _ in ways for i in found[:-1]})
         trajectory = replace(trajectory, events=events, segments=parts)
         known = [infeasible(one) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
-            known += findings(chosen, space, trajectory)
+            known += findings(chosen, space)
             # the solutions were chosen before the times were, which hold them fast
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
+        if ways:
+            from knotwork.choosing.ways_found import ways_found
+
+            known += ways_found(ways, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.documents import Document, edited
 from knotwork.errors import InputError
+from knotwork.pipeline.scene_then import by_joint, on_moving_frames, scene_from
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     composed,
@@ -19,8 +22,11 @@ from knotwork.retiming import (
     stop_on_path,
 )
 from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.events import segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Task
+from knotwork.task.places import moved_paths
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import check
@@ -33,6 +39,9 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6
 """Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
+
+NEAR = 1e-9
+"""Moments that are nearer to one another [s] are one."""
 
 CHOICES = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
@@ -56,25 +65,30 @@ class UnderWay:
 
         Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
         limits, collisions and the waypoints at their new times; tool paths are not judged again.
+        What moves by itself keeps its own speed.
 
         Args:
             profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
                 smoothly from each value to the next, and keeps the last one.
 
         Raises:
-            InputError: A time or an override is negative, nothing would move, or a frame of the
-                scenario moves.
+            InputError: A time or an override is negative, nothing would move, or a moving frame
+                carries a waypoint, which the tool would miss.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
+        for i in on_moving_frames(self.scenario.task)[:1]:
+            raise self.scenario.places.error(
+                ("waypoints", i), "is in a frame that moves on at its own speed, not the arm's"
+            )
         clock = _shifted(override(profile, self.trajectory.duration), self.trajectory.start_time)
         times = _waypoint_times(self.scenario, clock)
         curve = composed(self.trajectory.polynomial, clock)
         motion, _ = cubic_through(curve, TOLERANCE, inverse_time(clock, times).tolist())
-        return self._with_motion(motion, clock)
+        return self._with_motion(motion, clock, self.scenario.task)
 
     def stop(self, at: float, *, on_path: bool = True) -> Self:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -98,7 +112,7 @@ class UnderWay:
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        q, v, a = self._state(at)
+        q, v, a = (self.trajectory(at, nu) for nu in range(3))
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):
             if kind == "jerk" and on_path:
@@ -109,59 +123,71 @@ class UnderWay:
                     f"of {kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
                 )
         if not on_path:
-            return self._with_motion(joint_stop(q, v, a, *limits), None)
+            return self._stopped(joint_stop(q, v, a, *limits), None, (at, at))
         found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
         if found is None:
             raise InputError(
                 f"{self.scenario.name}: no stop on the path from {at:g} s on keeps the limits "
                 "before the motion ends; accepted: an earlier time, or on_path=False"
             )
-        return self._with_motion(found[1], found[0])
+        clock, motion = found
+        return self._stopped(motion, clock, (at, float(clock(clock.x[-1]))))
 
-    def _state(self, at: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        q, v, a = (self.trajectory(at, nu) for nu in range(3))
-        return q, v, a
+    def _stopped(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        span: tuple[float, float],
+    ) -> Self:
+        ends = f"stop from {span[0]:g} s", "stopped"
+        task = scene_from(self.scenario, self.space.robot, self.trajectory, span, ends)
+        return self._with_motion(motion, clock, task, ends)
 
-    def _task_from(self, at: float, task: Task) -> Task:
-        """A task that starts with the state of this motion at a time, in place of its own start."""
-        q, v, a = self._state(at)
-        length, angle = si_factors(task.units)
-        first = {"joints": _given(self.space, q, length, angle), "time": 0.0}
-        first["velocity"] = _given(self.space, v, length, angle)
-        ends = {"start": _given(self.space, a, length, angle)}
-        goals = task.waypoints if task.start is not None else task.waypoints[1:]
-        return task.replace(start=None, waypoints=[first, *goals], end_acceleration=ends)
-
-    def _with_motion(self, motion: PiecewisePolynomial, clock: PiecewisePolynomial | None) -> Self:
+    def _with_motion(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        task: Task,
+        ends: tuple[str, str] = (START, "end"),
+    ) -> Self:
         """The plan of another motion, through those waypoints that its clock passes."""
         scenario, space = self.scenario, self.space
-        names: dict[float, str | None] = {float(motion.x[0]): None, float(motion.x[-1]): None}
+        names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
         if clock is not None:
             passed = _waypoint_times(scenario, clock)
             for time, when in zip(passed, inverse_time(clock, passed), strict=True):
-                near = next((one for one in names if abs(one - when) < 1e-9), float(when))
+                near = next((one for one in names if abs(one - when) < NEAR), float(when))
                 i = int(np.flatnonzero(scenario.times == time)[0])
                 names[near] = scenario.waypoints[i].name
         times = np.array(sorted(names))
+        actions = self._actions(times, clock)
         length, angle = si_factors(scenario.task.units)
         waypoints: list[dict[str, Any]] = [
             {
                 "time": time,
-                "joints": _given(space, motion(time), length, angle),
-                "velocity": _given(space, motion(time, 1), length, angle),
-                **({"name": names[time]} if names[time] else {}),
+                "name": names[time],
+                "joints": by_joint(space, motion(time), length, angle),
+                "velocity": by_joint(space, motion(time, 1), length, angle),
+                **({"do": actions[k]} if actions[k] else {}),
             }
-            for time in times.tolist()
+            for k, time in enumerate(times.tolist())
         ]
-        ends = {
-            end: _given(space, motion(motion.x[i], 2), length, angle)
+        ends_given = {
+            end: by_joint(space, motion(motion.x[i], 2), length, angle)
             for end, i in (("start", 0), ("end", -1))
         }
-        unset = dict.fromkeys(CHOICES)
-        task = scenario.task.replace(**unset, waypoints=waypoints, end_acceleration=ends)
-        asked = resolved(task, scenario.places)
+        task = _without_file(task, scenario).replace(
+            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
+        )
+        asked = resolved(task)
         moved = joint_space(asked)
-        trajectory = replace(self.trajectory, polynomial=motion, waypoint_times=times)
+        trajectory = replace(
+            self.trajectory,
+            polynomial=motion,
+            waypoint_times=times,
+            events=tuple(one.event for one in asked.events),
+            segments=segments(asked),
+        )
         passed_through = JointWaypoints(
             space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
         )
@@ -178,6 +204,31 @@ class UnderWay:
             sequences=1,
         )
 
+    def _actions(
+        self, times: FloatArray, clock: PiecewisePolynomial | None
+    ) -> list[list[dict[str, Any]]]:
+        """What is switched after each waypoint, by another clock."""
+        found: list[list[dict[str, Any]]] = [[] for _ in times]
+        first, last = (np.inf, -np.inf) if clock is None else clock(clock.x[[0, -1]])
+        for event in self.trajectory.events:
+            if clock is None or not first <= event.time <= last:
+                continue
+            when = float(inverse_time(clock, np.array([event.time]))[0])
+            k = int(np.searchsorted(times, when + NEAR, side="right")) - 1
+            action: dict[str, Any] = {event.name: event.value}
+            if event.output is not None and event.name not in self.scenario.task.outputs:
+                action = {"output": event.output, "value": event.value}
+            after = when - float(times[k])
+            found[k].append(action | ({"after": after} if after > NEAR else {}))
+        return found
+
+
+def _without_file(task: Task, scenario: Scenario) -> Task:
+    """A task that is no longer that of its file: named, with absolute paths."""
+    folder = Path.cwd() if scenario.source is None else scenario.source.parent
+    data = task.to_dict() | {"name": scenario.name}
+    return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)
+
 
 def _shifted(clock: PiecewisePolynomial, start: float) -> PiecewisePolynomial:
     c = np.array(clock.c)
@@ -191,9 +242,3 @@ def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArra
     times = scenario.times
     passed: FloatArray = times[(times >= first) & (times <= last)]
     return passed
-
-
-def _given(space: JointSpace, values: FloatArray, length: float, angle: float) -> dict[str, float]:
-    """Values by joint in the units of a file."""
-    units = np.where(np.array(space.joint_units) == "m", length, angle)
-    return dict(zip(space.joint_names, (values / units).tolist(), strict=True))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
@@ -21,7 +20,8 @@ TINY = 1e-9
 """Phases of a stop that are shorter than this [s] are none."""
 RAMPS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5])
 """Parts of a stop in which its deceleration grows, and in which it fades."""
-ROUNDS = 6
+SLACK = 1e-6
+"""What the optimiser may exceed a limit at a sample by, as a part of it."""
 
 
 def joint_stop(
@@ -75,8 +75,9 @@ def stop_on_path(
     """The shortest stop on the path that is found (C2 smooth, cubics).
 
     The override stays 1 for a while, so that a motion which already brakes may go on, and falls to
-    0 with a deceleration that grows evenly, stays, and fades evenly. A search over the delay, the
-    duration and both ramps takes the earliest end at which no sample exceeds a limit.
+    0 with a deceleration that grows evenly, stays, and fades evenly. Of a grid of delays, durations
+    and ramps the earliest end is taken at which no sample exceeds a limit, and made still earlier
+    by an optimiser.
 
     Args:
         curve: Positions over time, trailing shape (d,).
@@ -104,32 +105,40 @@ def _shortest(
     curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
 ) -> PiecewisePolynomial | None:
     """The clock of the shortest stop of which no sample exceeds a limit."""
+    from scipy.optimize import minimize
+
     left = float(curve.x[-1]) - at
     delays, spans = np.linspace(0.0, left, 9), left * np.geomspace(1e-3, 2.0, 81)
-    grow, fade = RAMPS, RAMPS
     best: tuple[float, ...] = (np.inf,)
-    for turn in range(ROUNDS):
-        for shape in product(grow, fade):
-            kept = _keeps_limits(curve, at, _unit_clock(*shape), delays, spans, acceleration, jerk)
-            ends = np.where(kept, delays[:, None] + spans, np.inf)
-            i, j = np.unravel_index(np.argmin(ends), ends.shape)
-            best = min(best, (float(ends[i, j]), float(delays[i]), float(spans[j]), *shape))
-        if not np.isfinite(best[0]):
-            return None
-        _, delay, span, up, down = best
-        step, ratio = 0.5 * (delays[1] - delays[0]), spans[1] / spans[0]
-        delays = np.clip(delay + step * np.linspace(-1.0, 1.0, 9), 0.0, left)
-        spans = span * np.geomspace(1.0 / ratio, np.sqrt(ratio), 17)
-        near = 1.3 ** (np.array([-1.0, -0.5, 0.0, 0.5, 1.0]) / 2**turn)
-        grow, fade = (np.clip(one * near, 0.01, 0.5) for one in (up, down))
+    for shape in product(RAMPS, RAMPS):
+        used = _used(curve, at, _unit_clock(*shape), delays, spans, acceleration, jerk)
+        ends = np.where(used.max(axis=2) <= 1.0, delays[:, None] + spans, np.inf)
+        i, j = np.unravel_index(np.argmin(ends), ends.shape)
+        best = min(best, (float(ends[i, j]), float(delays[i]), float(spans[j]), *shape))
+    if not np.isfinite(best[0]):
+        return None
+
+    def room(stop: FloatArray) -> FloatArray:
+        used = _used(curve, at, _unit_clock(*stop[2:]), stop[:1], stop[1:2], acceleration, jerk)
+        return np.asarray(1.0 - used[0, 0])
+
+    start = np.array(best[1:])
+    found = minimize(
+        lambda stop: stop[0] + stop[1],
+        start,
+        method="SLSQP",
+        bounds=((0.0, left), (1e-3 * left, 2.0 * left), (0.01, 0.499), (0.01, 0.499)),
+        constraints={"type": "ineq", "fun": room},
+    ).x
+    delay, span, up, down = found if room(found).min() >= -SLACK else start
     unit = _unit_clock(up, down)
     c = unit.c * span ** -np.arange(2.0, -2.0, -1.0)[:, None]
+    if delay <= TINY:
+        c[-1] += at
+        return PiecewisePolynomial(c, span * unit.x)
     c[-1] += at + delay
-    start = np.array([[0.0], [0.0], [1.0], [at]])[:, : int(delay > TINY)]
-    breaks = delay + span * unit.x
-    return PiecewisePolynomial(
-        np.concatenate((start, c), axis=1), breaks if delay <= TINY else np.append(0.0, breaks)
-    )
+    c = np.concatenate((np.array([[0.0], [0.0], [1.0], [at]]), c), axis=1)
+    return PiecewisePolynomial(c, np.append(0.0, delay + span * unit.x))
 
 
 def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
@@ -151,7 +160,7 @@ def _unit_clock(grow: float, fade: float) -> PiecewisePolynomial:
     return PiecewisePolynomial(c, clock.x)
 
 
-def _keeps_limits(
+def _used(
     curve: PiecewisePolynomial,
     at: float,
     unit: PiecewisePolynomial,
@@ -159,20 +168,21 @@ def _keeps_limits(
     spans: FloatArray,
     acceleration: FloatArray,
     jerk: FloatArray,
-) -> NDArray[np.bool_]:
-    """Whether stops keep limits at samples, shape (delays, spans).
+) -> FloatArray:
+    """Parts of limits that stops use at samples, shape (delays, spans, samples).
 
     With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
     q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve.
     """
     parts = np.linspace(0.0, 1.0 - TINY, SAMPLES)  # of each phase, to just before its end
     u = (unit.x[:-1, None] + np.diff(unit.x)[:, None] * parts).ravel()
-    shown = at + delays[:, None, None] + spans[:, None] * unit(u)
-    inside = shown[..., -1] <= curve.x[-1]
-    shown = np.minimum(shown, curve.x[-1])
+    time = at + delays[:, None, None] + spans[:, None] * unit(u)
+    beyond = time[..., -1:] - curve.x[-1]
+    time = np.minimum(time, curve.x[-1])
     rate = unit(u, 1)[:, None]
     change, bend = (unit(u, nu)[:, None] / spans[:, None, None] ** (nu - 1) for nu in (2, 3))
-    q1, q2, q3 = (curve(shown, nu) for nu in (1, 2, 3))
+    q1, q2, q3 = (curve(time, nu) for nu in (1, 2, 3))
     use = np.abs(q2 * rate**2 + q1 * change) / acceleration
     jolt = np.abs(q3 * rate**3 + 3.0 * q2 * rate * change + q1 * bend) / jerk
-    return np.asarray(inside & (np.maximum(use, jolt).max(axis=(2, 3)) <= 1.0))
+    used = [one.reshape(*one.shape[:2], -1) for one in (use, jolt)]
+    return np.concatenate((*used, 1.0 + beyond), axis=2)

@@ -20,6 +20,7 @@ import pinocchio as pin
 
 from knotwork.documents import parse_xml, read_text
 from knotwork.errors import InputError, RobotError
+from knotwork.robot.external_axes import ExternalAxis, add_axes, see_from
 from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, plain_text
 
 # Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
@@ -48,11 +49,13 @@ class Urdf(NamedTuple):
         model: All of its links and joints; unbounded joints are plain angles in it.
         root: Name of the root link.
         links: Names of all links, in the order of the file.
-        parents: Of each link but the root, the link that it is joined to and that carries it.
+        parents: Of each link but the root of the file, the link that it is joined to and that
+            carries it.
         leaves: Names of the links that carry no other.
         types: URDF type of each joint.
         unbounded: Joints that turn without limit.
         mimics: Joints that follow another.
+        axes: Joints that were added to those of the file.
     """
 
     path: Path
@@ -64,14 +67,19 @@ class Urdf(NamedTuple):
     types: Mapping[str, str]
     unbounded: frozenset[str]
     mimics: Mapping[str, Mimic]
+    axes: tuple[ExternalAxis, ...] = ()
 
 
-def read_urdf(path: Path, robot: str) -> Urdf:
+def read_urdf(
+    path: Path, robot: str, axes: tuple[ExternalAxis, ...] = (), seen_from: str = ""
+) -> Urdf:
     """Read a URDF file; what is read is kept by its text, and never changed.
 
     Args:
         path: The file.
         robot: Name of the robot, for errors.
+        axes: Joints that are added to it.
+        seen_from: Link that is made its root; by default it stays as it is.
 
     Raises:
         DocumentError: The file can't be read.
@@ -79,15 +87,20 @@ def read_urdf(path: Path, robot: str) -> Urdf:
             instead.
     """
     text = read_text(path, most=MOST_BYTES)
-    return _kept(text, path, robot) if len(text) <= MOST_KEPT else _parsed(text, path, robot)
+    read = _kept if len(text) <= MOST_KEPT else _parsed
+    return read(text, path, robot, axes, seen_from)
 
 
 @lru_cache(maxsize=32)
-def _kept(text: str, path: Path, robot: str) -> Urdf:
-    return _parsed(text, path, robot)
+def _kept(
+    text: str, path: Path, robot: str, axes: tuple[ExternalAxis, ...], seen_from: str
+) -> Urdf:
+    return _parsed(text, path, robot, axes, seen_from)
 
 
-def _parsed(text: str, path: Path, robot: str) -> Urdf:
+def _parsed(
+    text: str, path: Path, robot: str, axes: tuple[ExternalAxis, ...], seen_from: str
+) -> Urdf:
     try:
         document = parse_xml(text.encode(), MOST_ELEMENTS)
     except InputError as error:
@@ -95,8 +108,17 @@ def _parsed(text: str, path: Path, robot: str) -> Urdf:
     root = _root(document, text, path, robot)
     try:
         base = check_tree(root)
+        if axes:
+            add_axes(root, axes, base)
+            base = check_tree(root)
     except InputError as error:
         raise RobotError(robot, f"{path} is no valid URDF: {error}") from error
+    parents = {
+        link_of(one, "child"): link_of(one, "parent") for one in child_elements(root, "joint")
+    }
+    if seen_from:
+        see_from(root, seen_from)
+        base = seen_from
     joints = {e.getAttribute("name"): e for e in child_elements(root, "joint")}
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
@@ -104,7 +126,6 @@ def _parsed(text: str, path: Path, robot: str) -> Urdf:
         _bound(document, joints[name])
     model = _build(plain_text(root), path, robot)
     links = tuple(e.getAttribute("name") for e in child_elements(root, "link"))
-    parents = {link_of(one, "child"): link_of(one, "parent") for one in joints.values()}
     carriers = set(parents.values())
     return Urdf(
         path=path,
@@ -116,6 +137,7 @@ def _parsed(text: str, path: Path, robot: str) -> Urdf:
         types=types,
         unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
+        axes=axes,
     )
 
 

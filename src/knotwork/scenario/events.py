@@ -11,13 +11,12 @@ import numpy as np
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.task import Action, Task
+from knotwork.task.actions import switched
 from knotwork.trajectory.events import Event, Segment, SegmentKind
 from knotwork.units import Units
 
 ROUNDING = 1e-9
 """Places on a path and times are inside within this, relative to its length and 1 s."""
-
-SWITCHED = {"on": True, "off": False}
 
 
 def with_waits(file: Task) -> Task:
@@ -90,9 +89,12 @@ class EventReader:
         name, value = next(
             iter(action.signals.items()), (f"output {action.output}", bool(action.value))
         )
+        value = switched(value)
         output = self.file.outputs.get(name, action.output)
-        if isinstance(value, str):
-            value = SWITCHED.get(value, value)
+        if output is not None and not isinstance(value, bool):
+            raise self.places.error(
+                where, f"{name} is a digital output, and {value!r} is no state of it", "on or off"
+            )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:
@@ -141,12 +143,23 @@ def _time(asked: AskedEvent) -> float:
     return asked.event.time
 
 
+def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], int]]:
+    """The waypoints of each way that was found, by index, and how many were tried."""
+    for run in scenario.task.chosen or ():
+        if run.way:
+            low, high = run.times[0] - ROUNDING, run.times[-1] + ROUNDING
+            yield (
+                [i for i, one in enumerate(scenario.waypoints) if low <= one.time <= high],
+                run.way,
+            )
+
+
 def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:
     """What a motion consists of, from waypoint to waypoint.
 
     Args:
         scenario: The task, all times known.
-        ways: Indices of the waypoints to which the motion found its way.
+        ways: Indices of the waypoints from which the motion found its way to the next.
 
     >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
     ['start to approach', 'approach to edge start']
@@ -164,7 +177,7 @@ def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, .
             kind = "wait"
         elif i in along:
             kind = "tool path"
-        elif i + 1 in ways:
+        elif i in ways:
             kind = "way"
         made.append(Segment(name, one.time, other.time, kind))
     return tuple(made)

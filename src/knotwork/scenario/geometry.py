@@ -8,10 +8,11 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.documents import Location, Places
-from knotwork.errors import did_you_mean
+from knotwork.errors import PathError, did_you_mean
 from knotwork.scenario.frame_motion import moved
-from knotwork.task import Frame, Placement
+from knotwork.task import Frame, Placement, SeamTorch
 from knotwork.tool_paths.moving_frame import MovingFrame
+from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray, rotation_fault
 
 # Values in a file are often rounded to four digits. A quaternion or matrix that is further from a
@@ -36,6 +37,8 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
         values = getattr(placement, name)
         if values is not None:
             return _from_quaternion(np.array([values[i] for i in order]), places, (*location, name))
+    if placement.torch is not None:
+        return _leaning(placement.torch, places, (*location, "torch"))
     if placement.rotation_matrix is not None:
         matrix = np.array(placement.rotation_matrix)
         return _from_matrix(matrix, places, (*location, "rotation_matrix"))
@@ -60,6 +63,15 @@ def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> Fl
         )
     w, x, y, z = (float(value) for value in wxyz / norm)
     return np.asarray(pin.Quaternion(w, x, y, z).matrix())
+
+
+def _leaning(torch: SeamTorch, places: Places, location: Location) -> FloatArray:
+    try:
+        axes = seam_frames([torch.seam], torch.normal)[0]
+        turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
+        return np.asarray(axes @ turned)
+    except PathError as error:
+        raise places.error(location, str(error)) from error
 
 
 def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> FloatArray:

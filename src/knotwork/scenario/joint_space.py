@@ -118,6 +118,9 @@ def joint_space(scenario: Scenario) -> JointSpace:
     if scenario.gravity is not None:
         with scenario.error_context("gravity"):
             robot = robot.with_gravity(scenario.gravity)
+    if isinstance(scenario.prefer, Mapping):
+        with scenario.error_context("prefer"):
+            robot = robot.with_weights(scenario.prefer)
     if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
         with scenario.error_context("robot"):
             robot.require_tool()

@@ -89,7 +89,7 @@ class Stretch:
     """The part of a tool path that leads from one waypoint to the next.
 
     Attributes:
-        kind: `"line"`, `"arc"` or `"points"`.
+        kind: `"line"`, `"arc"` or `"points"`, and before it `"woven "` if a weave is added.
         start, end: When it begins and ends [s].
         speed: That of the TCP along it [m/s].
         full_speed: From when to when [s] that speed is asked for; outside, the speed changes.
@@ -220,7 +220,7 @@ class Scenario:
             URDF's root.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
-        prefer: What decides among solutions: `"travel"` or `"clearance"`.
+        prefer: What decides among solutions: `"travel"` or `"clearance"`; or weights by joint.
         pull_to_middle: For a redundant arm, how fast its joints are pulled to the middle of their
             ranges while the tool passes a waypoint [1/s]; 0 for not at all.
         planner: Name of the planner, with a rule after a colon or without.
@@ -257,7 +257,7 @@ class Scenario:
     tool: ToolPlacement = field(default_factory=ToolPlacement)
     gravity: FloatArray | None = None
     branch: str | Mapping[str, str] = "free"
-    prefer: str = "travel"
+    prefer: str | Mapping[str, float] = "travel"
     pull_to_middle: float = 0.0
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"

@@ -14,10 +14,10 @@ import numpy as np
 from knotwork import tool_paths
 from knotwork.documents import Places
 from knotwork.errors import InputError, PathError
-from knotwork.task import AlongArc, AlongPoints, PathWaypoint
-from knotwork.task.poses import ORIENTATIONS
+from knotwork.task import AlongArc, AlongPoints, PathWaypoint, PoseWaypoint, Torch
 from knotwork.tool_paths import Curve, OrientationCurve
 from knotwork.tool_paths.rotations import carried_along
+from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -136,11 +136,13 @@ class PathCurves:
         if np.linalg.norm(points[0] - start) > ROUNDED:
             points = np.vstack((start, points))
             if rotations is not None:
-                rotations = np.concatenate((self.poses[i - 1].rotation[None], rotations))
+                before = self._turned_before(i, rotations[0, :, 2])
+                rotations = np.concatenate((before[None], rotations))
         if np.linalg.norm(points[-1] - end) > ROUNDED:
             points = np.vstack((points, end))
             if rotations is not None:
-                own = rotations[-1] if self._unturned(i) else self.poses[i].rotation
+                leaning = self.waypoint(i).orientation is not None
+                own = rotations[-1] if leaning or self._unturned(i) else self.poses[i].rotation
                 if i in self.normals:
                     own = carried_along(rotations[-1], own[None, :, 2])[0]
                 rotations = np.concatenate((rotations, own[None]))
@@ -149,6 +151,31 @@ class PathCurves:
             self.rotations[i] = rotations
         curve: Curve = tool_paths.ThroughPoints(points)
         return curve
+
+    def _leaning(self, i: int, curve: Curve) -> FloatArray | None:
+        """Rotations at the angles to seam and surface that the file gives; `None` without them.
+
+        Shape (k, 3, 3): at the points of a path that has normals, else where it begins.
+        """
+        asked, axes = self.waypoint(i).orientation, None
+        if i in self.normals and asked is not None:
+            self.normals.remove(i)
+            axes = -self.rotations.pop(i)[:, :, 2]
+        elif not isinstance(asked, Torch):
+            return None
+        torch = asked if isinstance(asked, Torch) else Torch()
+        if (torch.normal is None) == (axes is None):
+            raise self.places.error(
+                ("waypoints", i, "orientation"),
+                "gives no normal" if axes is None else "gives a normal, and so have the points",
+                "normal: out of the surface where the path begins, or columns nx, ny, nz of points",
+            )
+        with self.errors(i, "orientation"):
+            s = curve.arc_lengths if isinstance(curve, tool_paths.ThroughPoints) else np.zeros(1)
+            if axes is None:
+                s, axes = s[:1], self.axes[i] @ np.array(torch.normal)
+            turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
+            return np.asarray(seam_frames(curve.position(s, 1), axes) @ turned)
 
     def _points(self, i: int, along: AlongPoints) -> tuple[FloatArray, FloatArray | None]:
         """Points in the base frame, and the tool's rotations there if a file has them."""
@@ -164,10 +191,18 @@ class PathCurves:
             elif read.normals is not None:
                 self.normals.add(i)
                 axes = -read.normals @ np.array(self.axes[i]).T
-                rotations = carried_along(np.array(self.poses[i - 1].rotation), axes)
+                rotations = carried_along(self._turned_before(i, axes[0]), axes)
         else:
             points = np.array(along.points)
         return points @ placed.rotation.T + placed.translation, rotations
+
+    def _turned_before(self, i: int, axis: FloatArray) -> FloatArray:
+        """Rotation where a path begins; any about its first z axis if that decides."""
+        import pinocchio as pin
+
+        if self.waypoint(i).orientation is None:
+            return np.array(self.poses[i - 1].rotation)
+        return np.array(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis).matrix())
 
     def _check_ends(self, i: int, points: FloatArray, start: FloatArray, end: FloatArray) -> None:
         """Refuse points that are far from a waypoint of the path for how close they are."""
@@ -189,7 +224,7 @@ class PathCurves:
 
     def _unturned(self, i: int) -> bool:
         """Whether the pose of a waypoint gives no orientation."""
-        return all(getattr(self.waypoint(i).pose, name) is None for name in ORIENTATIONS)
+        return not self.waypoint(i).pose.turned
 
     def _between(self, i: int, one: FloatArray, other: FloatArray) -> float:
         """Angle between two rotations on a path, or with normals between their z axes [rad]."""
@@ -202,7 +237,7 @@ class PathCurves:
         angle = self._between(i, self.poses[i - 1].rotation, rotation)
         if angle > ROUNDED_ANGLE:
             raise self.places.error(
-                ("waypoints", i, "along", "points"),
+                ("waypoints", i, *(("along", "points") if i in self.rotations else ())),
                 f"at the first point the tool is turned {np.degrees(angle):.4g} degrees from where "
                 "the path begins",
                 "the orientation of the waypoint before; or a point on the way to it",
@@ -210,13 +245,17 @@ class PathCurves:
 
     def orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
         """How the tool turns on the way to waypoint i; its rotation there is put into the poses."""
-        given = self.rotations.get(i)
+        leaning = self._leaning(i, curve)
+        given = self.rotations.get(i) if leaning is None else leaning
+        first, asked = self.file.waypoints[i - 1], not self._unturned(i)
+        if leaning is not None and isinstance(first, PoseWaypoint) and not first.pose.turned:
+            self.poses[i - 1].rotation = leaning[0]
         before, own = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)
-        asked = not self._unturned(i)
-        tangent = waypoint.orientation == "tangent"
         if given is not None:
             self._check_begin(i, given[0])
             given[0] = before
+            given = given if len(given) > 1 else None
+        tangent = waypoint.orientation is not None and (leaning is None or given is None)
         with self.errors(i, "pose" if asked else "along"):
             if given is not None and isinstance(curve, tool_paths.ThroughPoints):
                 turn = OrientationCurve.through(curve.arc_lengths, given)

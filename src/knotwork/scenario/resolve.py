@@ -137,7 +137,7 @@ class _Resolver:
         """Refuse a robot description, which is in SI, in a file with other units."""
         if self.length == self.angle == 1.0:
             return
-        for key in ("locked", "configurations", "limits"):
+        for key in ("locked", "configurations", "limits", "external_axes"):
             if robot.get(key):
                 raise self.places.error(
                     ("robot", key),

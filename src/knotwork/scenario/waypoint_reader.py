@@ -19,8 +19,10 @@ from knotwork.task import (
     Placement,
     PoseWaypoint,
     Task,
+    Torch,
     Velocity,
 )
+from knotwork.task.poses import ORIENTATIONS
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -223,11 +225,24 @@ class WaypointReader:
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint | PathWaypoint):
                 self.carriers.check(i, waypoint)
+                if isinstance(waypoint, PoseWaypoint):
+                    self._check_turned(i, waypoint)
                 placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
                 frame = self.frame(i, waypoint)
                 poses[i] = self.frames[frame] * placed
                 poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
         return poses
+
+    def _check_turned(self, i: int, waypoint: PoseWaypoint) -> None:
+        """Refuse a pose without orientation where no path begins that has its own."""
+        onward = self.file.waypoints[i + 1 : i + 2]
+        if not waypoint.pose.turned and not any(
+            isinstance(one, PathWaypoint) and isinstance(one.orientation, Torch) for one in onward
+        ):
+            raise self.places.error(
+                ("waypoints", i, "pose"),
+                f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
+            )
 
     def _axes(self, i: int, frame: pin.SE3) -> FloatArray:
         """Axes that the orientation of a waypoint is in, whose pose is in a frame."""

@@ -1,4 +1,4 @@
-"""The weaves of a scenario's paths: each carries its path, in the axes of seam and surface."""
+"""The weaves of a scenario's paths: what is added to them over time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.errors import DocumentError
 from knotwork.polynomial import PiecewisePolynomial
@@ -17,8 +16,6 @@ from knotwork.scenario.path_curves import PathCurves
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath
-from knotwork.tool_paths.curve import unit
-from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.weave import AXES, Weave, woven
 from knotwork.waypoints import FloatArray
 
@@ -40,10 +37,8 @@ class WeaveReader:
     first: int
     given: Sequence[PathWaypoint]
 
-    def carried(
-        self, path: ToolPath, timing: Timing, start: float, carrier: MovingFrame | None
-    ) -> tuple[MovingFrame, FloatArray]:
-        """What carries the path and moves it as it is woven; and when that begins anew [s].
+    def read(self, path: ToolPath, timing: Timing, start: float) -> tuple[EndlessCurve, FloatArray]:
+        """What is added to the path, see `TimedPath`, and when that begins anew [s].
 
         Stretches that follow one another with the same weave are woven as one.
 
@@ -51,7 +46,6 @@ class WeaveReader:
             path: The path.
             timing: Its timing.
             start: When it begins [s].
-            carrier: What carries it besides, or `None`.
 
         Raises:
             DocumentError: A weave is too short, fast or narrow, or goes along the seam.
@@ -60,23 +54,15 @@ class WeaveReader:
         for low, high, asked in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
             weave, normal = self._weave(low, asked, end - begin)
-            t, state = woven(weave, path, timing, begin, normal)
-            if not np.isfinite(state).all():
-                raise self._error(
-                    low,
-                    "has no axes: the normal of the surface is the direction of the seam itself",
-                    "normal: a direction out of the surface",
-                )
+            with self.curves.errors(self.first + 1 + low, "weave", "normal"):
+                t, state = woven(weave, path, timing, begin, normal)
             skipped = int(t[0] <= times[-1][-1])
             times.append(t[skipped:])
             states.append(state[:, skipped:])
             breaks.append(begin + weave.breaks)
         x, found = np.concatenate(times), np.concatenate(states, axis=1)
         curve = PiecewisePolynomial(two_point_coefficients(x, (found[0], found[1], found[2])), x)
-        frame = MovingFrame((), pin.SE3.Identity()) if carrier is None else carrier
-        at_rest = frame.inside(frame.rest.inverse())
-        moved = at_rest.moved(np.eye(3), (False,) * 3, EndlessCurve(curve, delay=start))
-        return moved, np.concatenate(breaks)
+        return EndlessCurve(curve, delay=start), np.concatenate(breaks)
 
     def _runs(self) -> list[tuple[int, int, GivenWeave]]:
         """From where to where stretches that follow one another have one weave."""
@@ -130,6 +116,4 @@ class WeaveReader:
         )
         if given.normal is None:
             return weave, None
-        i = self.first + 1 + k
-        with self.curves.errors(i, "weave", "normal"):
-            return weave, self.curves.frames[i].rotation @ unit(given.normal, "it")
+        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(given.normal)

@@ -7,6 +7,7 @@ import io
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -49,8 +50,10 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     return data
 
 
-def to_csv(columns: Mapping[str, FloatArray]) -> str:
-    """Write columns of numbers, each of shape (n,), as CSV with one header row.
+def to_csv(
+    columns: Mapping[str, FloatArray], labels: Mapping[str, Sequence[str]] = MappingProxyType({})
+) -> str:
+    """Write columns of numbers, each of shape (n,), as CSV with one header row; labels come last.
 
     >>> print(to_csv({"time": np.array([0, 1]), "lift": np.array([0, 0.5])}), end="")
     time,lift
@@ -59,7 +62,11 @@ def to_csv(columns: Mapping[str, FloatArray]) -> str:
     """
     text = io.StringIO()
     np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
-    return ",".join(map(_quoted, columns)) + "\n" + text.getvalue()
+    head = ",".join(map(_quoted, [*columns, *labels])) + "\n"
+    if not labels:
+        return head + text.getvalue()
+    rows = zip(text.getvalue().splitlines(), *labels.values(), strict=True)
+    return head + "".join(",".join([row, *map(_quoted, own)]) + "\n" for row, *own in rows)
 
 
 def rows_to_csv(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:

@@ -18,6 +18,8 @@ from .poses import Frame as Frame
 from .poses import FrameMotion as FrameMotion
 from .poses import Placement as Placement
 from .poses import Pose as Pose
+from .poses import SeamTorch as SeamTorch
+from .poses import Torch as Torch
 from .poses import Velocity as Velocity
 from .scene import Collisions as Collisions
 from .scene import HalfSpace as HalfSpace

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, ConfigDict, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Tag, model_validator
 
 from knotwork.documents.values import LARGEST, Items, Number, Positive, by_kind
 from knotwork.task.part import TaskPart
@@ -18,6 +18,14 @@ def _a_value(value: Any) -> Any:
     if not fine and not (isinstance(value, int | float) and abs(value) <= LARGEST):
         raise ValueError("must be true, false (or on, off), a number or text")
     return value
+
+
+SWITCHED = {"on": True, "off": False}
+
+
+def switched(value: Any) -> Any:
+    """A value, on and off as true and false."""
+    return SWITCHED.get(value, value) if isinstance(value, str) else value
 
 
 Output = Annotated[int, Field(strict=True, ge=0, le=65535)]
@@ -34,8 +42,8 @@ class Action(TaskPart):
     output: Output | None = Field(
         default=None, description="Number of a digital output, which takes the value"
     )
-    value: Annotated[bool, Field(strict=True)] | None = Field(
-        default=None, description="Of the output"
+    value: Annotated[bool, Field(strict=True), BeforeValidator(switched)] | None = Field(
+        default=None, description="Of the output; or on, off"
     )
     wait: Wait | None = Field(
         default=None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -18,6 +18,7 @@ ORIENTATIONS = (
     "euler",
     "rotation_vector",
     "rotation_matrix",
+    "torch",
 )
 
 
@@ -39,6 +40,34 @@ class Euler(TaskPart):
         description="Axes in order, capital letters, for example ZYX"
     )
     angles: Vector3 = Field(description="Turns in that order [angle]")
+
+
+class Torch(TaskPart):
+    """How the tool's z axis leans to a seam and the surface that it is on."""
+
+    normal: Vector3 | None = Field(
+        default=None,
+        description="Direction out of the surface; along a path that where it begins, left out "
+        "where its points have normals",
+    )
+    work_angle: Number = Field(
+        default=0.0, description="About the seam: how far the tool leans to its left [angle]"
+    )
+    travel_angle: Number = Field(
+        default=0.0,
+        description="In the plane of seam and tool: positive where the tool points forward (push), "
+        "negative where it points back (drag) [angle]",
+    )
+    tangent: Literal["x", "y", "-x", "-y"] = Field(
+        default="x", description="Axis of the tool that points along the seam at zero angles"
+    )
+
+
+class SeamTorch(Torch):
+    """How the tool's z axis leans to the direction of a seam and the surface that it is on."""
+
+    normal: Vector3 = Field(description="Direction out of the surface")
+    seam: Vector3 = Field(description="Direction of the seam")
 
 
 class Placement(TaskPart):
@@ -67,16 +96,16 @@ class Placement(TaskPart):
     rotation_matrix: Annotated[Items[Vector3], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="Three rows of three numbers; orthonormal, right-handed"
     )
+    torch: SeamTorch | None = Field(default=None, description="Angles to a seam and a surface")
+
+    @property
+    def turned(self) -> bool:
+        """Whether it has an orientation."""
+        return any(getattr(self, name) is not None for name in ORIENTATIONS)
 
 
 class Pose(Placement):
-    """A position and exactly one form of orientation."""
-
-    @model_validator(mode="after")
-    def _an_orientation(self) -> Pose:
-        if all(getattr(self, name) is None for name in ORIENTATIONS):
-            raise ValueError(f"has no orientation; give one of {', '.join(ORIENTATIONS)}")
-        return self
+    """A position and one form of orientation."""
 
 
 class FrameMotion(TaskPart):

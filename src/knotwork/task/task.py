@@ -121,11 +121,17 @@ class Task(TaskPart):
         description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
         "it, hold it fixed, or the one named; for arms of six joints, all others have near",
     )
-    prefer: Literal["travel", "clearance"] = Field(
+    prefer: Annotated[
+        Annotated[Literal["travel", "clearance"], Tag("text")]
+        | Annotated[dict[Text, Positive], Tag("mapping")],
+        by_kind("travel, clearance or a mapping of joints to weights", ["travel", "clearance"]),
+    ] = Field(
         default="travel",
         description="What decides among solutions that nothing else rules out: least travel, or "
         "most room to everything: at the waypoints, up to 0.1 m, and then of a few sequences over "
-        "the whole motion; near comes before",
+        "the whole motion; near comes before. A mapping gives weights of joints, 1 for those left "
+        "out, to travel and to the joint speeds of a redundant arm: {rail: 0.2} lets the rail "
+        "follow and the arm keep its posture",
     )
     pull_to_middle: Positive | None = Field(
         default=None,

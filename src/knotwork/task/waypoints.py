@@ -19,7 +19,7 @@ from knotwork.documents.values import (
 from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.freedoms import After, Free, Speed, Way
 from knotwork.task.part import TaskPart
-from knotwork.task.poses import Placement, Pose, Velocity
+from knotwork.task.poses import Placement, Pose, Torch, Velocity
 from knotwork.task.weaves import Weave
 
 
@@ -87,7 +87,10 @@ class PoseWaypoint(_Posed):
         ("speed", "wait"),
     )
 
-    pose: Pose = Field(description="Of the TCP")
+    pose: Pose = Field(
+        description="Of the TCP; without orientation the tool has that of the path that begins "
+        "here, at angles to seam and surface"
+    )
     near: JointsOrName | None = Field(
         default=None, description="Take the solution nearest to this here [angle or length]"
     )
@@ -215,9 +218,16 @@ class PathWaypoint(_Posed):
         "it. fastest: the greatest constant speed that the limits allow; left out: the constant "
         "speed that takes the time given",
     )
-    orientation: Literal["tangent"] | None = Field(
+    orientation: (
+        Annotated[
+            Annotated[Torch, Tag("mapping")] | Annotated[Literal["tangent"], Tag("text")],
+            by_kind("tangent, or a mapping with work_angle and travel_angle", ["tangent"]),
+        ]
+        | None
+    ) = Field(
         default=None,
-        description="tangent: the tool turns with the path; left out: evenly, pose to pose",
+        description="tangent: the tool turns with the path; or it turns so at angles to seam and "
+        "surface; left out: evenly, pose to pose",
     )
     blend: Positive | None = Field(
         default=None,

@@ -65,8 +65,10 @@ class Obstacles:
         """
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
-        for distance, first, second in self._gaps(q, float(self.scenario.provisional_times[0])):
-            stands = first.kind == "object" and not first.joint
+        start = float(self.scenario.provisional_times[0])
+        for distance, first, second in self._gaps(q, start):
+            # what is taken at the start does not stand any more
+            stands = first.kind == "object" and not first.joint and first.end > start
             if distance <= -margin and stands and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length

@@ -104,6 +104,7 @@ class Search:
         self.rules = Rules(
             speed=np.where(robot.virtual, np.inf, np.where(np.isfinite(limit), limit, 1.0)),
             limit=limit,
+            weights=robot.weights,
             unbounded=unbounded(robot),
             avoided=branch == "keep" or self._in_motion(),
             forbidden=branch == "fixed",
@@ -231,7 +232,7 @@ class Search:
         here, there = (q[a], v[a]), (q[a] + move, v[b])
         mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
-        travel = np.linalg.norm(move / self.rules.speed, axis=1)
+        travel = np.linalg.norm(move / self.rules.scale, axis=1)
         open_ = np.array([layer.before is None for layer in layers])[interval + 1]
         return Cost(beyond=beyond * open_, travel=(travel * mean + h * most) * open_)
 
@@ -274,7 +275,7 @@ class Search:
             # Which branch is nearest does not depend on turns: these are the nearest at the first
             # waypoint and then follow the motion, or joints would be wound back on the way.
             gap = difference(q, self.near, self.revolute)
-            distance = np.linalg.norm(gap / self.rules.speed, axis=1)
+            distance = np.linalg.norm(gap / self.rules.scale, axis=1)
         elif self.scenario.prefers_clearance and self.obstacles is not None:
             distance = self.obstacles.shortfall(index, candidates)[rows]
         group = self.groups.get(index)
@@ -286,7 +287,7 @@ class Search:
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.rules.unbounded, whole_turns(gap), 0.0)
-            q, travel = q - turns, np.linalg.norm((gap - turns) / self.rules.speed, axis=1)
+            q, travel = q - turns, np.linalg.norm((gap - turns) / self.rules.scale, axis=1)
         lost, excess = candidates.lost[rows], candidates.excess[rows]
         collisions = self._collisions(index, candidates)[rows]
         cost = Cost(lost, collisions, excess, distance=distance, travel=travel).without_zeros()

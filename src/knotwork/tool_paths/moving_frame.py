@@ -159,6 +159,12 @@ class MovingFrame:
         return self.state(times).carried(_still(self.rest.inverse(), len(times)))
 
 
+def woven(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
+    """A frame, or the base, with a motion added in base axes while it is at rest [m]."""
+    frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
+    return frame.inside(frame.rest.inverse()).moved(np.eye(3), (False,) * 3, weave)
+
+
 def _halves(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     return vectors[:, :3], vectors[:, 3:]
 

@@ -21,6 +21,7 @@ from knotwork.tool_paths.moving_frame import FrameState
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.tool_paths.path import ToolPath
 from knotwork.tool_paths.path_timing import Timing
+from knotwork.tool_paths.seam import seam_frames
 from knotwork.tool_paths.tangent import tangent_orientation
 from knotwork.waypoints import FloatArray
 
@@ -36,11 +37,8 @@ AXES = ("along", "across", "normal")
 WIDEST_TURN = 0.5
 """Greatest part of a crossing in which its speed rises, and likewise falls."""
 
-RESOLVED = 1e-9
-"""Times nearer to each other are one, relative to the duration."""
-
-ALONG = 1e-3
-"""A normal within this of the seam's direction [rad] says nothing of the surface."""
+DIGITS = 6
+"""Breaks are rounded to this many digits of a second: so none is next to another."""
 
 FINE = 8
 """Quintic pieces between two breaks of a weave. They are off a sine by 1e-7 of its width."""
@@ -92,7 +90,8 @@ class Weave:
         inner = (halves[:, None] * half + marks).ravel()
         inner = inner[(inner > 0.0) & (inner < self.duration)]
         ramps = 1.0 / self.frequency, self.duration - 1.0 / self.frequency
-        return _apart(distinct(inner, 0.0, ramps, self.duration))
+        marks = np.round(np.append(inner, ramps), DIGITS)
+        return distinct(marks[marks < self.duration], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:
         """Offset from the seam, velocity and acceleration in its axes [m, m/s, m/s²].
@@ -146,38 +145,12 @@ def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
     Where curves meet that turn at different rates, the axes pass smoothly from one to the next, as
     tools do: see `OrientationCurve.joined`.
     """
-    T = curves[0].position([0.0], 1)[0]
-    other = np.eye(3)[int(np.abs(T).argmin())]
-    across = np.cross(other, T) / np.linalg.norm(np.cross(other, T))
-    R, turns = np.column_stack((T, across, np.cross(T, across))), []
+    T = curves[0].position([0.0], 1)
+    R, turns = seam_frames(T, np.eye(3)[int(np.abs(T[0]).argmin())])[0], []
     for curve in curves:
         turns.append(tangent_orientation(curve, R))
         R = turns[-1].rotations[-1]
     return OrientationCurve.joined(turns)
-
-
-def towards(seam: FloatArray, normal: FloatArray) -> FloatArray:
-    """The turn about the first of a seam's axes that brings the third towards a normal.
-
-    Args:
-        seam: Axes of the seam in base axes, shape (3, 3).
-        normal: In base axes, of length 1, shape (3,).
-
-    Returns:
-        The turn in the axes of the seam, shape (3, 3); not finite if the normal is along the seam.
-    """
-    _, y, z = seam.T @ normal
-    size = math.hypot(y, z)
-    y, z = (y / size, z / size) if size > ALONG else (math.nan, math.nan)
-    return np.array([[1.0, 0.0, 0.0], [0.0, z, y], [0.0, -y, z]])
-
-
-def _apart(times: FloatArray) -> FloatArray:
-    """Times in order without those that only rounding sets apart; the first and last stay."""
-    kept = np.append(True, np.diff(times) > RESOLVED * times[-1])
-    found = times[kept]
-    found[-1] = times[-1]
-    return np.asarray(found)
 
 
 def woven(
@@ -190,21 +163,25 @@ def woven(
         path: The path.
         timing: Its timing.
         start: When the weave begins [s], since the start of the path.
-        normal: Out of the surface there, of length 1 in base axes, shape (3,); by default against
-            the tool's z axis.
+        normal: Out of the surface there, in base axes, shape (3,); by default against the tool's z
+            axis.
 
     Returns:
         Times since the start of the path [s], shape (k,); offset, velocity and acceleration
-        [m, m/s, m/s²], shape (3, k, 3); not finite if the normal is along the seam.
+        [m, m/s, m/s²], shape (3, k, 3).
+
+    Raises:
+        PathError: The normal is along the seam.
     """
     seam = seam_axes(path.curves)
     s0 = timing(np.array([start]))
     normal = -path.rotation(s0)[0, :, 2] if normal is None else normal
-    about = towards(seam.rotation(s0)[0], normal)
+    R = seam.rotation(s0)
+    about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
     others = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
     inner = np.concatenate(others) - start
     inner = inner[(inner > 0.0) & (inner < weave.duration)]
-    marks = _apart(distinct(weave.breaks, inner))
+    marks = distinct(weave.breaks, np.round(inner, DIGITS))
     t = np.interp(np.arange((len(marks) - 1) * FINE + 1) / FINE, np.arange(len(marks)), marks)
     s, ds, dds = (timing(start + t, order) for order in range(3))
     rate, change = seam.rate(s), seam.rate(s, 1)

@@ -56,6 +56,11 @@ class Segment:
     end: float
     kind: SegmentKind
 
+    @property
+    def said(self) -> str:
+        """All of it in words."""
+        return f"{self.name}: {self.kind}, {self.start:.3f} s to {self.end:.3f} s"
+
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""
         return asdict(self)

@@ -66,6 +66,26 @@ class ScriptOptions(TypedDict, total=False):
     fit: float | None
 
 
+class RobotOptions(TypedDict, total=False):
+    """Options of positions that must keep a robot's limits.
+
+    Attributes:
+        robot: The `knotwork.Robot`; without it nothing is checked.
+    """
+
+    robot: Any
+
+
+class RateOptions(TypedDict, total=False):
+    """Options of keyframes.
+
+    Attributes:
+        rate: Keyframes a second [Hz], 100 by default; the last one is at the end exactly.
+    """
+
+    rate: float
+
+
 class TableOptions(TypedDict, total=False):
     """Options of the sampled formats: CSV, JSON, npz and Parquet.
 
@@ -76,6 +96,8 @@ class TableOptions(TypedDict, total=False):
         accelerations: These points have accelerations too, for quintics instead of cubics.
         fit: Insert points until the motion is met within this tolerance [rad or m].
         robot: `knotwork.Robot` that gives pose and twist of the tool.
+        labels: Name the segments and what is switched, row by row; by default where there are
+            events.
     """
 
     rate: float | None
@@ -83,6 +105,7 @@ class TableOptions(TypedDict, total=False):
     accelerations: bool
     fit: float | None
     robot: Any
+    labels: bool | None
 
 
 class Exportable:

@@ -9,6 +9,7 @@ from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, resolution
 from knotwork.verification.dynamics import effort_limits
+from knotwork.verification.events import events, parts
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import joint_limits
 from knotwork.verification.motion import Motion
@@ -28,6 +29,8 @@ CHECKS: dict[str, Check] = {
     "joints_at_waypoints": joints_at_waypoints,
     "tool_paths": tool_paths,
     "waits": waits,
+    "events": events,
+    "segments": parts,
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
     "missing_limits": missing_limits,

@@ -33,7 +33,7 @@ class Finding:
     Attributes:
         group: Heading that it is listed under, for example `"Joint limits"`.
         subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"`, `"link"`,
-            `"pair"` (of bodies), `"path"`, `"wait"` or `"motion"`.
+            `"pair"` (of bodies), `"path"`, `"wait"`, `"event"`, `"segment"` or `"motion"`.
         name: Which one, for example the name of the joint; empty where there is only one.
         quantity: What was looked at, for example `"velocity"`.
         verdict: `"met"` or `"failed"` for what is required; `"undecided"` for what is required and

@@ -84,15 +84,17 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
     if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_PLACE):
         return
     first = scenario.waypoints[0].name
+    what, why = f"the way to {first!r}", "the file has no start"
+    if np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_PLACE):
+        what, why = f"what leads to {first!r}", "the motion begins at speed"
     yield Finding(
         group="Not planned",
         subject="motion",
         name="",
         quantity="no_start",
         verdict="information",
-        message=f"the way to {first!r}, from home or wherever the arm stands, is not planned nor "
-        "checked: the file has no `start`",
-        brief=f"the way to {first!r}: the file has no start",
+        message=f"{what}, from home or wherever the arm is, is not planned nor checked: {why}",
+        brief=f"{what}: {why}",
     )
 
 

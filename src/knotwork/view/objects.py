@@ -140,7 +140,8 @@ def scene_objects(
             if model is not None and one.carrier is not None:
                 carrier, placement = model.riding(one.carrier)
             mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
-            things.append(thing(OBJECTS, mesh, around=True, carrier=carrier, between=between))
+            own: dict[str, Any] = {"carrier": carrier, "between": between, "of": one.name}
+            things.append(thing(OBJECTS, mesh, around=True, **own))
             drawn.append((f"object {one.name!r}", mesh))
             if plane:
                 continue

@@ -26,6 +26,8 @@ SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "strip"),
     *("joints", "live", "scene"),
 )
+# And where a task is edited
+EDITING = ("gizmo", "form", "edit")
 
 
 class Page:
@@ -75,6 +77,7 @@ def scene_page(
     autoplay: bool = True,
     ghosts: bool = True,
     live: int | None = None,
+    editing: bool = False,
     scripts: bool = True,
 ) -> Page:
     """Put a scene on a page.
@@ -85,16 +88,20 @@ def scene_page(
         autoplay: The motion starts by itself.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
         live: Number of this version, where a `LiveServer` serves others after it.
+        editing: The page is that of an `EditServer`, with handles and forms.
         scripts: With the scripts of the scene; without, it only updates the text of an open page.
 
     Raises:
         InputError: The package `meshcat` is not installed.
     """
     options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts, "live": live}
+    options["editing"] = editing
     parts = {"meshcat": "", "script": "", "style": ""}
     if scripts:
         parts["meshcat"], parts["style"] = meshcat_viewer(), asset("scene.css")
-        parts["script"] = "\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)
+        names = [*SCRIPTS[:-1], *(EDITING if editing else ()), SCRIPTS[-1]]
+        parts["script"] = "\n".join(asset(f"scene/{name}.js") for name in names)
+        parts["style"] += asset("edit.css") if editing else ""
     parts |= {"json": json_in_html(scene), "options_json": json_in_html(options)}
     text = rendered("scene.html", parts, data=scene, options=options)
     return Page(scene["title"], text, tuple(scene["warnings"]))

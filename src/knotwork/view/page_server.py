@@ -56,6 +56,10 @@ class PageServer(ThreadingHTTPServer):
         """The page as it is sent."""
         return self.page
 
+    def admits(self, query: str) -> bool:
+        """Whether an address with this query is answered."""
+        return True
+
     def handle_error(self, request: object, client_address: object) -> None:
         """Ignore broken connections; report all other errors."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
@@ -78,14 +82,24 @@ class PageHandler(BaseHTTPRequestHandler):
     def _answer(self, *, with_page: bool) -> None:
         # A browser may reload or close in the middle of the page.
         with contextlib.suppress(ConnectionError):
-            host = self.headers.get("Host", HOST)  # browsers always send it
-            if re.sub(r":\d*$", "", host).lower() not in NAMES:
-                self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+            path, _, query = self.path.partition("?")
+            if not self.admitted(query):
                 return
-            if self.path.partition("?")[0] == "/":
+            if path == "/":
                 self.send_text(self.server.whole_page(), "text/html", whole=with_page)
             else:
-                self.answer_other()
+                self.answer_other(path)
+
+    def admitted(self, query: str) -> bool:
+        """Whether the one who asks is answered; if not, an error is sent."""
+        host = self.headers.get("Host", HOST)  # browsers always send it
+        if re.sub(r":\d*$", "", host).lower() not in NAMES:
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+            return False
+        if not self.server.admits(query):
+            self.send_error(HTTPStatus.FORBIDDEN)
+            return False
+        return True
 
     def send_text(self, text: bytes, kind: str, *, whole: bool = True) -> None:
         """Send text in UTF-8, or only its headers."""
@@ -97,7 +111,7 @@ class PageHandler(BaseHTTPRequestHandler):
         if whole:
             self.wfile.write(text)
 
-    def answer_other(self) -> None:
+    def answer_other(self, path: str) -> None:
         """Answer to a path that is not the page's."""
         self.send_error(HTTPStatus.NOT_FOUND)
 
@@ -132,9 +146,19 @@ class LiveServer(PageServer):
     Attributes:
         version: Number of the scene; 0 before there is one.
         scene: From `make_scene`; `None` before there is one.
+        editing: Whether the page can change what it shows.
     """
 
-    def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
+    editing = False
+
+    def __init__(
+        self,
+        title: str,
+        port: int = 0,
+        *,
+        ghosts: bool = True,
+        handler: type[LiveHandler] | None = None,
+    ) -> None:
         """Listen on a port, by default any that is free; `ghosts` as for `scene_page`.
 
         Raises:
@@ -142,7 +166,7 @@ class LiveServer(PageServer):
                 not installed.
         """
         meshcat_viewer()
-        super().__init__(waiting_page(title).html, port, _LiveHandler)
+        super().__init__(waiting_page(title).html, port, handler or LiveHandler)
         self.version = self._still = 0
         self.scene: dict[str, Any] | None = None
         self._ghosts = ghosts
@@ -164,7 +188,8 @@ class LiveServer(PageServer):
         version, scene = self.version, self.scene  # in this order: a page may be newer
         if scene is None:
             return self.page
-        return scene_page(scene, ghosts=self._ghosts, live=version).html.encode("utf-8")
+        page = scene_page(scene, ghosts=self._ghosts, live=version, editing=self.editing)
+        return page.html.encode("utf-8")
 
     def refuse(self, error: str) -> None:
         """Show an error over the last good page."""
@@ -177,29 +202,39 @@ class LiveServer(PageServer):
     def _tell(self, version: int, error: str, *, busy: bool) -> None:
         with self._changed:
             self.version, self._error, self._busy = version, error, busy
+        self.notify()
+
+    def notify(self) -> None:
+        """Send the state again."""
+        with self._changed:
             self._count += 1
             self._changed.notify_all()
+
+    def state(self) -> dict[str, Any]:
+        """What an open page is told."""
+        return {"version": self.version, "error": self._error, "busy": self._busy}
 
     def next_state(self, seen: int) -> tuple[int, str | None]:
         """Wait for a state after one that was seen; its number and its JSON, `None` for none."""
         with self._changed:
             if not self._changed.wait_for(lambda: self._count != seen, timeout=PULSE):
                 return seen, None
-            state = {"version": self.version, "error": self._error, "busy": self._busy}
-            return self._count, json.dumps(state)
+            return self._count, json.dumps(self.state())
 
 
-class _LiveHandler(PageHandler):
-    def answer_other(self) -> None:
+class LiveHandler(PageHandler):
+    """Answers with the newest scene, and with each state."""
+
+    def answer_other(self, path: str) -> None:
         """Send parts of the newest scene, or each state as a server-sent event."""
         server = cast(LiveServer, self.server)
         scene = server.scene
-        if self.path == "/changes":
+        if path == "/changes":
             self._tell_changes(server)
-        elif self.path == "/scene" and scene is not None:
+        elif path == "/scene" and scene is not None:
             self.send_text(scene_page(scene, scripts=False).html.encode("utf-8"), "text/html")
         else:
-            super().answer_other()
+            super().answer_other(path)
 
     def _tell_changes(self, server: LiveServer) -> None:
         self.send_response(HTTPStatus.OK)

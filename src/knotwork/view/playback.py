@@ -103,7 +103,7 @@ def strip(
     space: JointSpace | None,
     report: Report | None,
 ) -> dict[str, Any]:
-    """Give the use of limits, speeds along paths, clearance and failures, over time.
+    """Give the use of limits, speeds along paths, clearance, failures and events, over time.
 
     Args:
         robot: The arm.
@@ -140,6 +140,8 @@ def strip(
         "asked": asked,
         "broken": broken,
         "clearance": _clearance(trajectory, scenario, space, report),
+        "events": [[one.time - start, one.said] for one in trajectory.events],
+        "segments": [[one.start - start, one.end - start, one.name] for one in trajectory.segments],
     }
 
 

@@ -300,7 +300,7 @@ def _task_data(
     things, labels = [*things, *frames], [*labels, *names]
     legend = {**speeds, **seconds, "broken": bool(path.broken.any()), "way": "way" in meshes}
     if shown.scenario is not None and "deviation" in meshes:
-        legend["moving"] = any(path.motion.carrier is not None for path in shown.paths)
+        legend["moving"] = any(path.motion.seam_carrier is not None for path in shown.paths)
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)
     return things, labels, legend

@@ -117,6 +117,10 @@ class Configurations:
             self.robot, self._data, self._geometry, self._found, q, True
         )
 
+    def those_free(self, qs: FloatArray) -> FloatArray:
+        """Those of several configurations that are free, shape (m, d)."""
+        return qs[[self.free(q) for q in qs]]
+
     def free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
         """Whether samples between two configurations, at most a step apart, are free."""
         count = math.ceil(float(np.linalg.norm(end - start)) / step)

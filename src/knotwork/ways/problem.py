@@ -43,14 +43,15 @@ class WayProblem:
     Attributes:
         timing: Waypoints, the first and the last of whose velocities and accelerations are known,
             and the limits; jerk is limited.
-        goals: Solutions of the last one, the first of which `timing` has, shape (m, d); more than
-            one only where the arm is at rest there.
+        starts, goals: Solutions of the first and of the last one, shape (m, d) each, the first of
+            which `timing` has; more than one only where the arm is at rest there.
         robot: Pinocchio model of the arm.
         model: Bodies that are there, and their pairs.
         resolution: A clearance nearer than this to its margin may count as not kept [m].
     """
 
     timing: TimingProblem
+    starts: FloatArray
     goals: FloatArray
     robot: object
     model: CollisionModel

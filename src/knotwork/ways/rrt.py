@@ -1,12 +1,10 @@
 """Polylines between configurations that are free at samples: RRT-Connect, shortcuts.
 
-RRT-Connect: Kuffner and LaValle, ICRA 2000. Trees are balanced, and the tree of the goal has a root
-for each of its solutions.
+RRT-Connect: Kuffner and LaValle, ICRA 2000. Trees are balanced, and each has a root for each
+solution of its end.
 """
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,6 +17,9 @@ EXTENSION = 1.0
 BEYOND = np.pi
 """Joints go no farther beyond the ends than this while a way is looked for [rad or m]."""
 
+DIRECT = 24
+"""Number of straight edges between ends that are tried, the shortest first."""
+
 SHORTCUTS = 150
 FAILURES = 40
 """Number of shortcuts tried, and of those that fail in a row before it ends."""
@@ -27,9 +28,9 @@ FAILURES = 40
 class _Tree:
     """Configurations, each with its parent; roots have parent -1."""
 
-    def __init__(self, roots: Sequence[FloatArray]) -> None:
+    def __init__(self, roots: FloatArray) -> None:
         self.parent: list[int] = []
-        self._q = np.empty((256, len(roots[0])))
+        self._q = np.empty((256, roots.shape[1]))
         for root in roots:
             self.add(root, -1)
 
@@ -58,18 +59,18 @@ class _Tree:
 
 def connect(
     space: Configurations,
-    start: FloatArray,
-    goals: Sequence[FloatArray],
+    starts: FloatArray,
+    goals: FloatArray,
     rng: np.random.Generator,
     step: float,
     most: int,
 ) -> FloatArray | None:
-    """Find a polyline from a configuration to one of several.
+    """Find a polyline from one of several configurations to one of others.
 
     Args:
         space: Which configurations are free.
-        start: Where it begins [rad or m], shape (d,).
-        goals: Where it may end, each of shape (d,).
+        starts: Where it may begin [rad or m], shape (m, d).
+        goals: Where it may end, shape (n, d).
         rng: Random numbers.
         step: Edges are sampled at this [rad or m].
         most: Number of configurations to look at, about; then it gives up.
@@ -77,13 +78,15 @@ def connect(
     Returns:
         Its corners, shape (n, d), or `None`.
     """
-    for goal in sorted(goals, key=lambda q: float(np.linalg.norm(q - start))):
-        if space.free_edge(start, goal, step):
-            return np.stack((start, goal))
-    ends = np.stack((start, *goals))
+    length = np.linalg.norm(starts[:, None] - goals, axis=2)
+    for k in length.argsort(axis=None, kind="stable")[:DIRECT]:
+        i, j = divmod(int(k), len(goals))
+        if space.free_edge(starts[i], goals[j], step):
+            return np.stack((starts[i], goals[j]))
+    ends = np.concatenate((starts, goals))
     lower = np.maximum(space.lower, ends.min(axis=0) - BEYOND)
     upper = np.minimum(space.upper, ends.max(axis=0) + BEYOND)
-    here, there = _Tree([start]), _Tree(goals)
+    here, there = _Tree(starts), _Tree(goals)
     swapped, end = False, space.checks + most
     while space.checks < end:
         reached = _extended(space, here, rng.uniform(lower, upper), step)

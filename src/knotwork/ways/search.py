@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
-from knotwork.timing.problem import TimingLimits, TimingProblem
+from knotwork.timing.problem import TimingProblem
 from knotwork.timing.stop_to_stop import braking_move
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
@@ -126,7 +127,7 @@ def to_blame(problem: WayProblem, checks: int) -> list[str] | None:
 def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[str] | None:
     """The objects that polylines touch which are found without some of them, or `None`."""
     model, limits = problem.model, problem.timing.limits
-    bodies, start = model.bodies, problem.timing.position[:-1]
+    bodies, inner = model.bodies, problem.timing.position[1:-1]
     others = [
         pair
         for pair in model.pairs
@@ -135,11 +136,11 @@ def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[
     space = Configurations(
         problem.robot, replace(model, pairs=tuple(others)), limits.lower, limits.upper
     )
-    rng, most = np.random.default_rng(0), _affordable(checks, space) // len(start)
-    goals = [q for q in problem.goals if space.free(q)]
+    rng, most = np.random.default_rng(0), _affordable(checks, space) // (len(inner) + 1)
+    starts, goals = space.those_free(problem.starts), space.those_free(problem.goals)
     touched = set[str]()
-    for here, ends in _stretches(list(start), goals):
-        line = connect(space, here, ends, rng, CARES[0].step, most)
+    for first, last in _stretches(starts, inner, goals):
+        line = connect(space, first, last, rng, CARES[0].step, most)
         if line is None:
             return None
         for one in too_near(model, line, problem.resolution):
@@ -148,10 +149,10 @@ def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[
 
 
 def _stretches(
-    points: list[FloatArray], goals: list[FloatArray]
-) -> Iterator[tuple[FloatArray, list[FloatArray]]]:
-    """Where each polyline begins, and where it may end: at the next point, the last at a goal."""
-    return zip(points, [*([q] for q in points[1:]), goals], strict=True)
+    starts: FloatArray, inner: FloatArray, goals: FloatArray
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Where each polyline may begin and end, shape (m, d) each: from waypoint to waypoint."""
+    return pairwise([starts, *inner[:, None], goals])
 
 
 def _affordable(checks: int, space: Configurations) -> int:
@@ -172,35 +173,28 @@ class _Search:
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
         self.inner = timing.position[1:-1]
-        self.start = self._rests(limits)
-        self.care = 0
-
-    @property
-    def goals(self) -> list[FloatArray]:
-        """Where the arm is at rest before each of the ends that are left."""
-        return [q + self.braking for q in self.ends]
-
-    def _rests(self, limits: TimingLimits) -> FloatArray:
-        """Where the arm is at rest after the start. Sets the free ends and the braking to them."""
-        timing, goals = self.problem.timing, self.problem.goals
-        first, last = (
+        # braking after the start, and seen backwards from the goal
+        self.moves = [
             braking_move(sign * v, a, limits)
             for sign, v, a in zip(
                 (1.0, -1.0), timing.velocity[[0, -1]], timing.acceleration[[0, -1]], strict=True
             )
-        )
-        start = timing.position[0]
-        self._check("start", start[None], first)
+        ]
+        starts = self._free("start", problem.starts, self.moves[0])
         for k, q in enumerate(self.inner, 1):
-            self._check(f"{k}", q[None], np.zeros_like(q))
-        self._check("goal", goals, last)
-        self.ends, self.braking = [q for q in goals if self.space.free(q)], last
-        return np.asarray(start + first)
+            self._free(f"{k}", q[None], np.zeros_like(q))
+        self.ends = [starts, self._free("goal", problem.goals, self.moves[1])]
+        self.care = 0
 
-    def _check(self, end: str, ends: FloatArray, move: FloatArray) -> None:
-        """Raise an error where the arm is too near to something at an end, or stopping there."""
-        free = [q for q in ends if self.space.free(q)]
-        if not free:
+    @property
+    def rests(self) -> list[FloatArray]:
+        """Where the arm is at rest next to each of the starts and goals that are left."""
+        return [q + move for q, move in zip(self.ends, self.moves, strict=True)]
+
+    def _free(self, end: str, ends: FloatArray, move: FloatArray) -> FloatArray:
+        """Those ends where the arm is clear; an error where none is, or it is not while braking."""
+        free = self.space.those_free(ends)
+        if not len(free):
             gap, bodies = self.space.worst(ends[0])
             raise NoWayError(end, bodies, -gap)
         rest = free[0] + move
@@ -210,6 +204,7 @@ class _Search:
         if move.any() and not self._is_clear(np.stack((free[0], rest))):
             gap, bodies = self.space.worst(rest)
             raise NoWayError(end, bodies, -gap, moving=True)
+        return free
 
     def _is_clear(self, line: FloatArray) -> bool:
         return not too_near(self.problem.model, line, self.problem.resolution)
@@ -218,8 +213,8 @@ class _Search:
         best: Way | None = None
         for seed in range(tries):
             if best is not None:
-                self._leave_out_far_goals(best.duration)
-            if best is not None and (self.late() or not self.ends):
+                self._leave_out_far_ends(best.duration)
+            if best is not None and (self.late() or not len(self.ends[0])):
                 break
             trying(seed + 1)
             lines = self._lines(seed)
@@ -233,36 +228,38 @@ class _Search:
             raise NoWayError(checks=self.space.checks)
         return best
 
-    def _leave_out_far_goals(self, duration: float) -> None:
-        """Leave out goals that no motion reaches in less than a time, however it goes."""
-        velocity = self.problem.timing.limits.velocity
-        first = self.problem.timing.position[0]
-        self.ends = [q for q in self.ends if (np.abs(q - first) / velocity).max() < duration]
+    def _leave_out_far_ends(self, duration: float) -> None:
+        """Leave out ends between which no motion takes less than a time, however it goes."""
+        first, last = self.ends
+        fastest = np.abs(first[:, None] - last) / self.problem.timing.limits.velocity
+        near = fastest.max(axis=2) < duration
+        self.ends = [first[near.any(axis=1)], last[near.any(axis=0)]]
 
     def _lines(self, seed: int) -> list[FloatArray] | None:
         """Polylines from each waypoint to the next that are proved clear."""
         found = []
-        for k, ends in enumerate(_stretches([self.start, *self.inner], self.goals)):
+        starts, goals = self.rests
+        for k, ends in enumerate(_stretches(starts, self.inner, goals)):
             line = self._line([seed, k] if k else [seed], *ends)
             if line is None:
                 return None
             found.append(line)
         return found
 
-    def _line(
-        self, seed: list[int], start: FloatArray, goals: list[FloatArray]
-    ) -> FloatArray | None:
+    def _line(self, seed: list[int], starts: FloatArray, goals: FloatArray) -> FloatArray | None:
         """A polyline that is proved clear."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
         while self.care < len(CARES):
             step, extra, checks = CARES[self.care]
             room = max(extra, self.room) if extra else 0.0
-            self.space.keep_away(room, (start, *goals))
+            # between all solutions, far ones are joined too soon, so those chosen come first
+            few = slice(None if self.care or seed[0] else 1)
+            self.space.keep_away(room, (*starts[few], *goals[few]))
             for k in range(SEEDS):
                 rng = np.random.default_rng([*seed, k])
                 most = _affordable(checks, self.space)
-                line = connect(self.space, start, goals, rng, step, most)
+                line = connect(self.space, starts[few], goals[few], rng, step, most)
                 if line is None:
                     break
                 for one in (shortened(self.space, line, rng, step, weights), line):
@@ -275,8 +272,7 @@ class _Search:
         """The fastest motion near polylines that follow one another."""
         line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
         edges = [len(one) - 1 for one in lines]
-        goal = int(np.argmin([np.abs(q - line[-1]).max() for q in self.goals]))
-        timing = self._through(line, goal)
+        timing = self._through(line)
         rests = resting(timing, "resting")
         problem = self.problem
         if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
@@ -288,7 +284,7 @@ class _Search:
         if best is None:
             self.found(Way(first, times, line, timing, rested, self.space.checks))
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
-        inner = self._through(line[passed], goal)
+        inner = self._through(line[passed])
         beat = np.inf if best is None else best.duration
         exchange = Exchange(self.space, inner, first, times, pieces, self.room, problem.resolution)
         curve = exchange.run(self.late, beat)
@@ -296,12 +292,13 @@ class _Search:
             times = curve.x[::pieces]
         return Way(curve, times, line, timing, rested, self.space.checks)
 
-    def _through(self, line: FloatArray, goal: int) -> TimingProblem:
+    def _through(self, line: FloatArray) -> TimingProblem:
         """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
         timing = self.problem.timing
         n, d = line.shape
         position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
-        position[0], position[-1] = timing.position[0], self.ends[goal]
+        for k, ends, rests in zip((0, -1), self.ends, self.rests, strict=True):
+            position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
         velocity[[0, -1]] = timing.velocity[[0, -1]]
         acceleration[[0, -1]] = timing.acceleration[[0, -1]]
         return replace(

@@ -233,6 +233,7 @@ def joint_scales(robot: Robot) -> FloatArray:
     finite = np.isfinite(limit)
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
     scales = np.where(finite, limit, usual) / usual
+    scales /= robot.weights
     scales[robot.virtual] = [one.ease for one in robot.virtual_joints]
     return scales
 

@@ -113,7 +113,7 @@ def _least_onward(layers: list[Layer], rules: Rules) -> list[Cost]:
     for before, after, layer in zip(once[-2::-1], once[:0:-1], layers[:0:-1], strict=True):
         move = before[:, None, :] - after[None, :, :]
         move -= whole_turns(move)
-        travel = np.linalg.norm(move / rules.speed, axis=2).min() + layer.cost.travel.min()
+        travel = np.linalg.norm(move / rules.scale, axis=2).min() + layer.cost.travel.min()
         step = Cost(distance=np.min(layer.cost.distance), travel=travel)
         least.append(least[-1].plus(step))
     return least[::-1]

@@ -92,7 +92,11 @@ class _Refinement:
         self.speed[robot.virtual] = np.inf
         self.durations = np.diff(given.times)
         self.rules = Rules(
-            self.speed, self.limit, np.zeros(robot.dof, dtype=bool), untimed=given.untimed
+            self.speed,
+            self.limit,
+            np.zeros(robot.dof, dtype=bool),
+            untimed=given.untimed,
+            weights=robot.weights,
         )
         posed = [w for w in given.waypoints if w is not None]
         self.targets = Targets.of([w.pose for w in posed])
@@ -178,10 +182,10 @@ class _Refinement:
         weight = weights(self.robot, q, J)
         nearness = 0.5 * (1.0 + weight)
         if self.given.near is not None:
-            away = np.linalg.norm((q - self.given.near) / self.speed, axis=1)
+            away = np.linalg.norm((q - self.given.near) / self.rules.scale, axis=1)
             return infeasible, violation, outside, away * nearness
         if self.given.origin is not None:
-            away = np.linalg.norm((q - self.given.origin) / self.speed, axis=1)
+            away = np.linalg.norm((q - self.given.origin) / self.rules.scale, axis=1)
             travel += np.where(owner == 0, away * nearness, 0.0)
         # Intervals to both neighbours at once.
         owners = np.tile(np.arange(len(q)), 2)
@@ -198,7 +202,7 @@ class _Refinement:
         mean, most, off = interval_nearness(
             self.robot, (q0, v0), (q1, v1), h, self.given.samples, at_ends
         )
-        way = np.linalg.norm(move / self.speed, axis=1) * (1.0 + mean) + h * most
+        way = np.linalg.norm(move / self.rules.scale, axis=1) * (1.0 + mean) + h * most
         fastest = (np.abs(move) / self.limit).max(axis=1) / h
         middle = 1.5 * move / h[:, None] - 0.25 * (v0 + v1)
         halfway = (np.abs(middle) / self.limit).max(axis=1)

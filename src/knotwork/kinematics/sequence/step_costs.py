@@ -168,6 +168,7 @@ class Rules(NamedTuple):
         colliding: Steps on which the motion was found to collide.
         untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), so that no
             joint is too fast in them; `None` for none.
+        weights: How much the travel of each joint counts, shape (d,) or one for all.
     """
 
     speed: FloatArray
@@ -177,6 +178,12 @@ class Rules(NamedTuple):
     forbidden: bool = False
     colliding: tuple[CollidingStep, ...] = ()
     untimed: BoolArray | None = None
+    weights: Any = 1.0
+
+    @property
+    def scale(self) -> FloatArray:
+        """What travel is measured by [rad/s or m/s], shape (d,)."""
+        return np.asarray(self.speed / self.weights)
 
 
 def likely_durations(
@@ -245,6 +252,7 @@ def _step_costs(
     turns = np.empty((int(free.sum()), *shape))
     row = iter(turns)
     # Joint by joint, so that the data stay in the processor's cache.
+    weights = np.broadcast_to(rules.weights, rules.speed.shape)
     for j, speed in enumerate(rules.speed.tolist()):
         np.subtract.outer(start.q[:, j], layer.q[:, j], out=move)
         if free[j]:
@@ -260,6 +268,8 @@ def _step_costs(
                 np.multiply(move, 1.5 / duration, out=size)
                 size += np.add.outer((0.25 / speed) * v0, (0.25 / speed) * v1)
                 np.maximum(halfway, np.abs(size, out=size), out=halfway)
+        if weights[j] != 1.0:
+            move *= weights[j]
         move *= move
         square += move
     fastest /= duration
@@ -291,7 +301,7 @@ def _steps_along(
     """Steps where each candidate follows from one at the waypoint before, and from no other."""
     shape = len(start.q), len(layer.q)
     move = layer.q - before
-    travel = layer.weight * np.linalg.norm(move / rules.speed, axis=1)
+    travel = layer.weight * np.linalg.norm(move / rules.scale, axis=1)
     other = start.way[:, None] != layer.way[None, :]
     turns = np.broadcast_to(move.T[rules.unbounded][:, None, :], (rules.unbounded.sum(), *shape))
     cost = Cost(

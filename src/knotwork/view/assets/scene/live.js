@@ -2,13 +2,15 @@
 
 function followChanges(stage, version) {
   let shown = version;
-  const changes = new EventSource("changes");
+  const changes = new EventSource("changes" + location.search);
   changes.onmessage = async (event) => {
     const state = JSON.parse(event.data);
     tell(state);
+    stage.editing?.told(state);
     if (state.version === shown) return;
     shown = state.version;
-    const text = await (await fetch("scene", { cache: "no-store" })).text();
+    const text = await (await fetch("scene" + location.search, { cache: "no-store" })).text();
+    if (state.version !== shown) return; // meanwhile there is a newer one
     const page = new DOMParser().parseFromString(text, "text/html");
     renew(stage, page, JSON.parse(page.getElementById("data").textContent));
     document.documentElement.dataset.version = state.version;
@@ -39,7 +41,7 @@ function renew(stage, page, data) {
 
 // Before there is a motion: the page is loaded again when there is one.
 function awaitFirst() {
-  const changes = new EventSource("changes");
+  const changes = new EventSource("changes" + location.search);
   changes.onmessage = (event) => {
     const state = JSON.parse(event.data);
     if (state.version > 0) location.reload();

@@ -23,6 +23,7 @@ async function showScene(data, options) {
     givePictures(viewer, () => still(viewer, camera, labels));
     shareTime(player);
   }
+  if (options.editing) stage.editing = new Editing(stage);
   if (options.live !== null) followChanges(stage, options.live);
 }
 
@@ -78,6 +79,7 @@ class Stage {
     this.camera.set(data);
     if (this.data && !before && !this.camera.touched) this.camera.look(); // another robot
     this.data = data;
+    this.editing?.shown();
     viewer.set_dirty();
     return ready.then(() => viewer.set_dirty());
   }
@@ -87,6 +89,7 @@ class Stage {
     const { player } = this;
     player.update();
     this.copies.update(player.frame());
+    this.editing?.arrange();
     showWhenThere(this.data.things, player.start + player.time);
   }
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,12 +30,14 @@ class Controller:
         time: Ends of the steps [s], shape (n,).
         position: Targets then [rad], shape (n, 6).
         velocity: Their velocities [rad/s], shape (n, 6).
+        switched: Digital outputs as they are switched: time [s], kind, number, value.
     """
 
     def __init__(self, q: np.ndarray, rate: float) -> None:
         self.step = 1.0 / rate
         self.q, self.qd = np.array(q, dtype=float), np.zeros(6)
         self._states = [(0.0, self.q, self.qd)]
+        self.switched: list[tuple[float, str, int, bool]] = []
         self._hit: tuple[float, np.ndarray] | None = None
 
     def push(self, time: float, by: np.ndarray) -> None:
@@ -53,6 +56,8 @@ class Controller:
             "textmsg": lambda *text: None,
             "popup": self._popup,
         }
+        for kind in ("standard", "configurable", "tool"):
+            names[f"set_{kind}_digital_out"] = partial(self._switch, kind)
         exec(_python(program), names)
         self.time, self.position, self.velocity = map(np.array, zip(*self._states, strict=True))
 
@@ -69,6 +74,11 @@ class Controller:
             if self._hit is not None and time >= self._hit[0]:
                 self.q, self._hit = self.q + self._hit[1], None
             self._states.append((time, self.q, self.qd))
+
+    def _switch(self, kind: str, number: int, value: bool) -> None:
+        assert 0 <= number < (2 if kind == "tool" else 8)
+        assert value in (True, False)
+        self.switched.append((self._states[-1][0], kind, number, value))
 
     def _stopj(self, a: float) -> None:
         while np.abs(self.qd).max() > 1e-12:

@@ -1,0 +1,89 @@
+"""The command `knotwork edit`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from knotwork.cli.live_view import Files, follow
+from knotwork.cli.parameters import PASSED, NewPath, budget_option, package_path_option, port_option
+from knotwork.cli.terminal import echo, offer
+from knotwork.cli.view import source_files
+from knotwork.documents import resources
+from knotwork.editing.draft import Draft
+from knotwork.editing.session import Session, draft_of
+from knotwork.errors import InputError
+
+_EPILOG = """
+In the page a waypoint, via point or object is clicked and then dragged, turned or given by numbers;
+the task is planned again while the hand rests. Ctrl+Z takes an edit back, Ctrl+S saves.
+
+Exit codes: 0 until Ctrl-C, 2 the input is wrong.
+"""
+
+
+class _Edited(Files):
+    """The files of a draft, and the draft itself."""
+
+    def __init__(self, draft: Draft) -> None:
+        super().__init__(())
+        self._draft, self._own, self._seen = draft, Files([draft.file]), draft.revision
+
+    def changed(self) -> bool:
+        """Whether the draft was edited, here or by another program, or a file that it names."""
+        if self._own.changed():
+            try:
+                self._draft.reread()
+            except InputError as error:
+                echo(f"error: {error}", err=True)
+        seen, self._seen = self._seen, self._draft.revision
+        return super().changed() or seen != self._seen
+
+
+@click.command(epilog=_EPILOG)
+@click.option(
+    "--copy",
+    "copy",
+    metavar="FILE",
+    type=NewPath(),
+    help="Edit a new copy, written here; a shipped scenario is edited in a copy alone.",
+)
+@click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
+@port_option
+@package_path_option
+@budget_option
+@click.argument("scenario", metavar="SCENARIO")
+def edit(
+    scenario: str, copy: Path | None, budget: float | None, no_open: bool, port: int | None
+) -> int:
+    """Edit a scenario by hand, in the page that shows its motion.
+
+    Planning and check follow each edit. Saving writes the file and keeps its comments.
+
+    The page is served to this machine alone until Ctrl-C, to whoever has the address with its
+    token.
+    """
+    if copy is None and scenario in resources.names("scenarios"):
+        raise InputError(
+            f"{scenario} is a shipped scenario and stays as it is; give the file of a copy to edit "
+            f"with --copy, such as --copy {scenario}.yaml"
+        )
+    session = Session(draft_of(resources.find("scenarios", scenario), copy), port or 0, budget)
+    draft, server = session.draft, session.server
+    files = _Edited(draft)
+
+    def made() -> tuple[dict[str, Any], list[Path], str] | None:
+        found = session.renew()
+        if found is None:
+            return None
+        scene, plan = found
+        verdict = "passed" if plan.report.ok else "FAILED"
+        others = [path for path in source_files(plan) if path != draft.file]
+        return scene, others, f"{verdict}: {plan.report.summary}"
+
+    with server:
+        offer(server.address, f"editing {draft.file} at {server.address}", no_open)
+        follow(server, files, made)
+    return PASSED

@@ -1,0 +1,97 @@
+"""`knotwork replan`: another task, from a moment of a motion on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from knotwork import pipeline
+from knotwork.cli.logs import stated_path
+from knotwork.cli.parameters import (
+    EXIT_CODES,
+    FAILED,
+    PASSED,
+    GivenPath,
+    NewPath,
+    budget_option,
+    full_option,
+    json_option,
+    package_path_option,
+)
+from knotwork.cli.plan import plan_to_dict, print_plan
+from knotwork.cli.terminal import echo
+from knotwork.documents import Document
+from knotwork.errors import DocumentError, InputError
+from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.robot import load_robot
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.task import Task
+from knotwork.trajectory import JointTrajectory
+
+
+@click.command(epilog=EXIT_CODES)
+@click.argument("source", metavar="PLAN", type=GivenPath())
+@click.argument("task", metavar="SCENARIO")
+@click.option("--at", type=float, required=True, metavar="TIME", help="The moment, in s.")
+@click.option(
+    "--out",
+    "-o",
+    metavar="DIR",
+    type=NewPath(),
+    help="Write trajectory.json, samples.csv, scenario.yaml and report.json there.",
+)
+@package_path_option
+@full_option
+@budget_option
+@json_option
+def replan(
+    source: str,
+    task: str,
+    at: float,
+    out: Path | None,
+    full: bool,
+    budget: float | None,
+    as_json: bool,
+) -> int:
+    """Plan SCENARIO from the state of a motion at a moment, without a jump of acceleration.
+
+    PLAN is a folder that `knotwork plan -o` wrote, a trajectory of any tool that `knotwork check`
+    reads, or a scenario, which is planned. Its state at the moment takes the place of SCENARIO's
+    start, or else of its first waypoint, if it has more than one. Times in SCENARIO are since
+    that moment.
+    """
+    asked = Task.load(task)
+    motion, current = _motion(source, asked)
+    try:
+        begun = pipeline.scenario_from(motion, at, asked, current)
+        made = pipeline.plan(begun, budget=budget)
+    except DocumentError as error:
+        if error.file is not None:
+            raise
+        raise DocumentError(task, error.problems) from error
+    written = made.save(out) if out is not None else []
+    code = PASSED if made.report.ok else FAILED
+    if as_json:
+        plans = [plan_to_dict(task, made, written)]
+        echo(json.dumps({"ok": code == PASSED, "plans": plans}, indent=1, allow_nan=False))
+    else:
+        print_plan(made, written, full, alone=False)
+    return code
+
+
+def _motion(source: str, asked: Task) -> tuple[JointTrajectory, Scenario | None]:
+    """The motion that is replaced, and its scenario if that is known."""
+    if not is_trajectory(source):
+        planned = pipeline.plan(source)
+        return planned.trajectory, planned.scenario
+    robot, described = None, asked.robot
+    if is_foreign(source):
+        if described is None:
+            raise InputError(f"{source} needs the robot it is for, and the scenario names none")
+        robot = load_robot(Document(described) if isinstance(described, dict) else described)
+    names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
+    motion, _ = read_trajectory(source, names, units, owner="the new task")
+    reference = stated_path(Path(source))
+    return motion, None if reference is None else load_scenario(reference)

@@ -1,0 +1,126 @@
+"""Items put into, or taken out of, the lists of a YAML text; all else stays as it is."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from typing import Any
+
+import yaml
+
+from knotwork.documents.document import Location, field_path
+from knotwork.documents.edits import REMOVED, edited_text, end_of, flow, places_of, written
+from knotwork.documents.yaml_text import parse
+from knotwork.errors import InputError
+
+
+def changed_text(text: str, place: Location, value: Any, *, insert: bool = False) -> str:
+    r"""The text of a YAML file with one change, whatever is there.
+
+    Mappings that are missing around a new key are made, and one whose last key goes, goes with it.
+
+    Args:
+        text: The text.
+        place: Of the value; for an item to insert, the index that it is to have.
+        value: The new value; `REMOVED` takes key or item out.
+        insert: Put an item into a list, before the one that has its index.
+
+    Raises:
+        InputError: There is no such place, or the change can't be written into this text, for
+            example in an alias.
+
+    >>> print(changed_text("a: [1, 2] # two", ("a", 1), 5, insert=True))
+    a: [1, 5, 2] # two
+    >>> print(changed_text("- b: 1 # one\n- b: 3", (1,), {"b": 2}, insert=True))
+    - b: 1 # one
+    - b: 2
+    - b: 3
+    """
+    data = parse(text).data
+    if value is REMOVED:
+        while len(place) > 1 and isinstance(around := part_of(data, place[:-1]), dict):
+            if len(around) > 1:
+                break
+            place = place[:-1]
+    else:
+        while len(place) > 1 and part_of(data, place[:-1]) is None:
+            place, value, insert = place[:-1], [value] if insert else {place[-1]: value}, False
+    around, last = part_of(data, place[:-1]), place[-1]
+    inside = isinstance(around, list) and isinstance(last, int) and 0 <= last < len(around) + insert
+    there = part_of(data, place) is not None if value is REMOVED else isinstance(last, str)
+    if not inside and not (isinstance(around, dict) and there and not insert):
+        raise InputError(f"nothing can be changed at {field_path(place)}: it is not there")
+    if not insert and not (value is REMOVED and isinstance(place[-1], int)):
+        return edited_text(text, {place: value})
+    return _with_items(text, data, place, value)
+
+
+def part_of(data: Any, place: Location) -> Any:
+    """The value at a place; `None` where there is none."""
+    for key in place:
+        if isinstance(data, dict):
+            data = data.get(key)
+        elif isinstance(data, list) and isinstance(key, int) and 0 <= key < len(data):
+            data = data[key]
+        else:
+            return None
+    return data
+
+
+def _with_items(text: str, data: Any, place: Location, value: Any) -> str:
+    around, index = place[:-1], int(place[-1])
+    wanted = copy.deepcopy(data)
+    items = part_of(wanted, around)
+    if value is REMOVED:
+        del items[index]
+    else:
+        items.insert(index, value)
+    if not items or len(items) == 1 == len(part_of(data, around)) + 1:
+        return edited_text(text, {around: items})
+    _, node = dict(places_of(yaml.compose(text, Loader=yaml.SafeLoader)))[around]
+    change = _in_flow if node.flow_style else _in_block
+    start, end, new = change(text, node.value, index, value)
+    return written(text[:start] + new + text[end:], wanted, field_path(place))
+
+
+def _in_flow(text: str, nodes: Sequence[Any], index: int, value: Any) -> tuple[int, int, str]:
+    starts = [node.start_mark.index for node in nodes]
+    if value is REMOVED and index + 1 < len(nodes):
+        return starts[index], starts[index + 1], ""
+    if value is REMOVED:
+        return end_of(nodes[index - 1]), end_of(nodes[index]), ""
+    if index < len(nodes):
+        return starts[index], starts[index], flow(value) + ", "
+    return end_of(nodes[-1]), end_of(nodes[-1]), ", " + flow(value)
+
+
+def _in_block(text: str, nodes: Sequence[Any], index: int, value: Any) -> tuple[int, int, str]:
+    column = nodes[0].start_mark.column - len(_dash(text, nodes[0]))
+    if value is REMOVED:
+        node = nodes[index]
+        start = node.start_mark.index - node.start_mark.column
+        return start, _line_end(text, end_of(node)), ""
+    inner = " " * (column + 2)
+    lines = (
+        [f"{key}: {flow(one, column + 2)}" for key, one in value.items()]
+        if isinstance(value, dict) and value
+        else [flow(value, column + 2)]
+    )
+    item = " " * column + "- " + f"\n{inner}".join(lines) + "\n"
+    if index:
+        at = _line_end(text, end_of(nodes[index - 1]))
+        return at, at, item if text[:at].endswith("\n") else "\n" + item
+    first = nodes[0].start_mark
+    at = first.index - first.column
+    return at, at, item
+
+
+def _dash(text: str, node: Any) -> str:
+    """What is between the start of an item's dash and the item."""
+    line = text[node.start_mark.index - node.start_mark.column : node.start_mark.index]
+    return line[line.rindex("-") :]
+
+
+def _line_end(text: str, at: int) -> int:
+    """Where the line after the one of a place begins."""
+    return text.find("\n", at) + 1 or len(text)

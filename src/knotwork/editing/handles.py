@@ -1,0 +1,184 @@
+"""Where a task can be grasped in its scene, and what it says once a handle has been moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.documents import Location
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.scenario.geometry import Frames, placed
+from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
+from knotwork.task.poses import ORIENTATIONS
+from knotwork.task.units import in_si, si_factors
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+LENGTH_STEP, ANGLE_STEP = 1e-5, 1e-4
+"""What a hand places is rounded to this [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Handle:
+    """A point or a pose of a task that a hand can move.
+
+    Attributes:
+        at: Where the point, or the mapping with the position, is in the file.
+        name: Of what is moved.
+        kind: `"waypoint"`, `"via"` or `"object"`.
+        pose: In the axes of the URDF's root, `pin.SE3`.
+        around: What the file's position and orientation are in: axes and origin, and axes.
+        form: Key of the orientation; empty for none.
+        order: Of its Euler angles, if that is the form.
+        position: As given, in the file's unit, shape (3,).
+    """
+
+    at: Location
+    name: str
+    kind: str
+    pose: pin.SE3
+    around: tuple[pin.SE3, FloatArray]
+    position: Sequence[float]
+    form: str = ""
+    order: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """What a page needs, as plain data."""
+        return {
+            "at": list(self.at),
+            "name": self.name,
+            "kind": self.kind,
+            "position": self.pose.translation.tolist(),
+            "quaternion": pin.Quaternion(self.pose.rotation).coeffs().tolist(),
+            "axes": pin.Quaternion(self.around[0].rotation).coeffs().tolist(),
+            "turns": bool(self.form),
+        }
+
+
+def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
+    """Every waypoint, via point and object that stands still and is placed by numbers.
+
+    Args:
+        scenario: The task.
+        robot: Its robot.
+    """
+    file = in_si(scenario.task, *si_factors(scenario.task.units))
+    frames = Frames(file.frames, scenario.places)
+    still = {"base"} | {name for name, one in frames.moving.items() if not one.moves}
+
+    def frame(name: str | None) -> pin.SE3:
+        return robot.base_placement * frames[name or "base"]
+
+    found = [
+        handle
+        for i, one in enumerate(file.waypoints)
+        if not isinstance(one, JointWaypoint) and (one.frame or file.frame or "base") in still
+        for handle in _of_waypoint(scenario, file, i, frame)
+    ]
+    for name, thing in file.scene.objects.items():
+        if thing.parent in still:
+            around = frame(thing.parent)
+            own = placed(thing, scenario.places, ("scene", "objects", name))
+            at, given = ("scene", "objects", name), scenario.task.scene.objects[name].position
+            axes = around, around.rotation
+            form = _form(thing)[0] or "rpy", _form(thing)[1]
+            found.append(Handle(at, name, "object", around * own, axes, given, *form))
+    return found
+
+
+def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator[Handle]:
+    waypoint = cast(PoseWaypoint | PathWaypoint, file.waypoints[i])
+    around = frame(waypoint.frame or file.frame)
+    axes = around.rotation
+    if waypoint.orientation_in is not None:
+        axes = frame(waypoint.orientation_in).rotation
+    shown = cast(CartesianWaypoint, scenario.waypoints[scenario.index.index(i)])
+    turn = frame(None).rotation @ shown.pose.rotation
+    at, raw = ("waypoints", i), cast(PoseWaypoint, scenario.task.waypoints[i])
+    pose = pin.SE3(turn, around * np.array(waypoint.pose.position))
+    form, given = _form(waypoint.pose), raw.pose.position
+    yield Handle((*at, "pose"), shown.name, "waypoint", pose, (around, axes), given, *form)
+    if isinstance(waypoint, PathWaypoint):
+        points = zip(_points(waypoint.along), _points(getattr(raw, "along", None)), strict=True)
+        for (place, point), (_, given) in points:
+            pose = pin.SE3(turn, around * np.array(point))
+            name = f"{shown.name}: {place[-1]}"
+            yield Handle((*at, "along", *place), name, "via", pose, (around, axes), given)
+
+
+def _points(along: Any) -> Iterator[tuple[Location, Any]]:
+    """The points of a path that are numbers of the file."""
+    arc, points = getattr(along, "arc", None), getattr(along, "points", None)
+    for key in ("through", "centre"):
+        if getattr(arc, key, None) is not None:
+            yield ("arc", key), getattr(arc, key)
+    if isinstance(points, tuple):
+        yield from ((("points", k), point) for k, point in enumerate(points))
+
+
+def _form(given: Placement) -> tuple[str, str]:
+    """Key of an orientation, and the order of its Euler angles."""
+    form = next((name for name in ORIENTATIONS if getattr(given, name) is not None), "")
+    return form, given.euler.order if given.euler is not None else ""
+
+
+def moved(
+    handle: Handle,
+    units: tuple[float, float],
+    position: ArrayLike | None = None,
+    quaternion: ArrayLike | None = None,
+) -> list[Mapping[str, Any]]:
+    """The changes of the file that bring a handle elsewhere; numbers are rounded.
+
+    Args:
+        handle: The handle.
+        units: Those of length [m] and of angle [rad] of the file.
+        position: In the axes of the URDF's root [m], shape (3,); by default it stays.
+        quaternion: Orientation there, its scalar part last, shape (4,); by default it stays.
+    """
+    changes: list[Mapping[str, Any]] = []
+    if position is not None:
+        local = handle.around[0].actInv(np.asarray(position, dtype=float))
+        at = handle.at if handle.kind == "via" else (*handle.at, "position")
+        value = [  # what the hand leaves is not rounded
+            _whole(old) if abs(new * units[0] - old * units[0]) < LENGTH_STEP else new
+            for new, old in zip(numbers(local, units[0], LENGTH_STEP), handle.position, strict=True)
+        ]
+        changes.append({"at": at, "value": value})
+    if quaternion is not None and handle.form:
+        turn = handle.around[1].T @ pin.Quaternion(np.asarray(quaternion, dtype=float)).matrix()
+        turned = orientation(turn, handle.form, units[1], handle.order)
+        changes.append({"at": (*handle.at, handle.form), "value": turned})
+    return changes
+
+
+def orientation(turn: FloatArray, form: str, angle: float = 1.0, order: str = "") -> Any:
+    """A rotation matrix in one of the forms of a file, rounded, its angles in a unit of `angle`."""
+    if form == "rotation_matrix":
+        return np.round(turn, 6).tolist()
+    if form.startswith("quaternion"):
+        x, y, z, w = np.round(pin.Quaternion(turn).coeffs(), 6).tolist()
+        return [x, y, z, w] if form.endswith("xyzw") else [w, x, y, z]
+    if form == "euler":
+        from scipy.spatial.transform import Rotation
+
+        angles = Rotation.from_matrix(turn).as_euler(order)
+        return {"order": order, "angles": numbers(angles, angle, ANGLE_STEP)}
+    vector = pin.rpy.matrixToRpy(turn) if form == "rpy" else pin.log3(turn)
+    return numbers(vector, angle, ANGLE_STEP)
+
+
+def numbers(values: ArrayLike, unit: float, step: float) -> list[float]:
+    """Values as they are written in a file of another unit, rounded to about a step in SI."""
+    digits = int(np.ceil(-np.log10(step / unit) - 1e-9))
+    return [_whole(round(value, digits)) for value in (np.asarray(values) / unit).tolist()]
+
+
+def _whole(value: float) -> float:
+    """A number as it is written by hand: 180, not 180.0."""
+    return int(value) if float(value).is_integer() else value

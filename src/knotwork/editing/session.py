@@ -1,0 +1,195 @@
+"""A task that a page edits: what the page asks for, and the plan after each edit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.documents import validate
+from knotwork.editing.additions import box_at, waypoint_here
+from knotwork.editing.draft import Draft
+from knotwork.editing.handles import Handle, handles, moved
+from knotwork.errors import InputError, KnotworkError
+from knotwork.kinematics import solve_pose_ik
+from knotwork.pipeline import Plan, plan
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.joint_space import joint_space
+from knotwork.task import Task
+from knotwork.task.units import si_factors
+from knotwork.view.edit_server import EditServer
+from knotwork.view.show import scene_of
+from knotwork.waypoints import FloatArray, read_only
+
+Asked = Mapping[str, Any]
+Answer = dict[str, Any]
+
+
+class Session:
+    """Plans a draft for its page, and does what the page asks for.
+
+    Attributes:
+        draft: The file that is edited.
+        server: Serves the page.
+        plan: The last one, of a task that may since have changed; `None` before there is one.
+    """
+
+    def __init__(self, draft: Draft, port: int = 0, budget: float | None = None) -> None:
+        self.draft, self._budget = draft, budget
+        self.plan: Plan | None = None
+        self._planned = self._handled = -1
+        self._scenario: Scenario | None = None
+        self._handles: list[Handle] = []
+        actions: dict[str, Callable[[Asked], Answer]] = {
+            "jog": self._jog,
+            "edit": self._changing(
+                lambda asked: draft.apply(_changes(asked), str(asked.get("gesture", "")))
+            ),
+            "move": self._changing(self._move),
+            "add": self._changing(self._add),
+            "undo": self._changing(lambda _: draft.undo()),
+            "redo": self._changing(lambda _: draft.redo()),
+            "save": self._changing(lambda _: draft.save()),
+        }
+        self.server = EditServer(draft.file.name, actions, self._state, port)
+
+    def renew(self) -> tuple[dict[str, Any], Plan] | None:
+        """Plan the draft as it is now; the scene and the plan, `None` if it was edited meanwhile.
+
+        Raises:
+            KnotworkError: It can't be read or planned.
+        """
+        revision = self.draft.revision
+        try:
+            made, scene = self._made(revision)
+        except KnotworkError:
+            if self.draft.revision != revision:
+                return None
+            raise
+        if self.draft.revision != revision:
+            return None
+        self.plan, self._planned = made, revision
+        return scene, made
+
+    def _made(self, revision: int) -> tuple[Plan, dict[str, Any]]:
+        document = self.draft.document()
+        scenario = resolved(validate(Task, document), document.places)
+        robot = joint_space(scenario).robot
+        if robot is not None:
+            self._scenario, self._handles = scenario, handles(scenario, robot)
+            self._handled = revision
+            self.server.start()
+        made = plan(scenario, budget=self._budget, warm=self.plan)
+        return made, scene_of(made, before=self.server.scene)
+
+    def _changing(self, change: Callable[[Asked], None]) -> Callable[[Asked], Answer]:
+        """An action that changes the draft, and answers with the revision that there is then."""
+
+        def done(asked: Asked) -> Answer:
+            change(asked)
+            return {"revision": self.draft.revision}
+
+        return done
+
+    def _state(self) -> Answer:
+        """What the page shows besides the scene."""
+        shown = [one.to_dict() for one in self._handles]
+        revisions = {"planned": self._planned, "handled": self._handled}
+        return {"draft": {**self.draft.state(), **revisions, "handles": shown}}
+
+    def _move(self, asked: Asked) -> None:
+        """Move a handle."""
+        at = tuple(asked.get("at", ()))
+        handle = next((one for one in self._handles if one.at == at), None)
+        if handle is None or self._scenario is None:
+            raise InputError(f"there is nothing to move at {asked.get('at')!r}")
+        sizes = {"position": 3, "quaternion": 4}
+        given = {
+            key: read_only(asked[key], (size,), key) for key, size in sizes.items() if key in asked
+        }
+        if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
+            raise InputError("the quaternion of a handle has not norm 1")
+        changes = moved(handle, si_factors(self._scenario.task.units), **given)
+        self.draft.apply(changes, str(asked.get("gesture", "")))
+
+    def _jog(self, asked: Asked) -> Answer:
+        """Joint positions and the pose of the tool, of one of which the other follows."""
+        robot, q = self._arm(asked)
+        base = robot.base_placement
+        if "position" in asked:
+            turn = pin.Quaternion(read_only(asked["quaternion"], (4,), "quaternion")).matrix()
+            pose = pin.SE3(turn, np.array(read_only(asked["position"], (3,), "position")))
+            q = solve_pose_ik(robot, base.actInv(pose), q).q
+        pose = base * robot.forward(q)
+        turned = pin.Quaternion(pose.rotation).coeffs()
+        return {
+            "q": q.tolist(),
+            "position": pose.translation.tolist(),
+            "quaternion": turned.tolist(),
+        }
+
+    def _add(self, asked: Asked) -> None:
+        """Add a waypoint where the arm stands, jogged or at a time of the motion; or a box."""
+        if self.plan is None or self._planned != self.draft.revision:
+            raise InputError("nothing can be added before the task is planned")
+        robot, q = self._arm(asked)
+        scenario, after, share = self.plan.scenario, int(asked.get("after", -2)), 0.5
+        if asked.get("what") == "box":
+            point = robot.forward(q).translation
+            changes = box_at(scenario.task, 1.3 * point, 0.1 * self.server.scene_size)
+        else:
+            if after == -2:
+                after, share = _between(scenario, float(asked["time"]))
+            asked_for = self.plan.chosen.scenario if self.plan.chosen is not None else scenario
+            joints = asked.get("what") == "joints"
+            changes = waypoint_here(asked_for, robot, q, after, share=share, joints=joints)
+        self.draft.apply(changes)
+
+    def _arm(self, asked: Asked) -> tuple[Robot, FloatArray]:
+        """The robot, and its joint positions: those given, or those at a time of the motion."""
+        if self.plan is None or self.plan.space.robot is None:
+            raise InputError("the task has not been planned yet")
+        robot, motion = self.plan.space.robot, self.plan.trajectory
+        if "q" in asked:
+            return robot, read_only(asked["q"], (robot.dof,), "q")
+        curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
+        return robot, np.asarray(curve(np.clip(float(asked["time"]), curve.x[0], curve.x[-1])))
+
+
+def _between(scenario: Scenario, time: float) -> tuple[int, float]:
+    """Index in the file of the last waypoint before a time, and the part that has passed since."""
+    times = np.array(scenario.times)
+    i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))
+    if i + 1 == len(times):
+        return scenario.index[i], 1.0
+    share = (time - times[i]) / (times[i + 1] - times[i])
+    return scenario.index[i], float(np.clip(share, 0.05, 0.95))
+
+
+def _changes(asked: Asked) -> list[Mapping[str, Any]]:
+    given = asked.get("changes")
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+        raise InputError("an edit needs changes: a list of mappings with at and value")
+    return given
+
+
+def draft_of(source: Path, copy: Path | None = None) -> Draft:
+    """The draft of a scenario file, or of a new copy of it.
+
+    Raises:
+        InputError: There is no such file, or there is one already where the copy is to be.
+    """
+    from knotwork import storage
+    from knotwork.documents import edited_text, read
+    from knotwork.task.places import moved_paths
+
+    if copy is None:
+        return Draft(source)
+    document = read(source)
+    folders = source.parent.resolve(), copy.parent.resolve()
+    text = edited_text(Draft(source).text, moved_paths(document.data, *folders))
+    return Draft(storage.write_file(copy, text, what="a scenario", replace=False))

@@ -1,0 +1,63 @@
+"""Names of segments, and events: as text in tables, or in a file beside what can't hold them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from knotwork.storage import to_json
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+SAME_TIME = 1e-9
+"""A row so little before an event is at it [s]."""
+
+FORMAT = "knotwork.events"
+
+
+def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[str]]:
+    """For each row of a table its segment, and what is switched then or since the row before.
+
+    >>> plan = kw.plan("paper_case")
+    >>> labels_at(plan.trajectory, np.array([0.0, 6.0]))["segment"]
+    ['A to B', 'B to C']
+
+    Args:
+        trajectory: The motion.
+        time: Of the rows [s], shape (s,); the last one is the end of the motion.
+    """
+    starts = np.array([one.start for one in trajectory.segments])
+    names = ["", *(one.name for one in trajectory.segments)]
+    switched: list[list[str]] = [[] for _ in time]
+    for event in trajectory.events:
+        row = int(np.searchsorted(time, event.time - SAME_TIME))
+        switched[min(row, len(time) - 1)].append(event.said)
+    segment = [names[i] for i in np.searchsorted(starts, time, "right")]
+    return {"segment": segment, "event": ["; ".join(row) for row in switched]}
+
+
+def side_file(trajectory: JointTrajectory) -> str:
+    """Events and segments as JSON, their times since the start of the motion [s]."""
+    start = trajectory.start_time
+    events = [
+        {
+            "time_from_start": one.time - start,
+            **{key: value for key, value in one.to_dict().items() if key != "time"},
+        }
+        for one in trajectory.events
+    ]
+    segments = [
+        {**one.to_dict(), "start": one.start - start, "end": one.end - start}
+        for one in trajectory.segments
+    ]
+    return to_json({"format": FORMAT, "version": 1, "events": events, "segments": segments})
+
+
+def side_path(path: Path) -> Path:
+    """Where the file beside another one is.
+
+    >>> side_path(Path("motion.yaml")).name
+    'motion.events.json'
+    """
+    return path.with_name(f"{path.stem}.events.json")

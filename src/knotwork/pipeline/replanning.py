@@ -1,0 +1,73 @@
+"""Another task, from a moment of a motion on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from knotwork.errors import InputError
+from knotwork.pipeline.scene_then import by_joint, held_at
+from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.waypoint_reader import START
+from knotwork.task import EndAcceleration, Task
+from knotwork.task.units import si_factors
+from knotwork.trajectory import JointTrajectory
+
+
+def scenario_from(
+    motion: JointTrajectory,
+    at: float,
+    scenario: str | Path | Mapping[str, Any] | Task,
+    current: Scenario | None = None,
+) -> Scenario:
+    """A task that starts with the state of a motion at a moment: see `Plan.replace`.
+
+    Args:
+        motion: What moves.
+        at: The moment, which is time 0 of the task [s].
+        scenario: The new task.
+        current: The scenario of the motion, if it is known.
+
+    Raises:
+        InputError: The time is outside the motion, the tool holds something of which the task says
+            nothing, it is a task of another robot, or it is wrong.
+    """
+    from knotwork.robot import load_robot
+
+    task = scenario if isinstance(scenario, Task) else Task.load(scenario)
+    asked = resolved(_task_from(motion, at, task, current))
+    if asked.robot is not None:
+        with asked.error_context("robot"):
+            names = load_robot(asked.robot).joint_names
+            if set(names) != set(motion.joint_names):
+                raise InputError(
+                    f"has the joints {', '.join(names)}; the motion that it is to go on from has "
+                    f"{', '.join(motion.joint_names)}"
+                )
+    return asked
+
+
+def _task_from(motion: JointTrajectory, at: float, task: Task, current: Scenario | None) -> Task:
+    """A task whose first waypoint, at time 0, is the state of a motion at a time [s]."""
+    q, v, a = (motion(at, nu) for nu in range(3))
+    goals = [
+        one if one.name else one.replace(name=f"waypoint {i + 1}")
+        for i, one in enumerate(task.waypoints)
+    ]
+    first = task.start is None and len(goals) > 1
+    name = goals.pop(0).name if first else START
+    for held in held_at(current, at) if current is not None else ():
+        if task.tool is None or held not in task.tool.holds:
+            raise InputError(
+                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, and the task "
+                f"says nothing of it; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
+                "}` with its shape"
+            )
+    units = si_factors(task.units)
+    state = {"name": name, "time": 0.0, "joints": by_joint(motion, q, *units)}
+    state["velocity"] = by_joint(motion, v, *units)
+    given = task.end_acceleration
+    ends = {"end": given.end} if isinstance(given, EndAcceleration) else {}
+    ends["start"] = by_joint(motion, a, *units)
+    return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)

@@ -1,0 +1,97 @@
+"""What happens on the way, and where the tool is then; what the motion consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.scenario import Scenario
+from knotwork.scenario.events import segments
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.scenario.model import AskedEvent
+from knotwork.verification.finding import Finding, judged
+from knotwork.verification.motion import Motion
+from knotwork.verification.waypoints import TIME_ROUNDING
+
+GROUP = "Events"
+MOST_NAMED = 4
+"""Number of events that a short report names."""
+
+
+def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Say when each event is, and compare the tool's place with that asked for along a path."""
+    asked = scenario.events
+    named = [f"{one.event.said} {one.event.time:.3f} s" for one in asked[:MOST_NAMED]]
+    more = f" and {len(asked) - MOST_NAMED} more" if len(asked) > MOST_NAMED else ""
+    for i, one in enumerate(asked):
+        event = one.event
+        inside = event.time <= motion.end_time + TIME_ROUNDING * max(1.0, motion.end_time)
+        late = "" if inside else f", but the motion ends at {motion.end_time:.3f} s"
+        yield Finding(
+            GROUP,
+            "event",
+            event.name,
+            "event",
+            "information" if inside else "failed",
+            f"{event.said} at {event.time:.3f} s: {_place(one, scenario)}{late}",
+            time=event.time,
+            brief=", ".join(named) + more if i == 0 else "",
+        )
+        if inside and one.path is not None:
+            yield _on_path(one, motion, scenario, space)
+
+
+def _place(asked: AskedEvent, scenario: Scenario) -> str:
+    """Where an event is, or when, from its waypoint."""
+    waypoint = asked.event.waypoint
+    if asked.path is not None:
+        far = scenario.units.text(abs(asked.distance), "m", ".6g")
+        return f"{far} {'after' if asked.distance > 0.0 else 'before'} {waypoint!r}"
+    arrival = next(one.time for one in scenario.waypoints if one.name == waypoint)
+    later = asked.event.time - arrival
+    moment = f"{abs(later):.6g} s {'after' if later > 0.0 else 'before'} " if later else "at "
+    return f"{moment}{waypoint!r}"
+
+
+def _on_path(asked: AskedEvent, motion: Motion, scenario: Scenario, space: JointSpace) -> Finding:
+    event, path = asked.event, asked.path
+    if path is None or space.robot is None:
+        raise TypeError("an event has a place on a path, which needs a robot")
+    time = np.array([min(event.time, motion.end_time)])
+    pose = space.robot.forward(motion.curve(time[0]))
+    place, _, _ = path.motion.seen(
+        time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
+    )
+    wanted = path.motion.path.position(np.array([asked.arc_length]))
+    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.tolerances.path
+    off, allowed = (scenario.units.text(one, "m", ".3g") for one in (miss, tolerance))
+    return Finding(
+        group=GROUP,
+        subject="event",
+        name=event.name,
+        quantity="place",
+        verdict=judged(miss <= tolerance),
+        message=f"{event.said} at {event.time:.3f} s, {_place(asked, scenario)}: the tool is {off} "
+        f"from that place, tolerance {allowed}",
+        value=miss,
+        limit=tolerance,
+        margin=tolerance - miss,
+        unit="m",
+        time=event.time,
+        points=(tuple(pose.translation.tolist()),),
+    )
+
+
+def parts(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Say from when to when each segment of the motion lasts."""
+    for one in motion.trajectory.segments or segments(scenario):
+        yield Finding(
+            "Segments",
+            "segment",
+            one.name,
+            "segment",
+            "information",
+            one.said,
+            interval=(one.start, one.end),
+        )

@@ -1,0 +1,300 @@
+// The task is edited: what is clicked, dragged and typed is sent; what came of it comes back.
+
+// Keys that a part can be given, with a first value
+const KEYS = {
+  waypoints: { name: "new", after: 1, time: 1, speed: "fastest", velocity: "free", stop: true, wait: 0.5, way: "clear" },
+  "scene.objects": { rpy: [0, 0, 0], in: "base", visual: true },
+};
+const GROUPS = [["waypoints", ["waypoints"]], ["objects", ["scene", "objects"]], ["frames", ["frames"]], ["task", []]];
+const PARTS = ["limits", "tolerances", "tool", "collisions"];
+const within = (data, at) => at.reduce((part, key) => part?.[key], data);
+
+class Editing {
+  constructor(stage) {
+    Object.assign(this, { stage, draft: null, part: ["waypoints", 0], sent: 0, gesture: 0 });
+    this.build();
+    this.gizmo = new Gizmo(stage.viewer, {
+      chosen: (handle) => this.choose(handle.at),
+      dragged: (handle, hand) => this.follow(handle, hand),
+      moved: (handle, hand) => this.moved(handle, hand),
+    });
+    this.jog = new Jog(this);
+    byId("labels").addEventListener("click", (event) => {
+      const handle = this.gizmo.handles.find((one) => one.name === event.target.textContent);
+      if (handle) this.choose(handle.at);
+    });
+    window.knotwork.edit = this;
+    window.addEventListener("keydown", (event) => this.key(event), true);
+    window.addEventListener("beforeunload", (event) => { if (this.draft?.unsaved) event.preventDefault(); });
+  }
+
+  build() {
+    const button = (id, text, title, use) => made("button", { id, type: "button", textContent: text, title, onclick: use });
+    this.state = made("span", { id: "edit-state", role: "status" });
+    const selects = { id: "part", ariaLabel: "part of the task", onchange: () => this.choose(JSON.parse(byId("part").value)) };
+    this.panel = made("aside", { id: "edit", className: "panel keep-clear", ariaLabel: "edit" },
+      made("div", { className: "tools" },
+        button("undo", "↶", "undo (Ctrl+Z)", () => this.ask("undo")),
+        button("redo", "↷", "redo (Ctrl+Shift+Z)", () => this.ask("redo")),
+        button("save", "save", "save (Ctrl+S)", () => this.ask("save")),
+        this.state),
+      made("p", { id: "edit-error", role: "alert", hidden: true }),
+      made("details", { id: "edit-form", open: window.innerWidth > 700 }, made("summary", { textContent: "task" }),
+        made("div", { className: "tools" }, made("select", selects), button("own-axes", "own axes", "pull and turn along the tool's own axes", () => this.turnAxes())),
+        made("div", { id: "rows" }),
+        made("div", { className: "tools" },
+          made("select", { id: "more", ariaLabel: "add a key", onchange: () => this.more() }),
+          button("remove", "remove", "take this part out of the task", () => this.edit([{ at: this.part }]))),
+        made("div", { className: "tools" },
+          button("add-here", "+ waypoint", "a waypoint where the arm is at the time shown", () => this.add("pose")),
+          button("add-box", "+ box", "an object to be placed", () => this.add("box")))));
+    this.panel.addEventListener("keydown", (event) => event.stopPropagation());
+    byId("bar").before(this.panel);
+  }
+
+  // A newer state of the draft; where handles are known for an older one alone, they stay.
+  told({ draft, error, busy }) {
+    const before = this.draft;
+    this.draft = draft;
+    this.known = draft.planned === draft.revision;
+    const words = [draft.unsaved ? "unsaved" : "saved", this.known ? "" : busy || !error ? "planning …" : "not planned"];
+    this.state.textContent = words.filter(Boolean).join(", ");
+    this.state.className = this.known ? "" : error && !busy ? "wrong" : "busy";
+    for (const name of ["undo", "redo"]) byId(name).disabled = !draft[name];
+    byId("save").disabled = !draft.unsaved;
+    byId("add-here").disabled = byId("add-box").disabled = !this.known;
+    if (draft.handled >= Math.max(this.sent, draft.planned) || (error && !busy)) this.show(draft.handles);
+    if (!before && this.gizmo.handles.length) this.choose(this.gizmo.handles[0].at);
+    else if (draft.data && (!before || before.revision !== draft.revision)) this.fill();
+    this.jog.told();
+  }
+
+  show(handles) {
+    const jogged = this.jog.handle;
+    this.gizmo.set(jogged ? [...handles, jogged] : handles);
+  }
+
+  // Another scene is shown: what was moved along is in its new place.
+  shown() {
+    for (const { object } of this.stage.data.things) object.position.set(0, 0, 0), object.quaternion.identity();
+    this.jog?.renew();
+  }
+
+  arrange() {
+    this.gizmo.arrange();
+  }
+
+  // Ask for an action; errors are shown until the next one.
+  async ask(action, more = {}) {
+    const post = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(more) };
+    let answer;
+    try {
+      const got = await fetch(action + location.search, post);
+      answer = got.ok ? await got.json() : { error: `refused: ${got.status} ${got.statusText}` };
+    } catch {
+      answer = { error: "knotwork has stopped: nothing can be changed or saved" };
+    }
+    this.sent = Math.max(this.sent, answer.revision ?? 0);
+    byId("edit-error").hidden = !answer.error;
+    byId("edit-error").textContent = answer.error ?? "";
+    return answer;
+  }
+
+  edit(changes, gesture = "") {
+    return this.ask("edit", { changes, gesture });
+  }
+
+  moved(handle, { use, gesture }) {
+    if (handle.kind === "jog") return this.jog.reach(handle);
+    const { at, position, quaternion } = handle;
+    return this.ask("move", { at, gesture, ...(use === "turn" ? { quaternion } : { position }) });
+  }
+
+  // While an object is dragged its shape goes along.
+  follow(handle, hand) {
+    if (handle.kind === "jog") this.jog.reach(handle);
+    if (handle.kind !== "object") return;
+    for (const { of, object } of this.stage.data.things) {
+      if (of !== handle.name) continue;
+      const turn = new THREE.Quaternion(...handle.quaternion).multiply(hand.turn.clone().invert());
+      object.quaternion.copy(turn);
+      object.position.set(...handle.position).sub(hand.position.clone().applyQuaternion(turn));
+    }
+  }
+
+  async add(what, more = {}) {
+    const time = this.stage.player.start + this.stage.player.time;
+    const answer = await this.ask("add", { what, time, ...more });
+    if (answer.at) this.part = answer.at;
+  }
+
+  key(event) {
+    if (!event.ctrlKey && !event.metaKey) return;
+    const name = event.key.toLowerCase();
+    const redo = name === "y" || (name === "z" && event.shiftKey);
+    if (name === "s") this.ask("save");
+    else if (event.target.closest("input[type=text]") || !(redo || name === "z")) return;
+    else this.ask(redo ? "redo" : "undo");
+    event.preventDefault();
+  }
+
+  turnAxes() {
+    this.gizmo.own = !this.gizmo.own;
+    byId("own-axes").ariaPressed = String(this.gizmo.own);
+    this.stage.viewer.set_dirty();
+  }
+
+  // A part of the task: that of a handle is the waypoint or object around it.
+  choose(at) {
+    const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
+    this.part = at.slice(0, size);
+    const handle = this.gizmo.handles.find((one) => same(one, { at }))
+      ?? this.gizmo.handles.find((one) => String(one.at.slice(0, size)) === String(this.part));
+    this.gizmo.choose(handle);
+    if (at[0] !== "jog") this.fill();
+  }
+
+  fill() {
+    const { data } = this.draft;
+    if (!within(data, this.part)) this.part = ["waypoints", Math.min(Number(this.part[1]) || 0, data.waypoints.length - 1)];
+    const names = (at) => {
+      const group = within(data, at);
+      if (!at.length) return PARTS.filter((key) => key in data).map((key) => [[key], key]);
+      return Object.entries(group ?? {}).map(([key, one]) => (Array.isArray(group) ? [[...at, Number(key)], one.name ?? `waypoint ${key}`] : [[...at, key], key]));
+    };
+    byId("part").replaceChildren(...GROUPS.map(([label, at]) => made("optgroup", { label },
+      ...names(at).map(([place, text]) => made("option", { value: JSON.stringify(place), textContent: text, selected: String(place) === String(this.part) })))));
+    const part = within(data, this.part);
+    const kind = this.part.slice(0, -1).join(".");
+    const more = Object.keys(KEYS[kind] ?? {}).filter((key) => !(key in part));
+    byId("more").hidden = !more.length;
+    byId("more").replaceChildren(made("option", { textContent: "+ key" }), ...more.map((key) => made("option", { value: key, textContent: key })));
+    byId("remove").hidden = !["waypoints", "scene.objects"].includes(kind);
+    const focused = document.activeElement?.dataset?.at;
+    const gesture = () => `${++this.gesture}`;
+    const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]) };
+    byId("rows").replaceChildren(...[...valuesOf(part, this.part)].map((one) => formRow(one, this.part.length, uses)));
+    if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
+  }
+
+  // A key that the part does not have yet
+  more() {
+    const key = byId("more").value;
+    const kind = this.part.slice(0, -1).join(".");
+    if (key in KEYS[kind]) this.edit([{ at: [...this.part, key], value: KEYS[kind][key] }]);
+  }
+}
+
+// One more arm, moved joint by joint or by its tool; a waypoint can be made where it stands.
+class Jog {
+  constructor(editing) {
+    Object.assign(this, { editing, q: null, handle: null, arm: null, waiting: null, asking: false });
+    const button = (id, text, title, use) => made("button", { id, type: "button", textContent: text, title, onclick: use });
+    this.panel = made("details", { id: "jog" }, made("summary", { textContent: "jog the arm" }),
+      made("div", { id: "sliders" }),
+      made("div", { className: "tools" },
+        button("jog-pose", "waypoint here", "after the chosen waypoint, where the tool is", () => this.add("pose")),
+        button("jog-joints", "as joints", "the same, given by joint values", () => this.add("joints"))));
+    editing.panel.append(this.panel);
+    this.panel.addEventListener("toggle", () => (this.panel.open ? this.begin() : this.end()));
+  }
+
+  told() {
+    byId("jog-pose").disabled = byId("jog-joints").disabled = !this.editing.known;
+  }
+
+  // From where the arm is shown
+  begin() {
+    const { stage } = this.editing;
+    const { data, player } = stage;
+    const at = player.frame() * data.joints.length;
+    this.q = [...floats(data.arms[0].position).slice(at, at + data.joint_panel.length)];
+    byId("sliders").replaceChildren(...data.joint_panel.map((joint, i) => this.slider(joint, i)));
+    this.renew();
+    this.ask({});
+  }
+
+  slider({ name, unit, factor, low, high }, i) {
+    const digits = DIGITS[unit] ?? 3;
+    const [least, most] = [low ?? -factor * 2 * Math.PI, high ?? factor * 2 * Math.PI];
+    const field = made("input", { type: "range", min: least, max: most, step: "any", value: factor * this.q[i], ariaLabel: name });
+    const number = made("span", { className: "value" });
+    const show = () => { number.textContent = `${(factor * this.q[i]).toFixed(digits)} ${unit}`; };
+    field.addEventListener("input", () => {
+      this.q[i] = Number(field.value) / factor;
+      show();
+      this.place();
+      this.ask({});
+    });
+    show();
+    const row = made("label", { className: "row" }, made("span", { className: "key", textContent: name, title: name }), field, number);
+    row.show = () => { field.value = factor * this.q[i]; show(); };
+    return row;
+  }
+
+  end() {
+    this.arm?.forEach((group) => group.removeFromParent());
+    Object.assign(this, { arm: null, handle: null });
+    this.editing.show(this.editing.draft.handles);
+  }
+
+  // The arm is drawn anew with each scene.
+  renew() {
+    if (!this.panel.open) return;
+    const { viewer, data } = this.editing.stage;
+    const groups = [new THREE.Group()];
+    data.joints.forEach(({ parent }) => {
+      groups.push(new THREE.Group());
+      groups[parent].add(groups[groups.length - 1]);
+    });
+    data.coarse.forEach((mesh, joint) => {
+      if (mesh && joint) groups[joint].add(translucent({ mesh, geometry: geometry(mesh) }, 0.55, [225, 130, 50], 300));
+    });
+    viewer.set_object(["Jogged"], groups[0]);
+    this.arm = groups;
+    this.place();
+  }
+
+  place() {
+    const { joints } = this.editing.stage.data;
+    joints.forEach((joint, i) => placeJoint(this.arm[i + 1], joint, this.q[i] ?? 0));
+    this.editing.stage.viewer.set_dirty();
+  }
+
+  // The tool is pulled: joints follow.
+  reach({ position, quaternion }) {
+    this.ask({ position, quaternion });
+  }
+
+  // One question at a time; of those that wait the last alone is asked.
+  async ask(more) {
+    this.waiting = more;
+    if (this.asking) return;
+    this.asking = true;
+    while (this.waiting) {
+      const asked = this.waiting;
+      this.waiting = null;
+      const answer = await this.editing.ask("jog", { q: this.q, ...asked });
+      if (!answer.q || !this.arm) continue;
+      if (asked.position) {
+        this.q = answer.q;
+        byId("sliders").childNodes.forEach((row) => row.show());
+        this.place();
+      }
+      const { position, quaternion } = answer;
+      const { gizmo } = this.editing;
+      if (this.handle && gizmo.hand && gizmo.held?.kind === "jog") continue; // it is in the hand
+      const first = !this.handle;
+      this.handle = { at: ["jog"], name: "jogged tool", kind: "jog", position, quaternion, axes: [0, 0, 0, 1], turns: true };
+      this.editing.show(this.editing.draft.handles);
+      if (first) gizmo.choose(this.handle);
+    }
+    this.asking = false;
+  }
+
+  add(what) {
+    const { part } = this.editing;
+    const after = part[0] === "waypoints" ? part[1] : this.editing.draft.data.waypoints.length - 1;
+    return this.editing.add(what, { q: this.q, after });
+  }
+}

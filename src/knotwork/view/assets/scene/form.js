@@ -1,0 +1,56 @@
+// A form for a part of the task: a row for each value that it gives, whatever its key.
+
+const isRow = (value) => Array.isArray(value) && value.length <= 6 && value.every((one) => typeof one !== "object");
+
+// The values of a part: where each is, and what it is
+function* valuesOf(value, at) {
+  if (value === null || typeof value !== "object" || isRow(value)) yield { at, value };
+  else for (const [key, one] of Object.entries(value)) yield* valuesOf(one, [...at, Array.isArray(value) ? Number(key) : key]);
+}
+
+// What is typed, as YAML would read it
+function typed(text) {
+  const word = text.trim();
+  if (word === "true" || word === "false") return word === "true";
+  return word !== "" && Number.isFinite(Number(word)) ? Number(word) : text;
+}
+
+function made(kind, settings = {}, ...inner) {
+  const element = Object.assign(document.createElement(kind), settings);
+  element.append(...inner);
+  return element;
+}
+
+// A row: its key, a field for each number or word, and a button that takes it out
+function formRow({ at, value }, from, { change, remove }) {
+  const name = at.slice(from).join(".");
+  const row = made("div", { className: "row" }, made("span", { className: "key", textContent: name, title: name }));
+  const fields = made("span", { className: "fields" });
+  (isRow(value) ? value : [value]).forEach((one, i) => {
+    const place = isRow(value) ? [...at, i] : at;
+    const label = isRow(value) ? `${name} ${i + 1}` : name;
+    const field = made("input", { ariaLabel: label });
+    field.dataset.at = JSON.stringify(place);
+    if (typeof one === "boolean") {
+      Object.assign(field, { type: "checkbox", checked: one });
+      field.addEventListener("change", () => (field.checked ? change(place, true) : remove(at)));
+    } else {
+      Object.assign(field, { type: "text", value: String(one ?? ""), autocomplete: "off", spellcheck: false });
+      if (typeof one === "number") field.inputMode = "decimal";
+      // A number is taken over while the hand rests, words when they are complete.
+      let timer = 0;
+      const take = () => {
+        clearTimeout(timer);
+        if (field.value.trim() !== "" && field.value !== String(one ?? "")) change(place, typed(field.value));
+      };
+      field.addEventListener("input", () => {
+        clearTimeout(timer);
+        if (typeof typed(field.value) === "number") timer = setTimeout(take, 350);
+      });
+      field.addEventListener("change", take);
+    }
+    fields.append(field);
+  });
+  row.append(fields, made("button", { type: "button", className: "drop", textContent: "×", title: `take ${name} out`, ariaLabel: `take ${name} out`, onclick: () => remove(at) }));
+  return row;
+}

@@ -1,0 +1,176 @@
+"""Events in files, each read as who takes it over would read it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from welding import do, weld
+
+import knotwork as kw
+from command_line import Command
+from knotwork.errors import ExportError
+from urscript_controller import Controller
+
+TASK = weld(
+    approach=do({"output": 17, "value": "on", "before": 0.5}),
+    seam=do({"output": 9, "value": True}, {"wait": 0.3}, {"arc": "on"}),
+    end=do({"arc": "off", "at": -20}),
+    retract=do({"output": 9, "value": "off"}),
+)
+OUTPUTS = [
+    ("tool", 1, True),
+    ("configurable", 1, True),
+    ("standard", 3, True),
+    ("standard", 3, False),
+    ("configurable", 1, False),
+]
+TASK["waypoints"][1].pop("stop")
+
+
+@pytest.fixture(scope="module")
+def plan() -> kw.Plan:
+    return kw.plan(TASK)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "weld.yaml"
+    path.write_text(yaml.safe_dump(TASK))
+    return path
+
+
+def test_outputs_are_switched_within_a_step_before(plan: kw.Plan) -> None:
+    motion = plan.trajectory
+    text = motion.to_urscript()
+    for rate in (125.0, 500.0):
+        controller = Controller(motion.position(motion.start_time), rate)
+        controller.run(text)
+        found = [(kind, number, value) for _, kind, number, value in controller.switched]
+        assert found == OUTPUTS
+        early = [
+            event.time - time
+            for event, (time, *_) in zip(plan.events, controller.switched, strict=True)
+        ]
+        assert -1e-9 <= min(early) <= max(early) <= 1.0 / rate + 1e-9
+        time = np.clip(controller.time, motion.start_time, motion.end_time)
+        off = np.abs(controller.position - motion.position(time)).max()
+        plain = Controller(motion.position(motion.start_time), rate)
+        plain.run(replace(motion, events=()).to_urscript())
+        without = np.abs(plain.position - motion.position(np.clip(plain.time, 0, motion.end_time)))
+        assert off <= 1.01 * without.max()  # pieces in two parts are the same motion
+
+
+def test_a_program_names_its_segments(plan: kw.Plan) -> None:
+    text = plan.trajectory.to_urscript()
+    named = re.findall(r"^  # (.*): (?:\w| )+, (\d+\.\d+) s to", text, re.MULTILINE)
+    assert named == [(one.name, f"{one.start:.3f}") for one in plan.segments]
+
+
+@pytest.mark.parametrize(
+    ("action", "said"),
+    [
+        (
+            {"gripper": "close"},
+            r"close at 3\.000 s, waypoint 'seam': .* no signal 'gripper'",
+        ),
+        ({"output": 18, "value": True}, r"no output 18; accepted: .*16 or 17 \(at the tool\)"),
+    ],
+)
+def test_what_is_no_output_of_the_controller_is_refused(action: Any, said: str) -> None:
+    motion = kw.plan(weld(seam=do(action))).trajectory
+    with pytest.raises(ExportError, match=said):
+        motion.to_urscript()
+    assert "digital_out" not in replace(motion, events=()).to_urscript()
+
+
+def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Path) -> None:
+    out = file.with_suffix(".csv")
+    assert knotwork("export", file, "-f", "csv", "--rate", 50, "-o", out).code == 0
+    rows = list(csv.DictReader(out.read_text().splitlines()))
+    switched = [(float(row["time_s"]), row["event"]) for row in rows if row["event"]]
+    assert [text for _, text in switched] == [one.said for one in plan.events]
+    for event, (time, _) in zip(plan.events, switched, strict=True):
+        assert -1e-9 <= time - event.time < 0.02
+    for row in rows:
+        own = next(one for one in plan.segments if one.name == row["segment"])
+        assert own.start - 1e-9 <= float(row["time_s"]) <= own.end + 1e-9
+    knots = file.with_name("knots.csv")
+    exact = ("--knots-only", "--accelerations", "-o", knots)
+    assert knotwork("export", file, "-f", "csv", *exact).code == 0
+    assert "wait at seam,output 9 on" in knots.read_text()
+    assert knotwork("check", knots, "--scenario", file).code == 0
+    samples = json.loads(plan.trajectory.to_json())
+    assert samples["events"] == [one.to_dict() for one in plan.events]
+    assert "event" not in kw.plan("paper_case").trajectory.to_csv()
+    assert "B to C" in kw.plan("paper_case").trajectory.to_csv(labels=True)
+
+
+@pytest.mark.parametrize("name", ["json", "npz", "parquet"])
+def test_other_tables(plan: kw.Plan, tmp_path: Path, name: str) -> None:
+    pytest.importorskip("pyarrow" if name == "parquet" else "json")
+    made = plan.trajectory.save_as(name, tmp_path / f"motion.{name}")
+    if name == "npz":
+        events = list(np.load(made)["event"])
+    elif name == "json":
+        events = [kw.trajectory.Event(**one).said for one in json.loads(made.read_text())["events"]]
+    else:
+        import pyarrow.parquet
+
+        events = pyarrow.parquet.read_table(made)["event"].to_pylist()
+    assert [one for one in events if one] == [one.said for one in plan.events]
+
+
+@pytest.mark.parametrize("name", ["ros2", "pvt", "mat", "scipy"])
+def test_a_file_beside_those_that_can_not_hold_them(
+    plan: kw.Plan, knotwork: Command, file: Path, name: str
+) -> None:
+    out = file.with_name("motion.out")
+    ran = knotwork("export", file, "-f", name, "-o", out)
+    beside = file.with_name("motion.events.json")
+    assert (ran.code, f"wrote {out} and {beside}" in ran.out) == (0, True)
+    data = json.loads(beside.read_text())
+    assert [one["time_from_start"] for one in data["events"]] == [one.time for one in plan.events]
+    assert [one["name"] for one in data["segments"]] == [one.name for one in plan.segments]
+    again = knotwork("export", file, "-f", name, "-o", file.with_name("motion.other"))
+    assert (again.code, f"{beside} exists" in again.err) == (2, True)
+    alone = knotwork("export", file, "-f", name, "-o", out, "--force", "--without-events")
+    assert (alone.code, "events.json" in alone.out) == (0, False)
+
+
+def test_text_without_a_file_has_no_room_for_them(knotwork: Command, file: Path) -> None:
+    ran = knotwork("export", file, "-f", "ros2")
+    assert (ran.code, ran.out) == (2, "")
+    assert "can't hold the events and segments of the motion; give a file with -o FILE" in ran.err
+    assert knotwork("export", file, "-f", "ros2", "--without-events").code == 0
+
+
+def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
+    (place,) = plan.report.select(subject="event", quantity="place")
+    assert place.ok
+    assert place.value == pytest.approx(0.0, abs=1e-5)
+    assert "arc off at" in place.message
+    assert "20 mm before 'end'" in place.message
+    late = replace(plan.trajectory, polynomial=later(plan.trajectory))
+    found = kw.check(late, plan.scenario)
+    (moved,) = found.select(subject="event", quantity="place")
+    assert not moved.ok
+    assert moved.value == pytest.approx(0.08 * 0.01, rel=1e-2)  # 80 mm/s for 10 ms
+    said = [one.message for one in plan.report.select(group="Segments")]
+    assert said == [one.said for one in plan.segments]
+    assert any("output 17 on" in line.text for line in plan.report.brief())
+
+
+def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:
+    """The same motion 10 ms later, the arm at rest before."""
+    times = np.concatenate(([motion.start_time], motion.breaks + 0.01))[:-1]
+    still = motion.polynomial.c[:, :1] * (np.arange(4) == 3)[:, None, None]
+    c = np.concatenate((still, motion.polynomial.c), axis=1)
+    return kw.PiecewisePolynomial(c, np.append(times, motion.end_time))

@@ -1,0 +1,30 @@
+"""A task with events: a seam of two lines with a corner, for an arm of Universal Robots."""
+
+from __future__ import annotations
+
+from typing import Any
+
+DOWN = {"rpy": [180, 0, 0]}
+WIRE = {"feed": 2.5, "at": 15}
+
+
+def weld(**changes: Any) -> dict[str, Any]:
+    """A seam of two lines with a corner; lengths in mm. Keys of waypoints by their names."""
+    given: dict[str, dict[str, Any]] = {
+        "approach": {"pose": {"position": [450, -100, 250], **DOWN}, "after": 2, "stop": True},
+        "seam": {"pose": {"position": [450, -100, 200], **DOWN}, "after": 1, "stop": True},
+        "corner": {"along": "line", "speed": 50, "pose": {"position": [450, 0, 200]}, "blend": 10},
+        "end": {"along": "line", "speed": 80, "pose": {"position": [550, 0, 200]}, "stop": True},
+        "retract": {"pose": {"position": [550, 0, 250], **DOWN}, "after": 1},
+    }
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "outputs": {"arc": 3},
+        "start": "home",
+        "waypoints": [{"name": key, **one, **changes.get(key, {})} for key, one in given.items()],
+    }
+
+
+def do(*actions: dict[str, Any]) -> dict[str, Any]:
+    return {"do": list(actions)}

@@ -1,0 +1,94 @@
+"""Joints beside those of a URDF, and weights of joints, against plain Pinocchio and SciPy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import scipy
+
+import knotwork as kw
+from knotwork.errors import InputError
+
+URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
+RAIL = {"carries": "robot", "slides": [0, 3, 4], "range": [-1, 1], "velocity": 1.5}
+
+
+def arm(**axes: Any) -> kw.Robot:
+    return kw.load_robot({"urdf": URDF, "tool_frame": "tool0", "external_axes": axes})
+
+
+def test_a_rail_carries_the_robot() -> None:
+    robot = arm(rail={**RAIL, "position": [0.1, 0.2, 0.3], "rpy": [0.3, -0.2, 0.1]})
+    assert robot.joint_names[0] == "rail"
+    assert robot.joint_units[0] == "m"
+    assert (robot.lower_position_limit[0], robot.velocity_limit[0]) == (-1.0, 1.5)
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data, q = model.createData(), np.linspace(-0.7, 0.9, 7)
+    pin.framesForwardKinematics(model, data, q[1:])
+    below = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.2, 0.1), np.array([0.1, 0.2, 0.3]))
+    along = pin.SE3(np.eye(3), q[0] * np.array([0, 0.6, 0.8]))
+    asked = below * along * data.oMf[model.getFrameId("tool0")]
+    assert robot.forward(q).isApprox(asked, 1e-12)
+
+
+def test_axes_carry_one_another() -> None:
+    tilt = {"carries": "cradle", "turns": [1, 0, 0], "range": [-1, 1], "position": [0.5, 0, 0.2]}
+    turn = {"in": "cradle", "turns": [0, 0, 1], "position": [0, 0, 0.1]}
+    robot = arm(tilt=tilt, plate=turn).with_tool("plate")
+    assert robot.joint_names == ("tilt", "plate")
+    assert np.isinf(robot.upper_position_limit[1])
+    a, b = 0.4, 2.0
+    placed = pin.SE3(pin.rpy.rpyToMatrix(a, 0, 0), np.array([0.5, 0, 0.2]))
+    placed = placed * pin.SE3(pin.rpy.rpyToMatrix(0, 0, b), np.array([0, 0, 0.1]))
+    assert robot.forward([a, b]).isApprox(placed, 1e-12)
+
+
+def test_weights_decide_which_joints_move() -> None:
+    """The velocities of least weighted norm, by SciPy from the definition."""
+    robot = kw.load_robot("ur5_rail").with_weights({"rail": 0.2, "elbow_joint": 3.0})
+    q, twist = robot.configuration("home"), np.array([0.1, 0.2, -0.05, 0.1, 0, 0.2])
+    share = np.array([0.2, 1, 1, 3, 1, 1, 1]) / robot.velocity_limit
+    J = robot.jacobian(q)
+    asked = np.linalg.pinv(J / share) @ twist / share
+    assert kw.solve_velocity_ik(robot, q, twist) == pytest.approx(asked, abs=1e-9)
+    null = scipy.linalg.null_space(J)[:, 0]
+    assert (share**2 * asked) @ null == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
+    task = kw.Task.load("ur5_rail_bead")
+    plain, follows = (kw.plan(task.replace(prefer=p)) for p in ("travel", {"rail": 0.02}))
+    motion = plain.scenario.paths[0].motion
+    moved = {}
+    for plan in (plain, follows):
+        assert plan.report.ok, plan.report
+        times = np.linspace(motion.start_time, motion.end_time, 60)
+        q = np.array([plan.trajectory.position(t) for t in times])
+        moved[plan] = np.ptp(q, axis=0)
+    assert moved[plain][1:].max() > 0.3
+    assert moved[follows][1:].max() < 0.02
+    assert moved[follows][0] == pytest.approx(motion.path.length, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("axis", "words"),
+    [
+        ({"range": [0, 1]}, "give slides or turns"),
+        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "give slides or turns"),
+        ({"slides": [1, 0, 0]}, "give its range"),
+        ({"turns": [0, 0, 0]}, "its direction must not be zero"),
+        ({"turns": [0, 0, 1], "in": "nowhere"}, "'nowhere', which is no link"),
+        ({"turns": [0, 0, 1], "carries": "tool0"}, "link 'tool0' is given twice"),
+    ],
+)
+def test_wrong_axes_are_refused(axis: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        arm(table=axis)
+
+
+def test_weights_of_joints_that_there_are_not() -> None:
+    with pytest.raises(InputError, match=r"prefer: robot 'ur5_rail': unknown joint 'rial'.*rail"):
+        kw.plan(kw.Task.load("ur5_rail_bead").replace(prefer={"rial": 0.2}))

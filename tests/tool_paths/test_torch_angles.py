@@ -1,0 +1,136 @@
+"""Work and travel angles along seams, against their definition and plain Pinocchio."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+
+WORK, TRAVEL = np.radians(20), np.radians(-12)
+ANGLES = {"work_angle": WORK, "travel_angle": TRAVEL}
+START, END = [0.6, -0.2, 0.25], [0.66, -0.2, 0.25]
+UP = [0.0, 0.0, 1.0]
+
+
+def welded(*path: dict[str, Any], before: dict[str, Any] | None = None) -> dict[str, Any]:
+    angles = {"torch": {"seam": [1, 0, 0], "normal": UP, **ANGLES}}
+    return {
+        "robot": "ur10",
+        "start": "home",
+        "waypoints": [
+            {"after": 3, "pose": {"position": [0.6, -0.2, 0.3], **angles}, "stop": True},
+            {"after": 1, "pose": {"position": START, **(before or {})}, "stop": True},
+            *path,
+        ],
+    }
+
+
+def leant(plan: kw.Plan, t: float) -> pin.SE3:
+    robot = plan.space.robot
+    assert robot is not None
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, plan.trajectory.position(t))
+    return data.oMf[model.getFrameId(robot.tool_frame)].copy()
+
+
+def angles_of(z: np.ndarray, seam: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
+    """Work and travel angle as a welder measures them, to the left and forward.
+
+    Work: in the plane square to the seam, from the normal to the tool. Travel: from that plane.
+    """
+    out, left = -z, np.cross(normal, seam)
+    flat = out - (out @ seam) * seam
+    work = np.arctan2(flat @ left, flat @ normal)
+    return float(work), float(np.arcsin(-(out @ seam)))
+
+
+ARC = {
+    "along": {"arc": {"centre": [0.66, -0.17, 0.25]}},
+    "speed": 0.02,
+    "pose": {"position": [0.69, -0.17, 0.25]},
+    "orientation": "tangent",
+}
+
+
+def test_a_torch_keeps_its_angles_along_line_and_arc() -> None:
+    line = {"along": "line", "speed": 0.02, "pose": {"position": END}}
+    line["orientation"] = {"normal": UP, **ANGLES}
+    plan = kw.plan(welded(line, ARC))
+    assert plan.report.ok, plan.report
+    first, second = plan.scenario.paths[0].stretches
+    for t in (first.start, 0.5 * (first.start + first.end), 0.5 * (second.start + second.end)):
+        pose = leant(plan, t)
+        turned = pose.translation - [0.66, -0.17, 0.25]
+        seam = np.array([-turned[1], turned[0], 0.0]) if t > first.end else np.array([1.0, 0, 0])
+        seam /= np.linalg.norm(seam)
+        found = angles_of(pose.rotation[:, 2], seam, np.array(UP))
+        assert found == pytest.approx((WORK, TRAVEL), abs=2e-3)
+        # the tool's x axis shows along the seam
+        assert pose.rotation[:, 0] @ seam > np.cos(abs(TRAVEL)) - 1e-3
+
+
+@pytest.mark.parametrize("orientation", [{}, {**ANGLES, "tangent": "-y"}])
+def test_points_with_normals_lean_the_tool(tmp_path: Path, orientation: dict[str, Any]) -> None:
+    """Over a cylinder about x, slantwise: normals turn with the surface, and nothing is free."""
+    radius, whole, axis = 0.2, np.radians(25), np.array([0.6, -0.2, 0.05])
+    angle = np.linspace(0.0, whole, 21)
+    out = np.column_stack((0.0 * angle, np.sin(angle), np.cos(angle)))
+    points = axis + radius * out + np.outer(angle / whole, [0.06, 0, 0])
+    rows = [",".join(map(str, row)) for row in np.hstack((points, out))]
+    (tmp_path / "seam.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]))
+    end = {"along": {"points": str(tmp_path / "seam.csv")}, "speed": 0.03}
+    end |= {"pose": {"position": points[-1].tolist()}, "orientation": orientation}
+    plan = kw.plan(welded(end))
+    assert plan.report.ok, plan.report
+    (path,) = plan.scenario.paths
+    assert path.freedom is None
+    wanted = orientation.get("work_angle", 0.0), orientation.get("travel_angle", 0.0)
+    for t in np.linspace(path.motion.start_time, path.motion.end_time, 9):
+        pose = leant(plan, float(t))
+        normal = (pose.translation - axis) * [0, 1, 1] / radius
+        seam = np.array([0.06, 0.0, 0.0]) + radius * whole * np.cross([-1, 0, 0], normal)
+        seam /= np.linalg.norm(seam)
+        assert angles_of(pose.rotation[:, 2], seam, normal) == pytest.approx(wanted, abs=3e-3)
+        forward = -pose.rotation[:, 1] if orientation else pose.rotation[:, 0]
+        assert forward @ seam > np.cos(abs(wanted[1])) - 1e-3
+
+
+LINE = {"along": "line", "speed": 0.02, "pose": {"position": END}}
+REFUSED = [
+    ({"normal": [1, 0, 0]}, {}, "waypoints[2].orientation", "direction of the seam itself"),
+    ({"normal": [0, 0, 0]}, {}, "waypoints[2].orientation", "is zero"),
+    ({"work_angle": 0.1}, {}, "waypoints[2].orientation", "gives no normal"),
+    ({"normal": UP, "work_angle": 1.6}, {}, "waypoints[2].orientation", "work_angle is 91.6732"),
+    ({"normal": UP, "tangent": "z"}, {}, "waypoints[2].orientation.tangent", "-y"),
+    (
+        {"normal": UP, "work_angle": 0.3},
+        {"torch": {"seam": [1, 0, 0], "normal": UP, "work_angle": 0.2}},
+        "waypoints[2]",
+        "is turned 5.73 degrees",
+    ),
+    (
+        {"normal": UP},
+        {"torch": {"seam": [0, 0, 2], "normal": UP}},
+        "waypoints[1].pose.torch",
+        "the direction of the seam itself",
+    ),
+    ("tangent", {}, "waypoints[1].pose", "has no orientation"),
+    (None, {}, "waypoints[1].pose", "rotation_matrix, torch"),
+]
+
+
+@pytest.mark.parametrize(("orientation", "before", "place", "words"), REFUSED)
+def test_angles_to_nothing_are_refused(
+    orientation: Any, before: dict[str, Any], place: str, words: str
+) -> None:
+    line = LINE if orientation is None else {**LINE, "orientation": orientation}
+    with pytest.raises(kw.errors.InputError) as caught:
+        kw.plan(welded(line, before=before))
+    assert place in str(caught.value)
+    assert words in str(caught.value)

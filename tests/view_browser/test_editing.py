@@ -1,0 +1,210 @@
+"""`knotwork edit` by clicks and keys in a browser, and what its server refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+import knotwork as kw
+from patience import PATIENCE
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
+
+# Where an arrow of the gizmo has its tip on the page
+TIP = """(axis) => {
+  const { tool } = knotwork.edit.gizmo;
+  const tip = new MeshCat.THREE.Vector3(...axis).multiplyScalar(0.95 * tool.scale.x);
+  const at = tip.applyQuaternion(tool.quaternion).add(tool.position);
+  const p = new MeshCat.THREE.Vector3(at.x, at.z, -at.y).project(viewer.camera);
+  const pane = document.getElementById("scene").getBoundingClientRect();
+  return [pane.left + (p.x + 1) / 2 * pane.width, pane.top + (1 - p.y) / 2 * pane.height];
+}"""
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
+    """Address of the page of a task, and its file."""
+    file = tmp_path_factory.mktemp("edit") / "task.yaml"
+    source = kw.load_scenario("ur5_deburring").source
+    assert source is not None
+    text = source.read_text(encoding="utf-8")
+    file.write_text(text.replace("[-40, 0, 30]", "[-40, 0, -60]"), encoding="utf-8")
+    command = [sys.executable, "-u", "-m", "knotwork", "edit", str(file), "--no-open"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
+    ) as process:
+        assert process.stdout is not None
+        address = process.stdout.readline().split(" at ")[1].split()[0]
+        process.stdout.readline()  # the first plan is made
+        yield address, file
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, err
+    assert "stopped" in out
+
+
+def post(address: str, action: str, asked: Any, **headers: str) -> tuple[int, Any]:
+    """What the server answers to a request, its token and headers as given."""
+    parts = urlsplit(address)
+    client = HTTPConnection(parts.netloc, timeout=PATIENCE)
+    given = {"Host": parts.netloc, "Content-Type": "application/json"} | headers
+    content = asked if isinstance(asked, bytes) else json.dumps(asked).encode()
+    client.request("POST", f"/{action}?{parts.query}", content, given)
+    answer = client.getresponse()
+    text = answer.read()
+    client.close()
+    return answer.status, json.loads(text) if answer.status == 200 else text
+
+
+def test_strangers_are_refused(served: tuple[str, Path]) -> None:
+    address, _ = served
+    parts = urlsplit(address)
+    undo = (address, "undo", {})
+    for query in ("", "token=", "token=wrong", f"{parts.query}x", "token=%C3%A9"):
+        assert post(parts._replace(query=query).geturl(), "undo", {})[0] == 403
+        for path in ("/", "/scene", "/changes"):
+            client = HTTPConnection(parts.netloc)
+            client.request("GET", f"{path}?{query}")
+            assert client.getresponse().status == 403
+            client.close()
+    assert post(*undo, Host="evil.example")[0] == 421
+    assert post(*undo, Origin="http://evil.example")[0] == 403
+    assert post(*undo, **{"Content-Type": "text/plain"})[0] == 415
+    assert post(address, "open", {})[0] == 404
+    assert post(address, "edit", b" " * 1_000_001)[0] == 413
+    assert post(*undo, Origin=f"http://{parts.netloc}")[0] == 200
+
+
+@pytest.mark.parametrize(
+    ("action", "asked", "words"),
+    [
+        ("edit", b"[1]", "not understood"),
+        ("edit", b"{", "not understood"),
+        ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "no number"),
+        ("edit", {}, "needs changes"),
+        ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),
+        ("edit", {"changes": [{"at": ["waypoints", 99, "time"], "value": 1}]}, "waypoints[99]"),
+        ("move", {"at": ["waypoints", 0, "time"]}, "nothing to move"),
+        ("move", {"at": ["waypoints", 0, "pose"], "position": [1]}, "shape"),
+        ("jog", {"q": [0, 0]}, "shape"),
+        ("jog", {"time": 0, "position": [9, 9, 9], "quaternion": [0, 0, 0, 1]}, "reach"),
+    ],
+)
+def test_what_is_wrong_changes_nothing(
+    action: str, asked: Any, words: str, served: tuple[str, Path], tabs: Any
+) -> None:
+    opened(served, tabs)
+    status, answer = post(served[0], action, asked)
+    assert status == 200
+    assert words in answer["error"]
+
+
+def opened(served: tuple[str, Path], tabs: Any) -> Any:
+    """The page, opened once."""
+    if "edit" not in tabs.opened:
+        tab = tabs.new()
+        tab.set_viewport_size({"width": 1000, "height": 640})
+        tab.context.set_offline(False)
+        tab.goto(f"{served[0]}#paused")
+        tab.wait_for_selector("html[data-ready=true]", state="attached")
+        tabs.opened["edit"] = tab
+    return tabs.opened["edit"]
+
+
+def known(tab: Any) -> None:
+    """Wait for the motion of what was edited last."""
+    tab.wait_for_function("!/plan/.test(document.getElementById('edit-state').textContent)")
+
+
+def test_a_waypoint_is_dragged_out_of_a_collision_and_saved(
+    served: tuple[str, Path], tabs: Any
+) -> None:
+    file = served[1]
+    before = file.read_text(encoding="utf-8")
+    tab = opened(served, tabs)
+    known(tab)
+    assert tab.inner_text("#head .verdict") == "FAILED"
+    tab.locator(".label.waypoint", has_text="approach").click()
+    assert tab.input_value("#part") == '["waypoints",0]'
+    for _ in range(4):
+        x, y = tab.evaluate(TIP, [0, 0, 1])
+        tab.mouse.move(x, y)
+        tab.mouse.down()
+        tab.mouse.move(x, y - 30, steps=4)
+        tab.mouse.up()
+        tab.wait_for_function("knotwork.edit.sent === knotwork.edit.draft.revision")
+        known(tab)
+        if tab.inner_text("#head .verdict") == "passed":
+            break
+    assert tab.inner_text("#head .verdict") == "passed"
+    assert tab.inner_text("#edit-state") == "unsaved"
+    assert file.read_text(encoding="utf-8") == before
+    tab.click("#save")
+    tab.wait_for_selector("#edit-state:text-is('saved')")
+    text = file.read_text(encoding="utf-8")
+    assert kw.plan(file).report.ok
+    changed = [
+        pair
+        for pair in zip(before.split("\n"), text.split("\n"), strict=True)
+        if len(set(pair)) > 1
+    ]
+    assert [old for old, _ in changed] == [
+        "    pose: {position: [-40, 0, -60], rpy: [-135, 0, 180]}"
+    ]
+    tab.keyboard.press("Control+z")
+    tab.wait_for_function("knotwork.edit.draft.unsaved")
+    tab.keyboard.press("Control+Shift+z")
+    tab.wait_for_selector("#edit-state:text-is('saved')")
+
+
+def test_a_wrong_number_is_told_over_the_last_good_motion(
+    served: tuple[str, Path], tabs: Any
+) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    verdict = tab.inner_text("#head .verdict")
+    tab.select_option("#part", '["waypoints",0]')
+    tab.fill("#rows [aria-label=time]", "-3")
+    tab.wait_for_selector("#live.wrong:text('waypoints[0].time')")
+    tab.wait_for_selector("#edit-state.wrong:text('not planned')")
+    assert tab.locator("body.outdated").count() == 1
+    assert tab.inner_text("#head .verdict") == verdict
+    tab.click("#undo")
+    known(tab)
+    assert tab.input_value("#rows [aria-label=time]") == "3"
+    assert not tab.locator("#live").is_visible()
+
+
+def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
+    served: tuple[str, Path], tabs: Any
+) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    count = len(kw.Task.load(served[1]).waypoints)
+    tab.evaluate("knotwork.seek(1.5)")
+    tab.select_option("#part", '["waypoints",3]')
+    tab.click("#jog summary")
+    tab.wait_for_function("knotwork.edit.jog.handle")
+    tab.locator("#sliders input").first.evaluate(
+        "it => { it.value = 10; it.dispatchEvent(new Event('input')); }"
+    )
+    tab.click("#jog-joints")
+    tab.wait_for_function(f"knotwork.edit.draft.data.waypoints.length === {count + 1}")
+    known(tab)
+    added = tab.evaluate("knotwork.edit.draft.data.waypoints[4]")
+    assert added["joints"]["shoulder_pan_joint"] == pytest.approx(10, abs=0.01)
+    tab.click("#jog summary")
+    tab.select_option("#part", '["waypoints",4]')
+    tab.click("#remove")
+    tab.wait_for_function(f"knotwork.edit.draft.data.waypoints.length === {count}")
+    known(tab)
