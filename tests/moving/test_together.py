@@ -78,7 +78,7 @@ def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (("--in", "lift"), "scene.robots.b.in: unknown frame 'lift'; did you mean 'left'"),
+        (("--in", "lift"), "scene.robots.b.in: unknown frame 'lift' (did you mean 'left'"),
         (("--in", "belt"), "scene.robots.b.in: frame 'belt' moves"),
         (("--in", "left", "--motion", "none.csv"), "scene.robots.b.motion: there is no file"),
         (("--in", "left", "--log"), "--with takes neither --full nor a log"),
