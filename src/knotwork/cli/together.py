@@ -60,7 +60,7 @@ with_options = bundled(
 
 def check_together(source: str, reference: str | None, other: OtherRobot, *, as_json: bool) -> int:
     """Print in one line how near two motions come; gives the exit code."""
-    from knotwork.verification.together import clearance_between
+    from knotwork.pipeline import clearance_between
 
     first = read_motions(source, reference)[0]
     if isinstance(first, JointTrajectory):

@@ -37,7 +37,7 @@ def clearance_between(
         InputError: A scenario or a motion is wrong, or the other's fails its own check.
 
     >>> plan, other = kw.plan("ur5_deburring"), kw.task.OtherRobot(scenario="ur5_deburring")
-    >>> clearance_between(plan.trajectory, plan.scenario, other).ok
+    >>> kw.clearance_between(plan.trajectory, plan.scenario, other).ok
     False
     """
     name = Path(other.scenario).stem
