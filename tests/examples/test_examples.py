@@ -50,6 +50,12 @@ def test_a_scenario_in_code(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "report.json").is_file()
 
 
+def test_a_motion_in_mujoco(tmp_path: Path) -> None:
+    said = run("play_in_mujoco.py", tmp_path)
+    assert said.startswith("1801 keyframes")
+    assert 1e-6 < float(re.search(r"at most (\S+) rad", said)[1]) < 1e-3  # type: ignore[index]
+
+
 def test_a_test_of_ones_own(tmp_path: Path) -> None:
     assert "4 passed" in run("test_my_task.py", tmp_path)
 

@@ -14,7 +14,6 @@ from knotwork.cli.parameters import FAILED, PASSED, package_path_option, scenari
 from knotwork.cli.sources import CheckedFile
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
-from knotwork.export import Points
 from knotwork.export.formats import (
     FORMATS,
     Format,
@@ -80,8 +79,8 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     "--rate",
     metavar="HZ",
     type=click.FloatRange(min=0, min_open=True),
-    help="Samples per second, of csv, json, npz and parquet; by default the scenario's, or 100. "
-    "The last sample is at the end exactly.",
+    help="Samples per second, of csv, json, npz, parquet and mujoco; by default the scenario's, or "
+    "100. The last sample is at the end exactly.",
 )
 @click.option(
     "--knots-only", is_flag=True, help="Points that define the whole motion, in place of samples."
@@ -96,8 +95,9 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     metavar="TOLERANCE",
     type=float,
     help="Insert points until a motion that its knots do not define is met within this, at all "
-    "times [rad or m]. Without --accelerations the acceleration then jumps at the points, and a "
-    "check of them fails if the scenario requires continuity: 2, the default.",
+    "times [rad or m]; of krl, rapid and ls by straight lines, 0.001 by default. Without "
+    "--accelerations the acceleration then jumps at the points, and a check of them fails if the "
+    "scenario requires continuity: 2, the default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -196,9 +196,13 @@ def _made(
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` where its points fail the check."""
-    made: JointTrajectory | Points = trajectory
+    made: Any = trajectory
     note, given = "", dict(given)
-    if form.takes_points(given):
+    if form.straight:
+        fit = given.pop("fit", None)
+        made = exporting.straight_points(trajectory, cycle=exporting.CYCLES.get(form.name), fit=fit)
+        note = made.describe()
+    elif form.takes_points(given):
         fit = given.pop("fit", None)
         taken = given.get("accelerations", False) if "accelerations" in form.options else None
         made = points = exporting.motion_points(trajectory, accelerations=taken, fit=fit)
@@ -207,8 +211,10 @@ def _made(
             return None
     elif form.tabular and asked is not None:
         given.setdefault("rate", asked.scenario.rate)
+    robot = asked.space.robot if asked is not None else None
     if form.tabular:
-        robot = asked.space.robot if asked is not None else None
         table = exporting.motion_table(made, robot=robot, **given)
         return exporting.content(table, form.name), table.note
+    if "robot" in form.options:
+        given["robot"] = robot
     return exporting.content(made, form.name, **given), note

@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.export.labels import side_file, side_path
 from knotwork.storage import write_file, write_files
-from knotwork.trajectory.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
+from knotwork.trajectory.exportable import (
+    DriveOptions,
+    MessageOptions,
+    RateOptions,
+    RobotOptions,
+    ScriptOptions,
+    TableOptions,
+)
 
 if TYPE_CHECKING:
     from knotwork.export.lossless import Points
@@ -60,6 +67,11 @@ class Format:
         """Whether the format, with these options, holds points of the motion."""
         return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
+    @property
+    def straight(self) -> bool:
+        """Whether the format holds positions alone, which receivers join by straight lines."""
+        return self.module in ("programs", "streams")
+
     def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
         """Give a motion in this format, or the content of a file of it; see `export`."""
         function = "to_scipy_npz" if file and self.name == "scipy" else f"to_{self.name}"
@@ -70,6 +82,8 @@ class Format:
 _ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"
+_FRANKA = "positions each 1 ms for Franka's control interface, within its limits"
+_MUJOCO = "keyframes of MuJoCo: positions, velocities and controls of position actuators"
 _PARQUET = "samples or knots as Parquet (needs pyarrow)"
 _SCIPY = "c and x of a PPoly in an npz; trajectory.to_scipy() in Python"
 _DRAKE = "for Drake there is trajectory.to_drake() in Python"
@@ -78,10 +92,20 @@ _ALL = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
     Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions, events=True),
+    Format(
+        "krl", "program for a controller of KUKA: a spline block", ".src", "programs", ScriptOptions
+    ),
+    Format("rapid", "program for a controller of ABB", ".mod", "programs", ScriptOptions),
+    Format("ls", "program for a controller of FANUC", ".ls", "programs", ScriptOptions),
+    Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
+    Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
+    Format("j519", "joint angles each 8 ms for FANUC's stream motion", ".csv", "streams"),
+    Format("franka", _FRANKA, ".csv", "streams", RobotOptions),
     Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions, events=True),
     Format("json", "samples or knots as JSON", ".json", "samples", TableOptions, events=True),
     Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, True, True),
     Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, True, True),
+    Format("mujoco", _MUJOCO, ".xml", "keyframes", RateOptions),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
     Format("scipy", _SCIPY, ".npz", "polynomials", binary=True),
     Format("drake", _DRAKE, "", "polynomials", binary=True),

@@ -121,7 +121,7 @@ def motion_points(
     tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
     times = np.array(motion.breaks)
     joined = _joined(motion, times, order)
-    exact = bool((_largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
+    exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
     if not exact:
         _refuse_jumps(motion, order, tolerance)
         if tolerance is None:
@@ -134,7 +134,7 @@ def motion_points(
             )
         times, joined = _refine(motion, times, joined, order, tolerance)
     off, slow, slower = (
-        float(_largest_difference(motion, times, joined, nu).max()) for nu in range(3)
+        float(largest_difference(motion, times, joined, nu).max()) for nu in range(3)
     )
     curve = motion if exact else replace(motion, polynomial=PiecewisePolynomial(joined, times))
     jump = 0.0 if exact or accelerations else curve.continuity.acceleration.jump
@@ -148,7 +148,7 @@ def _joined(trajectory: JointTrajectory, times: FloatArray, order: int) -> Float
     return two_point_coefficients(times, derivatives)
 
 
-def _largest_difference(
+def largest_difference(
     trajectory: JointTrajectory, times: FloatArray, joined: FloatArray, order: int = 0
 ) -> FloatArray:
     """Largest absolute difference of a derivative on each piece, shape (pieces, d).
@@ -206,7 +206,7 @@ def _lossy(
     may_accelerate: bool,
 ) -> ExportError:
     """The error for a motion that its knots do not define."""
-    off = _largest_difference(trajectory, times, joined)
+    off = largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
@@ -240,7 +240,7 @@ def _refine(
     needs; the error of the parts is then measured.
     """
     while True:
-        worst = _largest_difference(trajectory, times, joined).max(axis=1)
+        worst = largest_difference(trajectory, times, joined).max(axis=1)
         bad = np.flatnonzero(worst > tolerance)
         if not bad.size:
             return times, joined

@@ -66,6 +66,26 @@ class ScriptOptions(TypedDict, total=False):
     fit: float | None
 
 
+class RobotOptions(TypedDict, total=False):
+    """Options of positions that must keep a robot's limits.
+
+    Attributes:
+        robot: The `knotwork.Robot`; without it nothing is checked.
+    """
+
+    robot: Any
+
+
+class RateOptions(TypedDict, total=False):
+    """Options of keyframes.
+
+    Attributes:
+        rate: Keyframes a second [Hz], 100 by default; the last one is at the end exactly.
+    """
+
+    rate: float
+
+
 class TableOptions(TypedDict, total=False):
     """Options of the sampled formats: CSV, JSON, npz and Parquet.
 

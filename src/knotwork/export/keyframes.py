@@ -1,0 +1,48 @@
+"""MuJoCo: keyframes of a motion, as an MJCF file that a model includes or `MjSpec` reads."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from knotwork.export.table import DEFAULT_RATE
+from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory.sampling import sample_times
+from knotwork.waypoints import FloatArray
+
+MOST_KEYFRAMES = 1_000_000
+"""More than this no model has."""
+
+
+def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE) -> str:
+    """Write keyframes: times, positions, velocities, and controls of position actuators.
+
+    The model must have these joints and no others, in this order, and a position actuator for each.
+    Names of joints stand in `custom`.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> text = to_mujoco(lift, rate=2)
+    >>> text.count("<key "), 'qpos="0.5" qvel="1.5" ctrl="0.5"' in text
+    (3, True)
+
+    Args:
+        motion: The motion [rad or m].
+        rate: Keyframes a second [Hz]; the last one is at the end exactly.
+
+    Raises:
+        InputError: The rate is out of range.
+    """
+    time = sample_times(motion.start_time, motion.end_time, rate, MOST_KEYFRAMES)
+    root = Element("mujoco", model="knotwork_motion")
+    names = SubElement(root, "custom")
+    SubElement(names, "text", name="joints", data=" ".join(motion.joint_names))
+    keys = SubElement(root, "keyframe")
+    rows = zip(time.tolist(), motion.position(time), motion.velocity(time), strict=True)
+    for i, (at, q, v) in enumerate(rows):
+        numbers = {"qpos": _numbers(q), "qvel": _numbers(v), "ctrl": _numbers(q)}
+        SubElement(keys, "key", {"name": f"knotwork_{i}", "time": repr(at), **numbers})
+    indent(root)
+    return tostring(root, encoding="unicode") + "\n"
+
+
+def _numbers(values: FloatArray) -> str:
+    return " ".join(f"{value:.17g}" for value in values)

@@ -1,0 +1,139 @@
+"""Joint positions alone, which a receiver joins by straight lines, and how far that is off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import ExportError, InputError
+from knotwork.errors.arguments import finite_number
+from knotwork.export.lossless import MOST_POINTS, largest_difference
+from knotwork.polynomial.extrema import candidates
+from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+TOLERANCE = 1e-3
+"""Of straight lines between points, by default [rad or m]."""
+TICK = 1e-3
+"""Programs have times in whole milliseconds [s]."""
+STANDING = 1e-9
+"""Slower than this a joint stands [rad/s or m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Positions:
+    """Positions of a motion at some times.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> points = straight_points(lift, cycle=0.25)
+    >>> points.time.size, round(points.error, 6)
+    (5, 0.035264)
+
+    Attributes:
+        trajectory: The motion.
+        time: Since the start of the motion [s], shape (n,); the last one may be after its end.
+        position: Shape (n, d) [rad or m].
+        error: How far straight lines between them are off the motion at most [rad or m].
+    """
+
+    trajectory: JointTrajectory
+    time: FloatArray
+    position: FloatArray
+    error: float
+
+    def describe(self) -> str:
+        """Say how many there are and how far off they are."""
+        return (
+            f"{self.time.size} points; straight lines between them are off the motion by at most "
+            f"{self.error:.3g} [rad or m]"
+        )
+
+
+def straight_points(
+    motion: JointTrajectory | Positions, *, cycle: float | None = None, fit: float | None = None
+) -> Positions:
+    """Positions of a motion from rest to rest, and what straight lines between them are off.
+
+    >>> import knotwork as kw
+    >>> motion = kw.plan("ur5_deburring").trajectory
+    >>> near, fine = (straight_points(motion, fit=fit) for fit in (1e-2, 1e-4))
+    >>> near.time.size < fine.time.size, fine.error <= 1e-4
+    (True, True)
+
+    Args:
+        motion: The motion; points of it are returned as they are.
+        cycle: Time between two positions [s], the last one at the end or just beyond it; by default
+            as many as the tolerance needs, at whole milliseconds.
+        fit: How far the lines may be off in each joint [rad or m], about; by default 1e-3.
+
+    Raises:
+        ExportError: A joint moves at an end; says which, and what to do.
+        InputError: The tolerance is not positive, or takes more than a million points.
+    """
+    if isinstance(motion, Positions):
+        return motion
+    tolerance = TOLERANCE if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
+    refuse_moving(motion)
+    step = TICK if cycle is None else cycle
+    last = math.ceil(motion.duration / step * (1.0 - 1e-12))
+    if cycle is None:
+        near = np.round(_times_within(motion, tolerance)[:-1] / TICK)
+        ticks = np.append(np.unique(near[near < last]), last)
+    else:
+        ticks = np.arange(last + 1.0)
+    if ticks.size > MOST_POINTS:
+        raise InputError(f"the motion takes {ticks.size} points; at most {MOST_POINTS} are taken")
+    time = ticks * step
+    own = np.minimum(motion.start_time + time, motion.end_time)
+    position = motion.position(own)
+    # the lines in pieces between the breaks of the motion
+    fine = np.union1d(motion.breaks, own)
+    since = fine - motion.start_time
+    lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
+    off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))
+    return Positions(motion, time, position, float(off.max()))
+
+
+def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
+    """Times since the start between which straight lines are within a tolerance [s].
+
+    A line over the length h is off by at most h² max|a| / 8, so each piece of the motion is divided
+    evenly into as many parts as its largest acceleration needs.
+    """
+    breaks = motion.breaks - motion.start_time
+    h = np.diff(breaks)
+    most = np.abs(candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]).max(axis=(0, 2))
+    parts = np.maximum(1, np.ceil(h * np.sqrt(most / (8.0 * tolerance))))
+    if parts.sum() > MOST_POINTS:
+        raise InputError(
+            f"lines within {tolerance:g} take more than {MOST_POINTS} points; give a larger fit"
+        )
+    parts = parts.astype(int)
+    index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    return np.append(
+        np.repeat(breaks[:-1], parts) + index * np.repeat(h / parts, parts), breaks[-1]
+    )
+
+
+def refuse_moving(trajectory: JointTrajectory) -> None:
+    """Refuse a motion that does not begin and end at rest.
+
+    Raises:
+        ExportError: A joint moves there; says which, and what to do.
+    """
+    for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
+        speeds = np.abs(trajectory.velocity(time))
+        joint = int(speeds.argmax())
+        if speeds[joint] > STANDING:
+            name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
+            raise ExportError(
+                f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} {unit}/s, and "
+                "this format is for motions from rest to rest; add a waypoint with stop: true "
+                f"{'before' if where == 'starts' else 'after'} it",
+                joint=name,
+                error=float(speeds[joint]),
+                time=float(time),
+            )
