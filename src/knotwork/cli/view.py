@@ -110,8 +110,7 @@ def view(
         refuse(served, "--html writes a file")
     if meshcat is not None:
         given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
-        given["--beside"] = beside
-        refuse(given, "--meshcat plays in Meshcat's own page")
+        refuse({**given, "--beside": beside}, "--meshcat plays in Meshcat's own page")
         shown = read_motions(source, reference, options, log=log)
         print_failures(shown)
         if not checked(shown[:1]):
@@ -130,8 +129,11 @@ def view(
         return _scene(source, shown, arm, before), shown[0]
 
     if is_study(source):
-        given = {"--html": out, "--watch": watch or None, "--compare": compare, "--beside": beside}
-        refuse(given, f"{source} is the folder of a study, whose map is served")
+        options_given = {"--html": out, "--watch": watch or None, "--compare": compare}
+        refuse(
+            {**options_given, "--beside": beside},
+            f"{source} is the folder of a study, whose map is served",
+        )
         return _map(source, port, no_open)
     if beside is not None:
         refuse({"--watch": watch or None, "--compare": compare}, "--beside shows two motions")
