@@ -120,6 +120,7 @@ PLAIN_DATA = {
         "Euler",
         "Fastest",
         "FreePose",
+        "FreePosition",
         "Frame",
         "FrameMotion",
         "FrameSpeed",
