@@ -232,7 +232,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             {
                 "pose": POSE,
                 "near": "home",
-                "free": {"position": dict.fromkeys("xyz", [-0.1, 0.1])},
+                "free": {"position": {key: [-0.1, 0.1] for key in "xyz"}},
             },
             {"after": {"fastest": True, "at_least": 0.5}, "pose": AHEAD, "velocity": "free"},
             {"pose": TURNED, "speed": {"at_most": 0.5}},
