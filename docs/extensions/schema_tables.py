@@ -63,7 +63,7 @@ TITLES = {
     "Tolerances": "tolerances",
     "PathOptions": "path",
     "RobotFile": "The file",
-    "ExternalAxisFile": "external_axes",
+    "ExternalAxis": "external_axes",
     "CollisionFile": "collision",
     "LimitsFile": "limits",
     "Limits": "limits",
