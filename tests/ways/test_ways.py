@@ -85,7 +85,10 @@ def test_a_frozen_way_gives_the_same_motion(tmp_path: Path) -> None:
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
     assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
-    assert "way:" not in (tmp_path / "frozen.yaml").read_text()
+    assert "way: clear" not in (tmp_path / "frozen.yaml").read_text()
+    (way,) = again.report.select(quantity="way")
+    assert way == made.report.select(quantity="way")[0]
+    assert [one.kind for one in again.trajectory.segments] == ["way"]
 
 
 def test_ways_of_the_file_are_ways_at_every_waypoint() -> None:

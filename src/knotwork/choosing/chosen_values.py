@@ -115,11 +115,12 @@ def _chosen(
         for k, i in enumerate(segment.waypoints)
         if kinds[i] != "given"
     }
+    extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(
         times=times.tolist(),
         accelerations={
             name: (a[:, j] / scale).tolist()
             for j, (name, scale) in enumerate(zip(units.names, units.scales, strict=True))
         },
-        **({"velocities": velocities} if velocities else {}),
+        **{key: value for key, value in extra.items() if value},
     )

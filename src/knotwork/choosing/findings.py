@@ -9,25 +9,20 @@ import numpy as np
 
 from knotwork.choosing.choice import ChosenTimes
 from knotwork.choosing.path_speeds import RAMPS
-from knotwork.choosing.ways_found import ways_found
 from knotwork.joint_quantities import rate_unit
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
 
 GROUP = "Chosen times"
 
 
-def findings(
-    chosen: ChosenTimes, space: JointSpace, trajectory: JointTrajectory
-) -> Iterator[Finding]:
+def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     """Say how long the chosen motion is, how far above the lower bound, and what binds where.
 
     Args:
         chosen: What was chosen.
         space: The joints and their limits.
-        trajectory: The motion planned with it.
     """
     yield _of_motion("duration", _duration(chosen), chosen.duration)
     shortest = f"{chosen.lower_bound:.6g} s"
@@ -43,7 +38,6 @@ def findings(
         yield _of_motion("acceleration_limit", unlimited, verdict="warning")
     if chosen.segments and chosen.assumed_jerk:
         yield _of_motion("assumed_jerk", _assumed(chosen))
-    yield from ways_found(chosen, space, trajectory)
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _binding(chosen).items():
         parts = [f"{what} {_how_long(share)}" for what, share in limits]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import islice
 
-from knotwork.choosing.choice import ChosenTimes
 from knotwork.polynomial.refined import part
+from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
@@ -18,30 +17,31 @@ GROUP = "Ways"
 
 
 def ways_found(
-    chosen: ChosenTimes, space: JointSpace, trajectory: JointTrajectory
+    ways: Iterable[tuple[list[int], int]],
+    scenario: Scenario,
+    space: JointSpace,
+    trajectory: JointTrajectory,
 ) -> Iterator[Finding]:
     """A finding for each way.
 
     Args:
-        chosen: What was chosen.
+        ways: Its waypoints, by index, and how many were tried.
+        scenario: The task, all times known.
         space: The joints and their robot.
         trajectory: The motion planned with it.
     """
-    free, waypoints = chosen.asked.free, chosen.scenario.waypoints
-    found = [one for one in chosen.segments if one.line is not None]
-    if free is None or space.robot is None or not found:
+    if space.robot is None:
         return
     motion = Motion(trajectory, space)
-    model = motion_model(motion, chosen.scenario, space.robot)
+    model = motion_model(motion, scenario, space.robot)
     around = tuple(pair for pair in model.pairs if pair.around)
     model = replace(model, pairs=around or model.pairs)
-    resolution = chosen.scenario.scene.rules.resolution
-    goals = iter(sorted(free.ways))
-    for way in found:
-        first, *others = islice(goals, len(way.time) - 1)  # it may lead through waypoints
-        start, end = waypoints[first - 1], waypoints[[first, *others][-1]]
-        tries = f"{way.tries} {'try' if way.tries == 1 else 'tries'}"
-        said = f"{start.name} to {end.name}: way found in {tries}"
+    resolution = scenario.scene.rules.resolution
+    for found, count in ways:
+        start, end = (scenario.waypoints[found[k]] for k in (0, -1))
+        said = (
+            f"{start.name} to {end.name}: way found in {count} {'try' if count == 1 else 'tries'}"
+        )
         interval = (start.time, end.time)
         # from what stands around; of all pairs, if nothing does
         nearest = clearances(model, part(motion.curve, *interval), resolution)
@@ -50,7 +50,7 @@ def ways_found(
         brief = said
         if least is not None:
             value, time = least.distance, least.time
-            clearance = f"least clearance {chosen.scenario.units.text(value, 'm', '.3g')}"
+            clearance = f"least clearance {scenario.units.text(value, 'm', '.3g')}"
             said += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
             brief = f"{start.name} to {end.name}: {clearance}"
         yield Finding(

@@ -204,7 +204,7 @@ def _switch(event: Event) -> str:
             time=event.time,
         )
     kind, number = OUTPUTS[n]
-    words = f"{_comment(event.said)}, {event.time:.3f} s, at {_comment(event.waypoint)}"
+    words = f"{_comment(event.said)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
 
 

@@ -25,7 +25,7 @@ from knotwork.pipeline.planner_options import (
 from knotwork.pipeline.replanning import scenario_from
 from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
-from knotwork.scenario.events import segments
+from knotwork.scenario.events import found_ways, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
@@ -367,19 +367,23 @@ def _planned(
         waypoints = solution.waypoints
         with option_context(scenario, waypoints, replaced):
             trajectory = interpolate(waypoints, options)
-        asked = chosen.asked.free if chosen is not None else None
         events = tuple(one.event for one in scenario.events)
-        parts = segments(scenario, asked.ways if asked is not None else ())
+        ways = [*found_ways(scenario)] if options.chosen else []
+        parts = segments(scenario, {i for found, _ in ways for i in found[:-1]})
         trajectory = replace(trajectory, events=events, segments=parts)
         known = [infeasible(one) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
-            known += findings(chosen, space, trajectory)
+            known += findings(chosen, space)
             # the solutions were chosen before the times were, which hold them fast
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
+        if ways:
+            from knotwork.choosing.ways_found import ways_found
+
+            known += ways_found(ways, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
 

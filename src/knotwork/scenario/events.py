@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
-from knotwork.task import Action, Task
+from knotwork.task import Action, PlainTask
 from knotwork.task.actions import switched
 from knotwork.trajectory.events import Event, Segment, SegmentKind
 from knotwork.units import Units
@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 """Places on a path and times are inside within this, relative to its length and 1 s."""
 
 
-def with_waits(file: Task) -> Task:
+def with_waits(file: PlainTask) -> PlainTask:
     """A task whose waypoints have the waits of their actions as their own."""
     waits = [sum(action.wait or 0.0 for action in one.actions) for one in file.waypoints]
     given = zip(file.waypoints, waits, strict=True)
@@ -38,7 +38,7 @@ class EventReader:
         waypoints, paths, index: Of the scenario.
     """
 
-    file: Task
+    file: PlainTask
     places: Places
     units: Units
     waypoints: Sequence[ScenarioWaypoint]
@@ -143,12 +143,23 @@ def _time(asked: AskedEvent) -> float:
     return asked.event.time
 
 
+def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], int]]:
+    """The waypoints of each way that was found, by index, and how many were tried."""
+    for run in scenario.task.chosen or ():
+        if run.way:
+            low, high = run.times[0] - ROUNDING, run.times[-1] + ROUNDING
+            yield (
+                [i for i, one in enumerate(scenario.waypoints) if low <= one.time <= high],
+                run.way,
+            )
+
+
 def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:
     """What a motion consists of, from waypoint to waypoint.
 
     Args:
         scenario: The task, all times known.
-        ways: Indices of the waypoints to which the motion found its way.
+        ways: Indices of the waypoints from which the motion found its way to the next.
 
     >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
     ['start to approach', 'approach to edge start']
@@ -166,7 +177,7 @@ def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, .
             kind = "wait"
         elif i in along:
             kind = "tool path"
-        elif i + 1 in ways:
+        elif i in ways:
             kind = "way"
         made.append(Segment(name, one.time, other.time, kind))
     return tuple(made)

@@ -134,3 +134,6 @@ class ChosenMotion(TaskPart):
         description="Joint velocities at waypoints where they were chosen, by their names "
         "[angle/s or length/s]",
     )
+    way: Annotated[int, Field(ge=0)] = Field(
+        0, description="Number of ways that were tried where it found its way; else 0"
+    )
