@@ -31,9 +31,10 @@ from knotwork.cli.parameters import (
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
-from knotwork.cli.together import Other, check_together, with_options
+from knotwork.cli.together import check_together, with_options
 from knotwork.errors import DocumentError, InputError
 from knotwork.recording import compare_log
+from knotwork.task import OtherRobot
 from knotwork.trajectory import JointTrajectory
 
 RECORDING = "if this is the recording of a robot, with noise, check it with --log"
@@ -55,7 +56,7 @@ def check(
     full: bool,
     as_json: bool,
     log: LogOptions | None,
-    other: Other | None,
+    other: OtherRobot | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
