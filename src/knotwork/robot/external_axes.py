@@ -10,7 +10,6 @@ from typing import Any
 from xml.dom.minidom import Element
 
 import numpy as np
-import pinocchio as pin
 from pydantic import Field, model_validator
 
 from knotwork.documents import StrictModel, Text
@@ -104,6 +103,8 @@ def see_from(robot: Element, link: str) -> None:
         joint, child = above[link], link
         link = link_of(joint, "parent")
         step, axis = f"{link} from {child}", _attribute(joint, "axis", "xyz", "1 0 0")
+        import pinocchio as pin  # the keys of robot files need none
+
         turn = pin.rpy.rpyToMatrix(_attribute(joint, "origin", "rpy"))
         back = pin.SE3(turn, _attribute(joint, "origin", "xyz")).inverse()
         for old in child_elements(joint):
