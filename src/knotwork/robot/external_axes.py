@@ -98,13 +98,13 @@ def see_from(robot: Element, link: str) -> None:
         robot: The URDF, which is changed.
         link: One of its links.
     """
+    import pinocchio as pin  # the keys of robot files need none
+
     above = {link_of(one, "child"): one for one in child_elements(robot, "joint")}
     while link in above:
         joint, child = above[link], link
         link = link_of(joint, "parent")
         step, axis = f"{link} from {child}", _attribute(joint, "axis", "xyz", "1 0 0")
-        import pinocchio as pin  # the keys of robot files need none
-
         turn = pin.rpy.rpyToMatrix(_attribute(joint, "origin", "rpy"))
         back = pin.SE3(turn, _attribute(joint, "origin", "xyz")).inverse()
         for old in child_elements(joint):
