@@ -122,6 +122,7 @@ PLAIN_DATA = {
         "Euler",
         "Fastest",
         "FreePose",
+        "FreePosition",
         "Frame",
         "FrameMotion",
         "FrameSpeed",
