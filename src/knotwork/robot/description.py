@@ -23,6 +23,7 @@ class VirtualJoint:
         name: For messages.
         axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
         lower, upper: Limits of its position [rad], which may be infinite.
+        axes: Rotation of the axes that it turns about in those of the TCP, or `None`.
         ease: How much easier than others it moves in the least norm of joint velocities.
     """
 
@@ -30,6 +31,7 @@ class VirtualJoint:
     axis: str
     lower: float
     upper: float
+    axes: Any = None
     ease: float = 30.0
 
 

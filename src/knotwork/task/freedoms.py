@@ -51,21 +51,40 @@ Speed = Annotated[
 class FreePose(TaskPart):
     """What a pose leaves open. Where and how fast the tool is stays as given."""
 
-    turn: Annotated[
-        Annotated[Literal["z"], Tag("text")] | Annotated[Interval, Tag("list")],
-        by_kind("z, or a list of two angles, the least and the greatest", ["z"]),
-    ] = Field(
+    turn: (
+        Annotated[
+            Annotated[Literal["z"], Tag("text")] | Annotated[Interval, Tag("list")],
+            by_kind("z, or a list of two angles, the least and the greatest", ["z"]),
+        ]
+        | None
+    ) = Field(
+        default=None,
         description="The tool may turn about its z axis: z, however far; or the least and the "
-        "greatest turn from the pose [angle]"
+        "greatest turn from the pose [angle]",
     )
     tilt: Positive | None = Field(
         default=None, description="The z axis may be this far from that of the pose [angle]"
     )
+    work_angle: Interval | None = Field(
+        default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
+    )
+    travel_angle: Interval | None = Field(
+        default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
+    )
+
+    @model_validator(mode="after")
+    def _something(self) -> FreePose:
+        leaning = self.work_angle is not None or self.travel_angle is not None
+        if self.turn is None and not leaning:
+            raise ValueError("leaves nothing open; give turn, work_angle or travel_angle")
+        if self.tilt is not None and (leaning or self.turn is None):
+            raise ValueError("gives tilt, which takes turn: z and no angles to a seam")
+        return self
 
 
 Free = Annotated[
     Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
-    by_kind("a mapping with turn and tilt, or none", ["none"]),
+    by_kind("a mapping with turn, tilt, work_angle, travel_angle, or none", ["none"]),
 ]
 
 

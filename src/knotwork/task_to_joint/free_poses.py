@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,10 +19,8 @@ from knotwork.robot.description import VirtualJoint
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.task_to_joint.solution import TaskSolution
-from knotwork.waypoints import CartesianWaypoint, FloatArray
-
-if TYPE_CHECKING:
-    import pinocchio as pin
+from knotwork.tool_paths.rotations import exponentials
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
 
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
@@ -49,14 +46,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             branches=(),
             where=free.where,
         )
-    least, greatest = free.freedom.turn
-    # virtual joints lead from the tool to the pose, a turn that is free the other way
-    joints = [VirtualJoint("free turn", "z", -greatest, -least)]
-    if free.freedom.tilt:
-        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
-        most = free.freedom.tilt / np.sqrt(2.0)
-        tilts = (VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy")
-        joints = [*tilts, *joints]
+    joints = _joints(free.freedom)
     chain, count = robot.with_virtual_joints(*joints), len(joints)
     return replace(
         space,
@@ -79,6 +69,29 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
     )
 
 
+def _joints(freedom: PoseFreedom) -> list[VirtualJoint]:
+    """Joints that lead from the tool to the pose, a turn that is free the other way."""
+    least, greatest = freedom.turn
+    joints = [VirtualJoint("free turn", "z", -greatest, -least)] if least < greatest else []
+    if freedom.torch is not None:
+        axes, ranges = _torch_axes(freedom.torch), (freedom.torch.travel, freedom.torch.work)
+        names = ("travel angle", "y"), ("work angle", "x")
+        return joints + [
+            VirtualJoint(*name, *span, axes) for name, span in zip(names, ranges, strict=True)
+        ]
+    if freedom.tilt:
+        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
+        most = freedom.tilt / np.sqrt(2.0)
+        joints = [*(VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"), *joints]
+    return joints
+
+
+def _torch_axes(torch: TorchRanges) -> FloatArray:
+    """Axes in those of the TCP in which a torch's angles are turns: see `TorchRanges`."""
+    turned, leant = exponentials(np.array([[0.0, 0.0, torch.about], [0.0, torch.own, 0.0]]))
+    return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
+
+
 def longer(values: FloatArray, count: int) -> FloatArray:
     """Values of joints (..., d) with zeros for virtual joints, shape (..., d + count)."""
     return np.concatenate((values, np.zeros((*values.shape[:-1], count))), axis=-1)
@@ -92,13 +105,21 @@ def _solutions(
     for i, q in given.items():
         waypoint, found[i] = scenario.waypoints[i], longer(q, count)
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            found[i][-count:] = _angles(robot.forward(q), waypoint.pose)[-count:]
+            turned = robot.forward(q).rotation.T @ waypoint.rotation
+            found[i][-count:] = _angles(turned, waypoint.freedom)[-count:]
     return found
 
 
-def _angles(tool: pin.SE3, pose: pin.SE3) -> tuple[float, float, float]:
-    """Turns about x, y, z, in this order, that take a tool to the orientation of a pose [rad]."""
-    R = tool.rotation.T @ pose.rotation
+def _angles(R: FloatArray, freedom: PoseFreedom) -> tuple[float, float, float]:
+    """Virtual joints that take a tool to the orientation of a pose, turned from it by R [rad].
+
+    Turns about x, y, z, in this order; or of a torch about z, y, x.
+    """
+    if freedom.torch is not None:
+        A = _torch_axes(freedom.torch)
+        M = _torch_axes(freedom.torch._replace(own=0.0)).T @ R @ A
+        turn, travel = np.arctan2(-M[1, 0], M[0, 0]), np.arcsin(-M[2, 0]) - freedom.torch.own
+        return float(turn), float(travel), float(np.arctan2(M[2, 1], M[2, 2]))
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
     return float(x), float(y), float(np.arctan2(-R[0, 1], R[0, 0]))
 
