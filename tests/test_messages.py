@@ -51,6 +51,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
                 "moves": {"linear": [0, 0.1, 0], "angular": [0, 0, 0.1], "at": 1},
             },
             "table": {"position": [0, 0, 0], "moves": {"file": str(TURNING)}},
+            "arm": {"on": "forearm_link", "position": [0, 0, 0]},
         },
         "frame": "a",
         "outputs": {"arc": 3},

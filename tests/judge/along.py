@@ -79,8 +79,12 @@ def _path(task: Task, motion: Motion, path: ToolPath, samples: int) -> Iterator[
     off = float(np.linalg.norm(points - P, axis=1).max())
     if off > allowed["path"]:
         yield "path", name, off, allowed["path"]
-    wanted = path.rotations(s)
-    turned = np.array([turn_between(R, p.rotation) for R, p in zip(wanted, poses, strict=True)])
+    if path.axis is not None:
+        axes = np.array([pose.rotation[:, 2] for pose in poses])
+        turned = 2.0 * np.arcsin(0.5 * np.linalg.norm(axes - path.axis(s), axis=1))
+    else:
+        wanted = path.rotations(s)
+        turned = np.array([turn_between(R, p.rotation) for R, p in zip(wanted, poses, strict=True)])
     excess = turned - path.ahead(s)
     if excess.max() > allowed["path_orientation"]:
         yield "orientation", name, float(excess.max()), allowed["path_orientation"]

@@ -152,11 +152,13 @@ class ToolPath:
 
     Attributes:
         woven: What a weave adds at times [m], shape (k,) to (k, 3).
+        axis: The tool's z axis at arc lengths, (k,) to (k, 3), where its turn is free.
     """
 
     def __init__(self, stretches: Sequence[Stretch]) -> None:
         self.stretches = list(stretches)
         self.woven: Callable[[np.ndarray], np.ndarray] = lambda t: np.zeros((len(t), 3))
+        self.axis: Callable[[np.ndarray], np.ndarray] | None = None
         self.ends = np.cumsum([one.curve.length for one in stretches])
         self.length = float(self.ends[-1])
 

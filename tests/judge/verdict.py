@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from judge.along import path_wrongs
 from judge.bodies import collision_wrongs
@@ -91,11 +92,16 @@ def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
         assert one.pose is not None
         assert one.twist is not None
         pose, twist = task.arm.poses(q)[0], task.arm.velocities(q, v)[0]
+        turn, spin = pose.rotation, twist[3:] - one.twist[3:]
+        if one.free:  # as far as its axis says
+            turn = pin.Quaternion.FromTwoVectors(one.pose.rotation[:, 2], turn[:, 2]).matrix()
+            turn = turn @ one.pose.rotation
+            spin = spin - (spin @ turn[:, 2]) * turn[:, 2]
         for kind, name, off in (
             ("pose", "position", np.linalg.norm(pose.translation - one.pose.translation)),
-            ("pose", "orientation", turn_between(one.pose.rotation, pose.rotation)),
+            ("pose", "orientation", turn_between(one.pose.rotation, turn)),
             ("velocity", "linear_velocity", np.linalg.norm(twist[:3] - one.twist[:3])),
-            ("velocity", "angular_velocity", np.linalg.norm(twist[3:] - one.twist[3:])),
+            ("velocity", "angular_velocity", np.linalg.norm(spin)),
         ):
             if off > task.tolerance(name):
                 yield Wrong(kind, f"{one.name}, {name}", float(off), task.tolerance(name))

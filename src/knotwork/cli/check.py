@@ -90,7 +90,7 @@ def check(
         report, scenario = checked.report, checked.scenario
         pieces = len(checked.trajectory.polynomial.x) - 1
     elif log is not None:
-        report = compare_log(log_beside_plan(trajectory, log)[0])
+        report = compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances)
     else:
         raise click.MissingParameter(param_hint="'--scenario' / '-s'", param_type="option")
     if as_json:

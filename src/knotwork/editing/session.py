@@ -114,7 +114,9 @@ class Session:
         if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle has not norm 1")
         changes = moved(handle, si_factors(self._scenario.task.units), **given)
-        self.draft.apply(changes, str(asked.get("gesture", "")))
+        in_file = self._scenario.places.given
+        written = [{**one, "at": in_file(tuple(one["at"]))} for one in changes]
+        self.draft.apply(written, str(asked.get("gesture", "")))
 
     def _jog(self, asked: Asked) -> Answer:
         """Joint positions and the pose of the tool, of one of which the other follows."""
@@ -144,6 +146,8 @@ class Session:
         else:
             if after == -2:
                 after, share = _between(scenario, float(asked["time"]))
+            if scenario.places.origins:
+                raise InputError("a waypoint can't be added by hand to a task with repeat")
             asked_for = self.plan.chosen.scenario if self.plan.chosen is not None else scenario
             joints = asked.get("what") == "joints"
             changes = waypoint_here(asked_for, robot, q, after, share=share, joints=joints)

@@ -30,6 +30,7 @@ class ChainKinematics:
     tool_offset: Any
     tool_candidates: tuple[str, ...]
     payload: Payload | None
+    base_moves: bool
     held: tuple[Payload, ...]
 
     def _add_frames(self, gravity: FloatArray | None, virtual: Sequence[VirtualJoint]) -> None:
@@ -201,11 +202,14 @@ class ChainKinematics:
 
         Raises:
             WaypointDataError: An array is not finite or of another shape.
+            RobotError: Joints move the base frame.
 
         >>> still = np.zeros(6)
         >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
         array([-59.2, -15.7])
         """
+        if self.base_moves:
+            raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
         q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 

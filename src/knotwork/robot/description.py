@@ -55,6 +55,7 @@ class Description:
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: File that names more of them, or `None`.
         virtual: Joints of a task after the TCP, in order.
+        standing: Link that stands still where `base_frame` moves, or `None`.
         weights: Of joints whose motion counts more or less than that of others, 1 for these.
     """
 
@@ -75,4 +76,5 @@ class Description:
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
     virtual: tuple[VirtualJoint, ...] = ()
+    standing: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)

@@ -7,14 +7,14 @@ from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
-from knotwork.task import AtMost, FreePose, JointWaypoint, Task
+from knotwork.task import AtMost, FreePose, JointWaypoint, PlainTask
 from knotwork.task.units import si_factors
 from knotwork.waypoints import PoseFreedom
 
 Freedoms = list[PoseFreedom | None]
 
 
-def read_freedoms(file: Task, places: Places, normals: Collection[int] = ()) -> Freedoms:
+def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()) -> Freedoms:
     """What the poses of all waypoints leave open; `None` for nothing, and where there is no pose.
 
     Args:
@@ -55,7 +55,7 @@ def read_freedoms(file: Task, places: Places, normals: Collection[int] = ()) -> 
     return found
 
 
-def _read(given: FreePose, places: Places, location: Location, file: Task) -> PoseFreedom:
+def _read(given: FreePose, places: Places, location: Location, file: PlainTask) -> PoseFreedom:
     unit = si_factors(file.units)[1]
     if given.tilt is not None and given.tilt >= 0.5 * math.pi:
         raise places.error(
@@ -82,7 +82,7 @@ def _read(given: FreePose, places: Places, location: Location, file: Task) -> Po
 
 
 def freedom_of(
-    path: ScenarioPath, freedoms: Freedoms, file: Task, places: Places
+    path: ScenarioPath, freedoms: Freedoms, file: PlainTask, places: Places
 ) -> PoseFreedom | None:
     """What the poses along a path leave open.
 

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from knotwork.tool_paths.moving_frame import MovingFrame
 
 
+STANDING = "base"
+"""What carries a frame that stands where poses are given in one that joints move."""
+
+
 @dataclass(frozen=True, eq=False)
 class Shape:
     """A solid, placed in the frame that carries it.

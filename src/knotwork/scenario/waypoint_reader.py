@@ -17,8 +17,8 @@ from knotwork.task import (
     JointWaypoint,
     PathWaypoint,
     Placement,
+    PlainTask,
     PoseWaypoint,
-    Task,
     Torch,
     Velocity,
 )
@@ -51,7 +51,7 @@ class WaypointReader:
         angle: The file's unit of angle [rad].
     """
 
-    def __init__(self, file: Task, places: Places, length: float, angle: float) -> None:
+    def __init__(self, file: PlainTask, places: Places, length: float, angle: float) -> None:
         self.file, self.places, self.length, self.angle = file, places, length, angle
         self.indices: tuple[int, ...] = ()
         self._normals: set[int] = set()

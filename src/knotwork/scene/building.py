@@ -19,8 +19,9 @@ from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joined, serial
 from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, SceneObject, Shape
+from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
-from knotwork.scene.model import TOOL, CollisionModel, NoteKind
+from knotwork.scene.model import TOOL, CollisionModel, NoteKind, riding
 from knotwork.scene.other_robots import other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
@@ -135,7 +136,7 @@ class _Builder:
         self.joints, self.links = self.geometry.joints, self.geometry.links
         self.holds, self.since = holds, since
         self.known: list[EndlessCurve] = []
-        self.carriers: dict[tuple[KnownJoints, ...], int] = {}
+        self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
         self.notes: list[tuple[NoteKind, str]] = []
 
@@ -179,8 +180,8 @@ class _Builder:
         """An object that stands, or rides along; it is placed while what carries it is at rest."""
         joint, carrier = 0, self.robot.base_placement
         if frame is not None:
-            carrier = MovingFrame(frame.joints, pin.SE3.Identity()).rest.inverse()
-            joint = self._carrier(frame)
+            self._carrier(frame)
+            joint, carrier = riding(self.carriers, frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
@@ -216,11 +217,17 @@ class _Builder:
                     link="",
                 )
 
-    def _carrier(self, frame: MovingFrame | None) -> int:
-        """The joint that carries a moving frame, put into the tree where it is not yet."""
-        if frame is None:
-            return 0
-        if frame.joints not in self.carriers:
+    def _carrier(self, frame: MovingFrame) -> None:
+        """Put what carries a frame into the tree where it is not yet."""
+        key = frame.link, frame.joints
+        if key in self.carriers:
+            return
+        joint, placement = 0, self.robot.base_placement
+        if frame.link:
+            link = self.robot.standing_frame if frame.link == STANDING else frame.link
+            found = self.robot.model.frames[self.robot.frame_index(link)]
+            joint, placement = int(found.parentJoint), found.placement.copy()
+        if frame.joints:
             placements: list[Any] = []
             axes, turns = [], list[bool]()
             for one in frame.joints:
@@ -228,14 +235,15 @@ class _Builder:
                 axes.append(one.axis)
                 turns += one.turns
             chain = serial(placements, np.concatenate(axes), turns)
-            self.carriers[frame.joints] = self._put(
-                chain, self.robot.base_placement, [one.curve for one in frame.joints]
-            )
-        return self.carriers[frame.joints]
+            known = [one.curve for one in frame.joints]
+            joint, placement = self._put(chain, placement, known, joint), pin.SE3.Identity()
+        self.carriers[key] = joint, placement
 
-    def _put(self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve]) -> int:
+    def _put(
+        self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
+    ) -> int:
         """Add joints whose positions are known; gives the index of the last."""
-        self.joints = joined(self.joints, tree, placement)
+        self.joints = joined(self.joints, tree, placement, carrier)
         self.known += known
         return len(self.joints.parent) - 1
 
@@ -271,8 +279,9 @@ class _Builder:
         """What carries an object that the tool takes or leaves, and its solids."""
         if frame is None:
             return 0, (self._solid(shape, self.robot.base_placement * pose),)
-        carrier = MovingFrame(frame.joints, pin.SE3.Identity()).at(time)
-        return self._carrier(frame), (self._solid(shape, carrier.actInv(pose)),)
+        self._carrier(frame)
+        joint, placement = riding(self.carriers, frame, time)
+        return joint, (self._solid(shape, placement * pose),)
 
     def _solid(self, shape: Shape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors say where it stands."""

@@ -144,10 +144,10 @@ class TimedPath:
         ds, dds = ds[:, None], dds[:, None]
         path = self.path
         place, tangent, bend = path.derivatives(s, 2, along)
-        rate, change = path.rate(s, 0, along), path.rate(s, 1, along)
+        rotation, rate, change = path.orientation.states(s, along)
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
-        state = FrameState(path.rotation(s, along), place, twist, acceleration)
+        state = FrameState(rotation, place, twist, acceleration)
         if self.carrier is not None:
             state = self.carrier.since_rest(t).carried(state)
         return state.origin, state.rotation, state.twist, state.acceleration
