@@ -74,11 +74,14 @@ def _joints(freedom: PoseFreedom) -> list[VirtualJoint]:
     least, greatest = freedom.turn
     joints = [VirtualJoint("free turn", "z", -greatest, -least)] if least < greatest else []
     if freedom.torch is not None:
-        axes, ranges = _torch_axes(freedom.torch), (freedom.torch.travel, freedom.torch.work)
-        names = ("travel angle", "y"), ("work angle", "x")
-        return joints + [
-            VirtualJoint(*name, *span, axes) for name, span in zip(names, ranges, strict=True)
-        ]
+        axes = _torch_axes(freedom.torch)
+        for name, axis, span in (
+            ("travel angle", "y", freedom.torch.travel),
+            ("work angle", "x", freedom.torch.work),
+        ):
+            if span[0] < span[1]:
+                joints.append(VirtualJoint(name, axis, *span, axes))
+        return joints
     if freedom.tilt:
         # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
         most = freedom.tilt / np.sqrt(2.0)
@@ -110,7 +113,7 @@ def _solutions(
     return found
 
 
-def _angles(R: FloatArray, freedom: PoseFreedom) -> tuple[float, float, float]:
+def _angles(R: FloatArray, freedom: PoseFreedom) -> tuple[float, ...]:
     """Virtual joints that take a tool to the orientation of a pose, turned from it by R [rad].
 
     Turns about x, y, z, in this order; or of a torch about z, y, x.
@@ -119,7 +122,9 @@ def _angles(R: FloatArray, freedom: PoseFreedom) -> tuple[float, float, float]:
         A = _torch_axes(freedom.torch)
         M = _torch_axes(freedom.torch._replace(own=0.0)).T @ R @ A
         turn, travel = np.arctan2(-M[1, 0], M[0, 0]), np.arcsin(-M[2, 0]) - freedom.torch.own
-        return float(turn), float(travel), float(np.arctan2(M[2, 1], M[2, 2]))
+        angles = float(turn), float(travel), float(np.arctan2(M[2, 1], M[2, 2]))
+        spans = freedom.turn, freedom.torch.travel, freedom.torch.work
+        return tuple(angle for angle, span in zip(angles, spans, strict=True) if span[0] < span[1])
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
     return float(x), float(y), float(np.arctan2(-R[0, 1], R[0, 0]))
 

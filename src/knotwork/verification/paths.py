@@ -50,9 +50,7 @@ def _stretch(
     from knotwork.verification.bounds.path import PathLimits, path_bounds
 
     allowed = scenario.tolerances
-    limits = PathLimits(
-        allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed
-    )
+    limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
     interval, full = (stretch.start, stretch.end), stretch.full_speed
     asked = path.motion, interval, full, stretch.speed
     found = path_bounds(robot, motion.curve, *asked, limits, freedom=path.freedom)

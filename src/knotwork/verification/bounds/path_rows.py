@@ -108,8 +108,8 @@ def _most_beyond(
     if freedom is not None and freedom.torch is not None:
         most = freedom.torch.own + np.array(freedom.torch.travel)
         over = np.maximum(np.maximum(found.beyond[:-1], found.beyond[1:]), 0.0)
-        steep = np.abs(most).max() + over + 2.0 * turned
-        slower = np.cos(np.minimum(steep, 0.499 * np.pi))
+        steep = np.abs(most).max() + over + turned
+        slower = np.maximum(np.cos(np.minimum(steep, 0.5 * np.pi)), 1e-12)
     mean = 0.5 * (found.beyond[:-1] + found.beyond[1:])
     return np.asarray(mean + 0.5 * turned / slower + sizes.rounding)
 
