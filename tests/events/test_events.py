@@ -105,6 +105,7 @@ def test_segments(plan: kw.Plan) -> None:
         ),
         ({"end": do({"arc": "on", "atfer": 1})}, r"does arc and atfer at once"),
         ({"end": do({"at": 1})}, r"does nothing"),
+        ({"end": do({"": 1})}, r"a signal without a name"),
         ({"end": do({"arc": "on", "at": 1, "after": 2})}, r"gives at and after"),
         ({"end": do({"output": 3})}, r"needs output and value together"),
         ({"end": do({"output": -1, "value": True})}, r"output"),

@@ -16,7 +16,10 @@ from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
 
 _TCP = "knotwork: tool centre point"
-_TURNS = {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ}
+_VIRTUAL = {
+    "rad": {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ},
+    "m": {"x": pin.JointModelPX, "y": pin.JointModelPY, "z": pin.JointModelPZ},
+}
 
 
 class ChainKinematics:
@@ -52,8 +55,8 @@ class ChainKinematics:
             for joint in virtual:
                 axes = pin.SE3.Identity()
                 axes.rotation = axes.rotation if joint.axes is None else joint.axes
-                placed = placement * axes
-                carrier = model.addJoint(carrier, _TURNS[joint.axis](), placed, joint.name)
+                kind = _VIRTUAL[joint.unit][joint.axis]()
+                carrier = model.addJoint(carrier, kind, placement * axes, joint.name)
                 placement = axes.inverse()
             frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)

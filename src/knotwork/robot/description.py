@@ -21,9 +21,11 @@ class VirtualJoint:
 
     Attributes:
         name: For messages.
-        axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
-        lower, upper: Limits of its position [rad], which may be infinite.
-        axes: Rotation of the axes that it turns about in those of the TCP, or `None`.
+        axis: That it turns about or slides along: `"x"`, `"y"` or `"z"` of the TCP, as the joints
+            before leave it.
+        lower, upper: Limits of its position [rad or m], which may be infinite.
+        unit: `"rad"`, or `"m"` if it slides.
+        axes: Rotation of the axes that it turns about, in those of the TCP; or `None`.
         ease: How much easier than others it moves in the least norm of joint velocities.
     """
 
@@ -31,6 +33,7 @@ class VirtualJoint:
     axis: str
     lower: float
     upper: float
+    unit: str = "rad"
     axes: Any = None
     ease: float = 30.0
 

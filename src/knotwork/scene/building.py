@@ -139,6 +139,7 @@ class _Builder:
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
         self.notes: list[tuple[NoteKind, str]] = []
+        self.moved: set[str] = set()
 
     def model(self) -> CollisionModel:
         scene = self.scene
@@ -153,11 +154,9 @@ class _Builder:
         for held in scene.held:
             bodies += self._held(held)
         for robot in scene.robots:
-            others = list(self._other(robot))
-            if robot.cell:  # here its links would stand where they are at rest
-                own = {body.name.partition("/")[2] for body in others}
-                bodies = [replace(x, start=math.inf) if x.link in own else x for x in bodies]
-            bodies += others
+            bodies += self._other(robot)
+        # of arms of one URDF each would stand in the other's model where it is at rest
+        bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
@@ -192,10 +191,13 @@ class _Builder:
         except InputError as error:
             place = ("scene", "robots", given.name, "scenario")
             raise self.places.error(place, str(error)) from error
+        own, theirs = self.robot, other.robot
+        one_cell = own.urdf == theirs.urdf and not {*own.joint_names} & {*theirs.joint_names}
+        placement = given.placement * theirs.base_placement.inverse()
+        if one_cell:
+            placement = own.base_placement.inverse()
         root = self._put(
-            serial(
-                [given.placement * other.robot.base_placement.inverse()], np.eye(3)[:1], [False]
-            ),
+            serial([placement], np.eye(3)[:1], [False]),
             self.robot.base_placement,
             [EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))],
         )
@@ -203,8 +205,10 @@ class _Builder:
         self.known += [replace(one, delay=one.delay + given.delay) for one in other.known]
         self.robots[given.name] = other.robot, root
         for body in other.model.bodies:
-            if given.cell and not body.joint:
+            if one_cell and not body.joint:
                 continue
+            if one_cell and body.link:
+                self.moved.add(body.link)
             if body.kind != "object" or body.name in other.held:
                 yield replace(
                     body,

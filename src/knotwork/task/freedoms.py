@@ -48,8 +48,16 @@ Speed = Annotated[
 ]
 
 
+class FreePosition(TaskPart):
+    """A box for the tool in the axes of the pose; along axes left out it stays where it is."""
+
+    x: Interval | None = Field(default=None, description="Least and greatest place [length]")
+    y: Interval | None = Field(default=None, description="Least and greatest place [length]")
+    z: Interval | None = Field(default=None, description="Least and greatest place [length]")
+
+
 class FreePose(TaskPart):
-    """What a pose leaves open. Where and how fast the tool is stays as given."""
+    """What a pose leaves open. All else, and how fast the tool is, stays as given."""
 
     turn: (
         Annotated[
@@ -71,20 +79,30 @@ class FreePose(TaskPart):
     travel_angle: Interval | None = Field(
         default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
     )
+    position: FreePosition | None = Field(
+        default=None, description="Where the tool stops it may be anywhere in a box"
+    )
 
     @model_validator(mode="after")
     def _something(self) -> FreePose:
+        box = self.position
+        if box is not None and (box.x, box.y, box.z) == (None, None, None):
+            raise ValueError("position leaves nothing open; accepted: x, y or z, a range each")
+        if self.tilt is not None and self.turn is None:
+            raise ValueError("tilt is given without a turn; accepted: turn: z with it")
         leaning = self.work_angle is not None or self.travel_angle is not None
-        if self.turn is None and not leaning:
-            raise ValueError("leaves nothing open; give turn, work_angle or travel_angle")
-        if self.tilt is not None and (leaning or self.turn is None):
-            raise ValueError("gives tilt, which takes turn: z and no angles to a seam")
+        if self.tilt is not None and leaning:
+            raise ValueError("tilt is given together with angles to a seam; accepted: one of them")
+        if self.turn is None and box is None and not leaning:
+            raise ValueError(
+                "leaves nothing open; accepted: turn, turn and tilt, angles, or position"
+            )
         return self
 
 
 Free = Annotated[
     Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
-    by_kind("a mapping with turn, tilt, work_angle, travel_angle, or none", ["none"]),
+    by_kind("a mapping with turn, tilt, angles or position, or none", ["none"]),
 ]
 
 

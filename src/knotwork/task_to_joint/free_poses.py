@@ -6,8 +6,9 @@ nothing open the virtual joint is at 0, and it is dropped from what is found.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.task_to_joint.solution import TaskSolution
 from knotwork.tool_paths.rotations import exponentials
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
@@ -46,7 +50,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             branches=(),
             where=free.where,
         )
-    joints = _joints(free.freedom)
+    joints = _virtual_joints(free.freedom)
     chain, count = robot.with_virtual_joints(*joints), len(joints)
     return replace(
         space,
@@ -64,28 +68,31 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             for one in space.targets
         ),
         near=None if space.near is None else longer(space.near, count),
-        solutions=_solutions(scenario, space.solutions, robot, count),
+        solutions=_solutions(scenario, space.solutions, robot, joints),
         chosen=None,
     )
 
 
-def _joints(freedom: PoseFreedom) -> list[VirtualJoint]:
-    """Joints that lead from the tool to the pose, a turn that is free the other way."""
-    least, greatest = freedom.turn
-    joints = [VirtualJoint("free turn", "z", -greatest, -least)] if least < greatest else []
-    if freedom.torch is not None:
-        axes = _torch_axes(freedom.torch)
-        for name, axis, span in (
-            ("travel angle", "y", freedom.torch.travel),
-            ("work angle", "x", freedom.torch.work),
-        ):
-            if span[0] < span[1]:
-                joints.append(VirtualJoint(name, axis, *span, axes))
-        return joints
-    if freedom.tilt:
+def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
+    """From the tool to the pose: what is free goes the other way. Slides are along its axes."""
+    joints, axes = [], None
+    turned: list[tuple[str, str, tuple[float, float]]] = []
+    if free.torch is not None:
+        axes = _torch_axes(free.torch)
+        turned = [("travel angle", "y", free.torch.travel), ("work angle", "x", free.torch.work)]
+    elif free.tilt:
         # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
-        most = freedom.tilt / np.sqrt(2.0)
-        joints = [*(VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"), *joints]
+        most = free.tilt / np.sqrt(2.0)
+        joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
+    least, greatest = free.turn
+    if least < greatest:
+        joints.append(VirtualJoint("free turn", "z", -greatest, -least))
+    for name, axis, (low, high) in turned:
+        if low < high:
+            joints.append(VirtualJoint(name, axis, low, high, axes=axes))
+    for k, (low, high) in zip("xyz", free.box, strict=True):
+        if low < high:
+            joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
     return joints
 
 
@@ -101,32 +108,37 @@ def longer(values: FloatArray, count: int) -> FloatArray:
 
 
 def _solutions(
-    scenario: Scenario, given: Mapping[int, FloatArray], robot: Robot, count: int
+    scenario: Scenario,
+    given: Mapping[int, FloatArray],
+    robot: Robot,
+    joints: Sequence[VirtualJoint],
 ) -> dict[int, FloatArray]:
-    """Joint positions to be near at waypoints, with the turn that is left to each pose."""
-    found = {}
+    """Joint positions to be near at waypoints, with what is left to each pose."""
+    found, count = {}, len(joints)
     for i, q in given.items():
         waypoint, found[i] = scenario.waypoints[i], longer(q, count)
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            turned = robot.forward(q).rotation.T @ waypoint.rotation
-            found[i][-count:] = _angles(turned, waypoint.freedom)[-count:]
+            left = _left(robot.forward(q), waypoint.pose, waypoint.freedom.torch)
+            found[i][-count:] = [left[one.unit, one.axis] for one in joints]
     return found
 
 
-def _angles(R: FloatArray, freedom: PoseFreedom) -> tuple[float, ...]:
-    """Virtual joints that take a tool to the orientation of a pose, turned from it by R [rad].
+def _left(tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None) -> dict[tuple[str, str], float]:
+    """What takes a tool to a pose: turns about x, y, z in this order [rad], then slides [m].
 
-    Turns about x, y, z, in this order; or of a torch about z, y, x.
+    Turns of a torch are about z and then about y and x of its own axes.
     """
-    if freedom.torch is not None:
-        A = _torch_axes(freedom.torch)
-        M = _torch_axes(freedom.torch._replace(own=0.0)).T @ R @ A
-        turn, travel = np.arctan2(-M[1, 0], M[0, 0]), np.arcsin(-M[2, 0]) - freedom.torch.own
-        angles = float(turn), float(travel), float(np.arctan2(M[2, 1], M[2, 2]))
-        spans = freedom.turn, freedom.torch.travel, freedom.torch.work
-        return tuple(angle for angle, span in zip(angles, spans, strict=True) if span[0] < span[1])
+    R = tool.rotation.T @ pose.rotation
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
-    return float(x), float(y), float(np.arctan2(-R[0, 1], R[0, 0]))
+    turns = x, y, np.arctan2(-R[0, 1], R[0, 0])
+    if torch is not None:
+        M = _torch_axes(torch._replace(own=0.0)).T @ R @ _torch_axes(torch)
+        y = np.arctan2(-M[2, 0], np.hypot(M[0, 0], M[1, 0])) - torch.own
+        turns = np.arctan2(M[2, 1], M[2, 2]), y, np.arctan2(-M[1, 0], M[0, 0])
+    slides = pose.rotation.T @ (pose.translation - tool.translation)
+    return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {
+        ("m", k): float(v) for k, v in zip("xyz", slides, strict=True)
+    }
 
 
 def pinned(candidates: Candidates, chain: Robot) -> Candidates:

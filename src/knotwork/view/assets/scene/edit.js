@@ -50,6 +50,8 @@ class Editing {
           button("add-box", "+ box", "an object to be placed", () => this.add("box")))));
     this.panel.addEventListener("keydown", (event) => event.stopPropagation());
     byId("bar").before(this.panel);
+    // What is seen keeps clear of the panel.
+    this.panel.addEventListener("toggle", () => this.stage.camera.resized(), true);
   }
 
   // A newer state of the draft; where handles are known for an older one alone, they stay.
@@ -219,7 +221,7 @@ class Jog {
     const [least, most] = [low ?? -factor * 2 * Math.PI, high ?? factor * 2 * Math.PI];
     const field = made("input", { type: "range", min: least, max: most, step: "any", value: factor * this.q[i], ariaLabel: name });
     const number = made("span", { className: "value" });
-    const show = () => { number.textContent = `${(factor * this.q[i]).toFixed(digits)} ${unit}`; };
+    const show = () => { number.textContent = `${(factor * this.q[i]).toFixed(digits)} ${unit === "deg" ? "°" : unit}`; };
     field.addEventListener("input", () => {
       this.q[i] = Number(field.value) / factor;
       show();
