@@ -27,7 +27,7 @@ scenarios = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 
 # Three of them as they are written without tool paths, waypoint by waypoint.
 BY_WAYPOINTS = sorted((ROOT / "tests" / "scenario" / "by_waypoints").glob("*.yaml"))
-WARNINGS = {"ur5_palletise": ["times are chosen, but no limit of acceleration is known"]}
+WARNINGS: dict[str, list[str]] = {}
 """Of scenarios that are warned of, on purpose."""
 motions = pytest.mark.parametrize(
     "path", PATHS + BY_WAYPOINTS, ids=lambda path: f"{path.parent.name}/{path.stem}"
