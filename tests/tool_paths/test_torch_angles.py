@@ -180,7 +180,7 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
     [
         ({"work_angle": [0.4, 0.5]}, "the pose's own 0.349066 is in"),
         ({"work_angle": [0.2, 1.6]}, "below a quarter of a turn"),
-        ({"work_angle": [0.2, 0.5], "turn": "z", "tilt": 0.1}, "tilt is given together with angles to a seam"),
+        ({"work_angle": [0.2, 0.5], "turn": "z", "tilt": 0.1}, "given together with angles"),
         ({}, "leaves nothing open"),
     ],
 )
