@@ -9,7 +9,6 @@ from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
 from knotwork.task import AtMost, FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch
 from knotwork.task.units import si_factors
-from knotwork.tool_paths.seam import TOOL_AXES
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
@@ -74,6 +73,8 @@ def _torch_ranges(
     given: FreePose, torch: Torch | None, places: Places, location: Location, file: PlainTask
 ) -> TorchRanges:
     """Ranges of a torch's angles, from those of its pose."""
+    from knotwork.tool_paths.seam import TOOL_AXES
+
     unit = si_factors(file.units)[1]
     if torch is None:
         raise places.error(
