@@ -70,7 +70,7 @@ def test_outputs_are_switched_within_a_step_before(plan: kw.Plan) -> None:
 
 def test_a_program_names_its_segments(plan: kw.Plan) -> None:
     text = plan.trajectory.to_urscript()
-    named = re.findall(r"^  # (.*): (?:\w| )+, (\d+\.\d+) s to", text, re.MULTILINE)
+    named = re.findall(r"^  # (.*): (?:[a-z ]+, )?(\d+\.\d+) s to", text, re.MULTILINE)
     assert named == [(one.name, f"{one.start:.3f}") for one in plan.segments]
 
 
