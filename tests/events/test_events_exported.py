@@ -168,6 +168,20 @@ def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
     assert any("output 17 on" in line.text for line in plan.report.brief())
 
 
+def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
+    first, second, *rest = plan.events
+    moved = replace(second, time=second.time + 1e-3)
+    motion = replace(plan.trajectory, events=(first, moved, *rest[:-1]))
+    failures = [one.message for one in kw.check(motion, plan.scenario).failures]
+    assert failures == [
+        "output 9 on at 3.001 s: the motion has it, and the scenario does not ask for it",
+        "output 9 on at 3.000 s: the scenario asks for it, and the motion does not have it",
+        f"{rest[-1].said} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
+        "not have it",
+    ]
+    assert kw.check(replace(motion, events=()), plan.scenario).ok
+
+
 def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:
     """The same motion 10 ms later, the arm at rest before."""
     times = np.concatenate(([motion.start_time], motion.breaks + 0.01))[:-1]
