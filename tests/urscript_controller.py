@@ -30,6 +30,7 @@ class Controller:
         time: Ends of the steps [s], shape (n,).
         position: Targets then [rad], shape (n, 6).
         velocity: Their velocities [rad/s], shape (n, 6).
+        payloads: As they are set: time [s], mass [kg], centre of mass [m].
         switched: Digital outputs as they are switched: time [s], kind, number, value.
     """
 
@@ -38,6 +39,7 @@ class Controller:
         self.q, self.qd = np.array(q, dtype=float), np.zeros(6)
         self._states = [(0.0, self.q, self.qd)]
         self.switched: list[tuple[float, str, int, bool]] = []
+        self.payloads: list[tuple[float, float, list[float]]] = []
         self._hit: tuple[float, np.ndarray] | None = None
 
     def push(self, time: float, by: np.ndarray) -> None:
@@ -53,6 +55,7 @@ class Controller:
             "get_target_joint_positions": lambda: self.q.copy(),
             "speedj": self._speedj,
             "stopj": self._stopj,
+            "set_payload": self._set_payload,
             "textmsg": lambda *text: None,
             "popup": self._popup,
         }
@@ -79,6 +82,10 @@ class Controller:
         assert 0 <= number < (2 if kind == "tool" else 8)
         assert value in (True, False)
         self.switched.append((self._states[-1][0], kind, number, value))
+
+    def _set_payload(self, mass: float, centre: np.ndarray) -> None:
+        assert mass >= 0.0
+        self.payloads.append((self._states[-1][0], mass, centre.tolist()))
 
     def _stopj(self, a: float) -> None:
         while np.abs(self.qd).max() > 1e-12:

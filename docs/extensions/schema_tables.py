@@ -32,6 +32,7 @@ TITLES = {
     "Collisions": "collisions",
     "Frame": "frames",
     "FrameMotion": "moves of a frame",
+    "Grid": "grid of a frame",
     "PoseWaypoint": "A waypoint by pose",
     "PathWaypoint": "The end of a tool path",
     "AlongArc": "along: arc",
@@ -39,9 +40,12 @@ TITLES = {
     "AlongPoints": "along: points",
     "Weave": "weave",
     "JointWaypoint": "A waypoint by joints",
+    "Repeat": "Waypoints that are repeated",
+    "PlacesFile": "over: a file",
     "Action": "do",
     "Fastest": "after: fastest",
     "FreePose": "free",
+    "FreePosition": "free: position",
     "AtMost": "speed: at_most",
     "ClearWay": "way: clear",
     "Pose": "pose",
@@ -59,7 +63,7 @@ TITLES = {
     "Tolerances": "tolerances",
     "PathOptions": "path",
     "RobotFile": "The file",
-    "ExternalAxisFile": "external_axes",
+    "ExternalAxis": "external_axes",
     "CollisionFile": "collision",
     "LimitsFile": "limits",
     "Limits": "limits",
@@ -121,7 +125,8 @@ def _array(part: dict[str, Any]) -> str:
     items = accepted(part["items"] if "items" in part else part["prefixItems"][0])
     least, most = part.get("minItems", 0), part.get("maxItems")
     if most is not None:
-        return f"list of {most} {_many(items)}"
+        number = f"{most}" if least == most else f"{least} to {most}"
+        return f"list of {number} {_many(items)}"
     more = f", {least} or more" if least else ""
     return f"list, each {items}{more}" if "{" in items else f"list of {_many(items)}{more}"
 

@@ -14,6 +14,7 @@ from judge.task import Task
 SAMPLES = 1500
 STEPS = 4000
 SLACK = 1e-9
+STEP = 1e-5
 Row = tuple[str, str, float, float]
 
 
@@ -72,14 +73,18 @@ def _path(task: Task, motion: Motion, path: ToolPath, samples: int) -> Iterator[
     t = np.clip(t, motion.x[0], motion.x[-1])
     q = motion(t)
     poses = arm.poses(q)
-    points = np.array([pose.translation for pose in poses])
+    points = np.array([pose.translation for pose in poses]) - path.woven(t)
     s = tracked(path, points, allowed["path"])
     P, T, _ = path.at(s)
     off = float(np.linalg.norm(points - P, axis=1).max())
     if off > allowed["path"]:
         yield "path", name, off, allowed["path"]
-    wanted = path.rotations(s)
-    turned = np.array([turn_between(R, p.rotation) for R, p in zip(wanted, poses, strict=True)])
+    if path.axis is not None:
+        axes = np.array([pose.rotation[:, 2] for pose in poses])
+        turned = 2.0 * np.arcsin(0.5 * np.linalg.norm(axes - path.axis(s), axis=1))
+    else:
+        wanted = path.rotations(s)
+        turned = np.array([turn_between(R, p.rotation) for R, p in zip(wanted, poses, strict=True)])
     excess = turned - path.ahead(s)
     if excess.max() > allowed["path_orientation"]:
         yield "orientation", name, float(excess.max()), allowed["path_orientation"]
@@ -105,6 +110,7 @@ def _speed(
     """The velocity along the path: as asked in the window, no faster and not back in the ramps."""
     assert task.arm is not None
     velocity = task.arm.velocities(motion(t), motion(t, 1))[:, :3]
+    velocity -= (path.woven(t + STEP) - path.woven(t - STEP)) / (2.0 * STEP)
     along = (velocity * T).sum(axis=1)
     speed = np.linalg.norm(velocity, axis=1)
     for one in path.stretches:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,10 +148,17 @@ class Stretch:
 
 
 class ToolPath:
-    """Stretches one after another, from one stop to the next."""
+    """Stretches one after another, from one stop to the next.
+
+    Attributes:
+        woven: What a weave adds at times [m], shape (k,) to (k, 3).
+        axis: The tool's z axis at arc lengths, (k,) to (k, 3), where its turn is free.
+    """
 
     def __init__(self, stretches: Sequence[Stretch]) -> None:
         self.stretches = list(stretches)
+        self.woven: Callable[[np.ndarray], np.ndarray] = lambda t: np.zeros((len(t), 3))
+        self.axis: Callable[[np.ndarray], np.ndarray] | None = None
         self.ends = np.cumsum([one.curve.length for one in stretches])
         self.length = float(self.ends[-1])
 

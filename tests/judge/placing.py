@@ -9,7 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 AXES = {"X": np.eye(3)[0], "Y": np.eye(3)[1], "Z": np.eye(3)[2]}
-FORMS = ("quaternion_xyzw", "quaternion_wxyz", "rpy", "euler", "rotation_vector", "rotation_matrix")
+FORMS = (
+    *("quaternion_xyzw", "quaternion_wxyz", "rpy", "euler", "rotation_vector", "rotation_matrix"),
+    "torch",
+)
 
 
 def about(axis: np.ndarray, angle: float) -> np.ndarray:
@@ -34,8 +37,24 @@ def rotation(given: Mapping[str, Any], angle: float) -> np.ndarray | None:
         return np.asarray(pin.exp3(angle * np.array(value, dtype=float)))
     if form == "rotation_matrix":
         return np.array(value, dtype=float)
+    if form == "torch":
+        return leaning(value["seam"], value, angle)
     x, y, z, w = value if form == "quaternion_xyzw" else (*value[1:], value[0])
     return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
+
+
+def leaning(seam: Any, given: Mapping[str, Any], angle: float) -> np.ndarray:
+    """A tool whose z axis leans to a seam and a surface, its x axis along the seam."""
+    assert given.get("tangent", "x") == "x", "others are not read here"
+    along = np.array(seam, dtype=float) / np.linalg.norm(seam)
+    out = np.array(given["normal"], dtype=float)
+    out -= (out @ along) * along
+    out /= np.linalg.norm(out)
+    work, travel = (angle * given.get(key, 0.0) for key in ("work_angle", "travel_angle"))
+    out = np.cos(work) * out + np.sin(work) * np.cross(out, along)
+    x = np.cos(travel) * along + np.sin(travel) * out
+    z = np.sin(travel) * along - np.cos(travel) * out
+    return np.column_stack((x, np.cross(z, x), z))
 
 
 def placement(given: Mapping[str, Any] | None, length: float, angle: float) -> pin.SE3:

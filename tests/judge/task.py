@@ -1,8 +1,9 @@
 """`Task`: a scenario's file, read with PyYAML and the definitions of docs/every_key.md alone.
 
-What no shipped scenario uses is not read, and is an error here: blends, orientations from a file of
-points, tangent turning along a curve through points, and speeds at a pose without a path. Times and
-speeds that are free must have numbers, as the scenario that `knotwork plan --out` saves has them.
+What no shipped scenario uses is not read, and is an error here: blends, quaternions from a file of
+points, freedoms but that of the turn, tangent turning along a curve through points, and speeds at a
+pose without a path. Times and speeds that are free must have numbers, as the scenario that
+`knotwork plan --out` saves has them.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ import numpy as np
 import pinocchio as pin
 import yaml
 
-from judge import curves
+from judge import curves, weaving
 from judge.arm import KINDS, Arm, replaced
-from judge.placing import FORMS, frames, placement
+from judge.placing import FORMS, frames, leaning, placement
 
 TOLERANCES = {"path": 1e-4, "path_orientation": math.radians(0.1), "path_speed": 0.01}
 
@@ -34,6 +35,7 @@ class Asked:
     twist: np.ndarray | None = None
     joints: np.ndarray | None = None
     velocity: np.ndarray | None = None
+    free: bool = False
 
 
 @dataclass
@@ -161,7 +163,14 @@ class Task:
             scale * (frame.rotation @ np.array(velocity.get(key, (0.0, 0.0, 0.0)), dtype=float))
             for key, scale in (("linear", self.length), ("angular", self.angle))
         )
-        return Asked(name, 0.0, pose=pose, twist=np.concatenate((linear, angular)))
+        twist = np.concatenate((linear, angular))
+        return Asked(name, 0.0, pose=pose, twist=twist, free=self._free(one))
+
+    def _free(self, one: Mapping[str, Any]) -> bool:
+        """Whether the turn about the tool's z axis is free; that alone is read here."""
+        free = one.get("free") or (self.data.get("tool") or {}).get("free") or "none"
+        assert free in ("none", {"turn": "z"}), "not read here"
+        return bool(free != "none")
 
     # --- tool paths
 
@@ -193,12 +202,56 @@ class Task:
                 )
             ]
         )
+        if self._free(given[first]):
+            path.axis = self._axis(given[first], path)
+        if any("weave" in one for one in given[first : last + 1]):
+            path.woven = self._woven(given[first], path)
         self.paths.append(path)
         self.waypoints[-1].twist = path.twist(0, times[0][3][0])
         for k, (when, (*_, end)) in enumerate(zip(times, parts, strict=True)):
-            made = Asked(names[k + 1], when[1], end, path.twist(k + 1, when[3][1]))
+            if path.axis is not None:
+                z = path.axis(path.ends[k : k + 1])[0]
+                turn = pin.Quaternion.FromTwoVectors(end.rotation[:, 2], z).matrix()
+                end.rotation = turn @ end.rotation
+            twist = path.twist(k + 1, when[3][1])
+            free = self._free(given[first + k])
+            made = Asked(names[k + 1], when[1], end, twist, free=free)
             now = self._add(made, given[first + k])
         return last + 1, now
+
+    def _axis(self, one: Mapping[str, Any], path: curves.ToolPath) -> Any:
+        """The tool's z axis along a path: against the normals, or that of its rotations."""
+        file = one["along"].get("points") if isinstance(one["along"], dict) else None
+        if not isinstance(file, str):
+            return lambda s: path.rotations(s)[:, :, 2]
+        rows = np.loadtxt(self.folder / file, delimiter=",", skiprows=1)
+        turn = self._frame(one).rotation.T
+        s = np.linspace(0.0, path.length, 20 * len(rows))
+        points, places = self._points(one["along"], self._frame(one)), path.at(s)[0]
+        at = s[[np.linalg.norm(places - point, axis=1).argmin() for point in points]]
+
+        def axis(along: np.ndarray) -> np.ndarray:
+            found = [-np.interp(along, at, column) for column in (rows[:, 3:6] @ turn).T]
+            return np.asarray((found / np.linalg.norm(found, axis=0)).T)
+
+        return axis
+
+    def _points(self, along: Mapping[str, Any], frame: pin.SE3) -> np.ndarray:
+        rows = along["points"]
+        if isinstance(rows, str):
+            rows = np.loadtxt(self.folder / rows, delimiter=",", skiprows=1)[:, :3]
+        return np.array([frame.act(self.length * np.array(row, dtype=float)) for row in rows])
+
+    def _woven(self, one: Mapping[str, Any], path: curves.ToolPath) -> weaving.Added:
+        """What a weave adds to one line, square to it and to the tool."""
+        (stretch,) = path.stretches
+        assert isinstance(stretch.curve, curves.Line), "other paths are not read here"
+        side = np.cross(-stretch.rotation[:, 2], stretch.curve.way)
+        side /= np.linalg.norm(side)
+        weave, start = one["weave"], stretch.start
+        width, allowed = self.length * weave["width"], self.tolerance("path")
+        added = weaving.across(weave, width, allowed, stretch.end - start)
+        return lambda t: np.outer(added(np.clip(t, start, stretch.end) - start), side)
 
     def _speeds(
         self,
@@ -226,6 +279,10 @@ class Task:
         assert one.get("blend") is None, "blends are not read here"
         frame, end = self._frame(one), self._pose(one)
         curve = self._curve(one["along"], frame, before.translation, end.translation)
+        if isinstance(one.get("orientation"), dict):
+            assert isinstance(curve, curves.Line), "not read here"
+            seam = frame.rotation.T @ curve.way
+            before.rotation = frame.rotation @ leaning(seam, one["orientation"], self.angle)
         turned = any(one["pose"].get(form) is not None for form in FORMS)
         if one.get("orientation") == "tangent":
             assert not isinstance(curve, curves.Spline), "not read here"
@@ -246,7 +303,7 @@ class Task:
         if along == "line":
             return curves.Line(start, end)
         if "points" in along:
-            points = np.array([point(row) for row in along["points"]])
+            points = self._points(along, frame)
             near = [np.linalg.norm(points[k] - p) > 1e-6 for k, p in ((0, start), (-1, end))]
             points = np.vstack((start, points[0 if near[0] else 1 :]))
             return curves.Spline(np.vstack((points[: None if near[1] else -1], end)))

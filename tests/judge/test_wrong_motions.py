@@ -49,6 +49,8 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Iterable[str]],
                 numbers = folder / "scenario.yaml"  # where times were free
                 given = numbers if numbers.exists() else SCENARIO_FILES[name]
                 shutil.copy(given, folder / "judged.yaml")
+                for points in SCENARIO_FILES[name].parent.glob(f"{name}*.csv"):
+                    shutil.copy(points, folder)
                 whole.plans[name] = folder
         return Shelf(whole.folder, {name: whole.plans[name] for name in names}, whole.arms)
 

@@ -10,8 +10,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from judge.along import path_wrongs
+from judge.arm import mass_of
 from judge.bodies import collision_wrongs
 from judge.motion import Motion
 from judge.placing import turn_between
@@ -91,11 +93,16 @@ def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
         assert one.pose is not None
         assert one.twist is not None
         pose, twist = task.arm.poses(q)[0], task.arm.velocities(q, v)[0]
+        turn, spin = pose.rotation, twist[3:] - one.twist[3:]
+        if one.free:  # as far as its axis says
+            turn = pin.Quaternion.FromTwoVectors(one.pose.rotation[:, 2], turn[:, 2]).matrix()
+            turn = turn @ one.pose.rotation
+            spin = spin - (spin @ turn[:, 2]) * turn[:, 2]
         for kind, name, off in (
             ("pose", "position", np.linalg.norm(pose.translation - one.pose.translation)),
-            ("pose", "orientation", turn_between(one.pose.rotation, pose.rotation)),
+            ("pose", "orientation", turn_between(one.pose.rotation, turn)),
             ("velocity", "linear_velocity", np.linalg.norm(twist[:3] - one.twist[:3])),
-            ("velocity", "angular_velocity", np.linalg.norm(twist[3:] - one.twist[3:])),
+            ("velocity", "angular_velocity", np.linalg.norm(spin)),
         ):
             if off > task.tolerance(name):
                 yield Wrong(kind, f"{one.name}, {name}", float(off), task.tolerance(name))
@@ -140,6 +147,19 @@ def _joint_limits(task: Task, motion: Motion) -> Iterator[Wrong]:
                 yield Wrong(f"{kind} limit", name, float(low[i]), float(lower))
 
 
+def _efforts(task: Task, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Efforts, with what is held at each time."""
+    assert task.arm is not None
+    efforts = task.arm.efforts(q, v, a)
+    times = {one.name: one.time for one in task.waypoints}
+    for one in ((task.data.get("tool") or {}).get("holds") or {}).values():
+        if one.get("mass"):
+            there = (t >= times[one["from"]]) & (t <= times[one["to"]])
+            body = mass_of(one, task.length)
+            efforts[there] += task.arm.efforts_of(body, q[there], v[there], a[there])
+    return efforts
+
+
 def _sampled_limits(task: Task, motion: Motion, samples: int) -> Iterator[Wrong]:
     arm, limited = task.arm, np.isfinite(task.limits["effort"])
     assert arm is not None
@@ -149,8 +169,9 @@ def _sampled_limits(task: Task, motion: Motion, samples: int) -> Iterator[Wrong]
     if limited.any():
         # the acceleration from both sides of a break
         before = motion(motion.x, 2, side="left")
-        felt = np.abs(arm.efforts(q, v, a)).max(axis=0)
-        other = np.abs(arm.efforts(motion(motion.x), motion(motion.x, 1), before)).max(axis=0)
+        x = motion.x
+        felt = np.abs(_efforts(task, t, q, v, a)).max(axis=0)
+        other = np.abs(_efforts(task, x, motion(x), motion(x, 1), before)).max(axis=0)
         felt = np.maximum(felt, other)
         rows += [
             ("effort limit", name, felt[i], task.limits["effort"][i])

@@ -12,7 +12,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.verification import clearance_between
+from knotwork.task import OtherRobot
 from moving.moving_truth import distance, links, sampled
 from moving.test_moving_things import LEFT
 
@@ -67,7 +67,8 @@ def test_one_line_says_how_near_two_motions_come(cell: kw.Plan, knotwork: Comman
 def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
     scenario = kw.load_scenario("a.yaml")
     for delay in (0.5, 1.5):
-        found = clearance_between(cell.trajectory, scenario, "b.yaml", frame="left", delay=delay)
+        other = OtherRobot(scenario=str(Path("b.yaml").absolute()), parent="left", delay=delay)
+        found = kw.clearance_between(cell.trajectory, scenario, other)
         nearest = least(cell, 0.9, delay)
         assert found.value is not None
         assert found.value - found.excess - 1e-6 <= nearest <= found.value + 1e-3
@@ -76,10 +77,10 @@ def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ((), "it is not known where robot 'ur5' of b.yaml stands"),
-        (("--in", "lift"), "frame 'lift' is unknown; accepted: base, left, near"),
-        (("--in", "belt"), "frame 'belt' moves; accepted: base, left, near"),
-        (("--in", "left", "--motion", "none.csv"), "none.csv: can't be read"),
+        (("--in", "lift"), "scene.robots.b.in: unknown frame 'lift' (did you mean 'left'"),
+        (("--in", "belt"), "scene.robots.b.in: frame 'belt' moves"),
+        (("--in", "left", "--motion", "none.csv"), "scene.robots.b.motion: there is no file"),
+        (("--in", "left", "--log"), "--with takes neither --full nor a log"),
         (("--in", "left", "--full"), "--with takes neither --full nor a log"),
     ],
 )
@@ -106,7 +107,7 @@ def test_two_arms_of_one_cell(tmp_path: Path, end: float, clear: bool) -> None:
 
     right = kw.Task(**task("right")).save(tmp_path / "right.yaml")
     left, other = kw.plan(task("left")), kw.plan(right)
-    found = clearance_between(left.trajectory, left.scenario, right)
+    found = kw.clearance_between(left.trajectory, left.scenario, OtherRobot(scenario=str(right)))
 
     def bar(plan: kw.Plan, x: float, t: float) -> list[Any]:
         turn = pin.rpy.rpyToMatrix(0, 0, float(plan.trajectory.position(t)[0]))

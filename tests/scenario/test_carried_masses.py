@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
+from knotwork import storage
 from knotwork.errors import DocumentError, InputError
+from urscript_controller import Controller
 
 BOX = {"from": "pick", "to": "place", "box": [0.2, 0.1, 0.1], "position": [0, 0, 0.06]}
 INERTIA = {"ixx": 0.02, "iyy": 0.03, "izz": 0.04, "ixy": 0.002}
@@ -156,3 +159,28 @@ def test_faults_where_the_load_changes_in_motion() -> None:
     task = stacking(BOX | {"mass": 1.0, "from": "over"})
     with pytest.raises(InputError, match="the velocity is chosen, but the load changes here"):
         kw.plan(task)
+
+
+def test_programs_of_universal_robots_set_the_payload(tmp_path: Path) -> None:
+    task = stacking(BOX | {"mass": 3.0}, times=None)
+    del task["times"]
+    for one in task["waypoints"][1:]:
+        one.pop("velocity", None)
+        one |= {"after": 1.5, "stop": True}
+    task["waypoints"][1] |= {"wait": 0.4}
+    task["waypoints"][1].pop("stop")
+    plan = kw.plan(task)
+    motion = storage.load_trajectory(plan.save(tmp_path)[0])
+    assert motion.loads == plan.trajectory.loads
+    at = pin.SE3(pin.rpy.rpyToMatrix(0.3, 0, 0.2), np.array([0, 0.02, 0.1]))
+    both = (1.0 * np.array([0, 0, 0.05]) + 3.0 * (at * np.array([0, 0, 0.06]))) / 4.0
+    expected = [(0.0, 1.0, [0, 0, 0.05]), (1.5, 4.0, both), (4.9, 1.0, [0, 0, 0.05])]
+    controller = Controller(motion.position(0.0), 500.0)
+    controller.run(motion.to_urscript())
+    assert len(controller.payloads) == len(expected)
+    for (time, mass, centre), (when, much, where) in zip(
+        controller.payloads, expected, strict=True
+    ):
+        assert abs(time - when) <= 0.0021
+        assert mass == pytest.approx(much)
+        np.testing.assert_allclose(centre, where, atol=1e-12)

@@ -105,6 +105,7 @@ def test_the_tool_is_where_seam_and_weave_add_up(name: str) -> None:
         (row,) = plan.report.select(quantity=quantity)
         assert row.ok
         assert row.proof == "bounded"
+    assert "leaves the woven line by" in str(plan.report.select(quantity="path_deviation")[0])
 
 
 @pytest.mark.parametrize(("shape", "dwell"), [("triangle", 0.0), ("triangle", 0.1), ("sine", 0.1)])
@@ -154,7 +155,9 @@ def test_a_weave_goes_on_from_a_line_into_an_arc() -> None:
 def test_a_weave_rides_on_a_belt() -> None:
     task = seam({"shape": "circle"}, frames={"belt": {"position": [0, 0, 0]}}, frame="belt")
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.01, 0], "angular": [0, 0, 0.02]}
+    task["scene"] = {"objects": {"part": {"in": "belt", "sphere": 0.01, "position": [0.6, 0, 0.1]}}}
     plan = kw.plan(task)
+    assert "path asked for" in plan.view().html
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
     t = np.linspace(motion.start_time, motion.end_time, 301)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import functools
+import math
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import click
 
@@ -16,7 +19,15 @@ from knotwork.cli.terminal import echo
 from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.foreign import is_foreign, read_trajectory
-from knotwork.recording import Alignment, Smoothed, aligned, check_log, read_log, smoothed
+from knotwork.recording import (
+    Alignment,
+    Smoothed,
+    Tolerances,
+    aligned,
+    check_log,
+    read_log,
+    smoothed,
+)
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.storage import load_trajectory
@@ -34,20 +45,74 @@ class LogOptions:
         noise: Standard deviation of its positions [rad or m]; by default it is estimated.
         unit: `"rad"` or `"deg"`: the unit of rad joints whose headings name none.
         topic: The topic whose columns count, where several have all joints.
+        tolerances: How far it may be off its plan.
     """
 
     against: str | None = None
     noise: float | None = None
     unit: str = "rad"
     topic: str | None = None
+    tolerances: Tolerances | None = None
+
+
+class Tolerance(click.ParamType[Any]):
+    """A tolerance: `0.5mm`, `0.1deg`, `0.2s`, `joints=0.1deg`, `elbow_joint=1mrad`."""
+
+    name = "tolerance"
+    UNITS: ClassVar = {
+        "m": ("m", 1.0), "mm": ("m", 1e-3), "s": ("s", 1.0), "ms": ("s", 1e-3),
+        "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "deg": ("rad", math.pi / 180.0),
+    }  # fmt: skip
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Read the argument as what it is of, the SI unit and the size in it."""
+        what, _, number = str(value).rpartition("=")
+        found = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) ?([a-z]+)", number)
+        try:
+            unit, factor = self.UNITS[found[2]] if found else ("", 0.0)
+            size = factor * float(found[1]) if found else 0.0
+        except (KeyError, ValueError):
+            size = 0.0
+        if not 0.0 < size < math.inf or (what and unit == "s"):
+            self.fail(
+                f"{value!r} is not accepted; give a positive number with mm, m, deg, rad or mrad, "
+                "for the tool, or for joints after joints= or the name of one; or with s or ms, "
+                "for how late the log may be: 0.5mm, 0.1deg, joints=0.1deg, 0.2s",
+                param,
+                ctx,
+            )
+        return what, unit, size
+
+
+def _tolerances(given: Sequence[tuple[str, str, float]]) -> Tolerances | None:
+    """Tolerances of tool, joints and time from the options."""
+    tool, joints, late = dict[str, float](), dict[str, float](), None
+    for what, unit, size in given:
+        if unit == "s":
+            late = size
+        elif what in ("", "tool"):
+            tool[unit] = size
+        else:
+            joints[unit if what == "joints" else what] = size
+    return Tolerances(tool, joints, late) if given else None
 
 
 def _log(
-    is_log: bool, against: str | None, noise: float | None, log_unit: str | None, topic: str | None
+    is_log: bool,
+    against: str | None,
+    noise: float | None,
+    log_unit: str | None,
+    topic: str | None,
+    tolerance: Sequence[tuple[str, str, float]],
 ) -> LogOptions | None:
     if is_log or against is not None:
-        return LogOptions(against, noise, log_unit or "rad", topic)
-    given = {"--noise": noise, "--log-unit": log_unit, "--topic": topic}
+        return LogOptions(against, noise, log_unit or "rad", topic, _tolerances(tolerance))
+    given: dict[str, Any] = {
+        "--noise": noise,
+        "--log-unit": log_unit,
+        "--topic": topic,
+        "--tolerance": tolerance or None,
+    }
     named = [name for name, value in given.items() if value is not None]
     if named:
         raise InputError(f"{', '.join(named)} is for logs: give --log with it")
@@ -60,6 +125,9 @@ log_options = bundled("log", _log, (
             "/joint_states for example, where several have all joints."),
     _option("--log-unit", type=click.Choice(["rad", "deg"]),
             help="For a log: the unit of turning joints where headings name none."),
+    _option("--tolerance", metavar="[JOINT=]SIZE", multiple=True, type=Tolerance(),
+            help="For a log: how far it may be off its plan: 0.5mm and 0.1deg of the tool, "
+            "joints=0.1deg or elbow_joint=0.1deg of joints, 0.2s in time; may be repeated."),
     _option("--noise", type=float, metavar="SIGMA",
             help="For a log: standard deviation of its positions [rad or m]; by default "
             "it is estimated from the samples."),
@@ -113,7 +181,8 @@ def checked_log(
                 f"plan with --against: {error}"
             ) from error
     alignment = aligned(curve, plan)
-    return alignment.trajectory, check_log(alignment, scenario, space)
+    report = check_log(alignment, scenario, space, log.tolerances)
+    return alignment.trajectory, report
 
 
 def planned_scenario(log: LogOptions | None) -> str | None:

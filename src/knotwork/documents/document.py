@@ -21,18 +21,28 @@ class Places:
         lines: Line, counted from 1, of each location that is not in the line of the part around
             it.
         prefix: Location of the data in the file.
+        origins: Where parts stand that the file gives at another location, by the one they have.
     """
 
     file: Path | None = None
     lines: Mapping[Location, int] = field(default_factory=dict, repr=False)
     prefix: Location = ()
+    origins: Mapping[Location, Location] = field(default_factory=dict, repr=False)
+
+    def given(self, location: Location) -> Location:
+        """Where the file gives what is at a location."""
+        for size in range(len(location), 0, -1) if self.origins else ():
+            if (origin := self.origins.get(location[:size])) is not None:
+                return origin + location[size:]
+        return location
 
     def path(self, location: Location) -> str:
         """Field path of a location in the whole file."""
-        return field_path(self.prefix + location)
+        return field_path(self.prefix + self.given(location))
 
     def line(self, location: Location) -> int | None:
         """Line of a location, or of the nearest part around it that has one."""
+        location = self.given(location)
         while location and location not in self.lines:
             location = location[:-1]
         return self.lines.get(location)
@@ -48,6 +58,18 @@ class Places:
         """Make the error for one problem at a location."""
         problem = Problem(self.line(location), self.path(location), message, accepted)
         return DocumentError(self.file, [problem])
+
+    def named_file(self, given: str, location: Location) -> Path:
+        """The path of a file that is named at a location, relative to this one.
+
+        Raises:
+            DocumentError: There is no such file.
+        """
+        path = (self.file.parent if self.file is not None else Path()) / Path(given).expanduser()
+        if not path.is_file():
+            there = f"{path} is no regular file" if path.exists() else f"there is no file {path}"
+            raise self.error(location, there)
+        return path
 
     def document(self, data: Any, location: Location) -> Document:
         """Data at a location as a document of its own that still knows where it stands."""
@@ -75,14 +97,15 @@ class Document(Places):
         file: Path | None = None,
         lines: Mapping[Location, int] | None = None,
         prefix: Location = (),
+        origins: Mapping[Location, Location] | None = None,
     ) -> None:
-        super().__init__(file, lines or {}, prefix)
+        super().__init__(file, lines or {}, prefix, origins or {})
         object.__setattr__(self, "data", data)
 
     @property
     def places(self) -> Places:
         """Where the parts stand, without the data."""
-        return Places(self.file, self.lines, self.prefix)
+        return Places(self.file, self.lines, self.prefix, self.origins)
 
     def part(self, location: Location) -> Document:
         """Take a part as a document of its own that still knows where in the file it stands."""

@@ -11,7 +11,7 @@ from knotwork.documents import Location
 from knotwork.editing.handles import ANGLE_STEP, LENGTH_STEP, numbers, orientation
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.task import JointWaypoint, PathWaypoint, Task
+from knotwork.task import JointWaypoint, PathWaypoint, PlainTask, Task
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.units import si_factors
 from knotwork.waypoints import FloatArray
@@ -69,7 +69,7 @@ def waypoint_here(
     return [*changes, item]
 
 
-def _timing(task: Task, after: int, share: float) -> tuple[dict[str, Any], list[Change]]:
+def _timing(task: PlainTask, after: int, share: float) -> tuple[dict[str, Any], list[Change]]:
     """When a new waypoint is passed, and what changes for the next; or the last, which stops."""
     added: dict[str, Any] = {}
     if after + 1 == len(task.waypoints):

@@ -7,7 +7,7 @@ commanded velocity is the motion's at every step and straight between, and what 
 it is off by the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
 that is continuous.
 
-Outputs are switched between two pieces, which is up to a step before the time of the event.
+Outputs are switched and payloads set between two pieces, up to a step before their time.
 
 The clock runs on over the knots, which may be between two steps. What the controller's own target
 is off from the motion is taken back with a time constant of 1/`GAIN`.
@@ -21,7 +21,7 @@ from knotwork.errors import ExportError
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
 from knotwork.export.straight import refuse_moving
-from knotwork.trajectory import Event, JointTrajectory
+from knotwork.trajectory import Event, JointTrajectory, Load
 from knotwork.waypoints import FloatArray
 
 JOINTS = (
@@ -43,6 +43,9 @@ OUTPUTS = (
     *(("tool", i) for i in range(2)),
 )
 """Digital outputs, counted one after the other, as the controller's bits are."""
+
+FLANGE = "tool0"
+"""The link whose axes are those of the controller's flange; a prefix may stand before it."""
 
 SAME_TIME = 1e-9
 """An event so near to a knot is at the knot [s]."""
@@ -176,19 +179,32 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
 
 
 def _with_events(trajectory: JointTrajectory) -> FloatArray:
-    """Times of the knots, and of events between them: a cubic is the same in two parts [s]."""
+    """Times of the knots, and of events and loads between: a cubic is the same in two parts [s]."""
     knots = trajectory.knots.time
-    events = np.array([one.time for one in trajectory.events])
-    apart = np.abs(events[:, None] - knots).min(axis=1, initial=np.inf) > SAME_TIME
-    return np.unique(np.concatenate((knots, events[apart])))
+    times = [one.time for one in trajectory.events] + [one.time for one in trajectory.loads]
+    apart = np.abs(np.array(times)[:, None] - knots).min(axis=1, initial=np.inf) > SAME_TIME
+    return np.unique(np.concatenate((knots, np.array(times)[apart])))
 
 
 def _between(trajectory: JointTrajectory, time: FloatArray, i: int) -> list[str]:
-    """What stands between two pieces: what is switched there, and which segment begins."""
+    """What stands between two pieces: what is set there, and which segment begins."""
+
+    def here(one: Event | Load) -> bool:
+        return bool(np.abs(time - one.time).argmin() == i)
+
     end = time[i + 1] if i + 1 < len(time) else np.inf
-    switched = [one for one in trajectory.events if np.abs(time - one.time).argmin() == i]
+    switched = [_switch(one) for one in trajectory.events if here(one)]
+    loads = [_load(one) for one in trajectory.loads if here(one)]
     begun = [one for one in trajectory.segments if time[i] <= one.start < end]
-    return [*map(_switch, switched), *(f"# {_comment(one.said)}" for one in begun)]
+    return [*switched, *loads, *(f"# {_comment(one.said)}" for one in begun)]
+
+
+def _load(load: Load) -> str:
+    """The command that sets the payload; it is known only in the axes of the flange."""
+    if not load.frame.endswith(FLANGE):
+        return f"# payload of {load.mass:.6g} kg at {_comment(load.frame)}, not set"
+    mass, centre = _number(load.mass), _numbers(np.array(load.centre_of_mass))
+    return f"set_payload({mass}, {centre})  # kg, m, {load.time:.3f} s"
 
 
 def _switch(event: Event) -> str:
@@ -204,7 +220,7 @@ def _switch(event: Event) -> str:
             time=event.time,
         )
     kind, number = OUTPUTS[n]
-    words = f"{_comment(event.said)}, {event.time:.3f} s, at {_comment(event.waypoint)}"
+    words = f"{_comment(event.said)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
 
 

@@ -370,7 +370,8 @@ def _planned(
         events = tuple(one.event for one in scenario.events)
         ways = [*found_ways(scenario)] if options.chosen else []
         parts = segments(scenario, {i for found, _ in ways for i in found[:-1]})
-        trajectory = replace(trajectory, events=events, segments=parts)
+        loads = space.carrying.loads(trajectory.start_time) if space.carrying else ()
+        trajectory = replace(trajectory, events=events, loads=loads, segments=parts)
         known = [infeasible(one) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings

@@ -9,8 +9,9 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.pipeline.scene_then import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.repeats import expanded
 from knotwork.scenario.waypoint_reader import START
-from knotwork.task import EndAcceleration, Task
+from knotwork.task import EndAcceleration, PlainTask, Task
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
 
@@ -35,7 +36,7 @@ def scenario_from(
     """
     from knotwork.robot import load_robot
 
-    task = scenario if isinstance(scenario, Task) else Task.load(scenario)
+    task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))
     if asked.robot is not None:
         with asked.error_context("robot"):
@@ -48,7 +49,9 @@ def scenario_from(
     return asked
 
 
-def _task_from(motion: JointTrajectory, at: float, task: Task, current: Scenario | None) -> Task:
+def _task_from(
+    motion: JointTrajectory, at: float, task: PlainTask, current: Scenario | None
+) -> Task:
     """A task whose first waypoint, at time 0, is the state of a motion at a time [s]."""
     q, v, a = (motion(at, nu) for nu in range(3))
     goals = [

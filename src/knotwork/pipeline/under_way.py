@@ -186,6 +186,7 @@ class UnderWay:
             polynomial=motion,
             waypoint_times=times,
             events=tuple(one.event for one in asked.events),
+            loads=moved.carrying.loads(float(motion.x[0])) if moved.carrying else (),
             segments=segments(asked),
         )
         passed_through = JointWaypoints(

@@ -10,6 +10,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.refined import part
+from knotwork.recording.lateness import Delay, delays
 from knotwork.recording.likeness import LeftOfPlan, left_of_plan
 from knotwork.recording.smoothing import Smoothed
 from knotwork.trajectory import JointTrajectory
@@ -32,6 +33,7 @@ class Alignment:
         reference: The plan.
         curve: The smoothed log, by its own clock.
         start: The shift counted from the log's first sample [s].
+        delays: How late the log is over the plan's time; its first span is on time.
     """
 
     trajectory: JointTrajectory
@@ -40,6 +42,22 @@ class Alignment:
     reference: JointTrajectory
     curve: Smoothed
     start: float
+    delays: tuple[Delay, ...]
+
+    def on_time(self) -> JointTrajectory:
+        """The motion as it would be without its delays; it jumps where they change."""
+        own, curve = self.trajectory, self.curve.trajectory.polynomial
+        c, x = [], []
+        for one in self.delays:
+            ahead = self.start + one.late
+            low = max(one.start, own.start_time, curve.x[0] - ahead)
+            high = min(one.end, own.end_time, curve.x[-1] - ahead)
+            if low < high:
+                found = part(curve, low + ahead, high + ahead)
+                c.append(found.c)
+                x.append([low, *(found.x[1:-1] - ahead)])
+        whole = PiecewisePolynomial(np.concatenate(c, axis=1), np.concatenate([*x, [high]]))
+        return replace(own, polynomial=whole)
 
     def errors(self, order: int, time: float | None) -> FloatArray:
         """What the noise leaves unknown, as standard errors of each joint, shape (d,).
@@ -77,7 +95,8 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
 
     The log is compared with the plan at every shift, in steps of its sample period; then the best
     shift is improved by least squares between all samples and the plan's polynomials. Before and
-    after its time the plan stands.
+    after its time the plan stands. Where delays within the log tell of it, the shift is that of the
+    log's beginning.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -98,12 +117,15 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     """
     log = curve.log
     reference = reference.reordered(log.joint_names, log.joint_units, owner=log.source)
-    start, end = reference.start_time, reference.end_time
+    begin, end = reference.start_time, reference.end_time
     if not np.abs(reference.extrema(1).peak).max() > 0.0:
         raise InputError("the plan stands still, so the time shift of the log can't be found")
     shift, error = _refined(curve, reference, _coarse(curve, reference))
+    spans = delays(curve, reference, shift)
+    first_late = spans[0].late
+    shift, spans = shift + first_late, tuple(one.less(first_late) for one in spans)
     # a log that lacks more of the plan than its curve goes on has what it has of it
-    first = start if start + shift >= curve.trajectory.start_time else log.time[0] - shift
+    first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
     last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
     if not last > first:
         raise InputError(
@@ -113,7 +135,7 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     breaks = np.concatenate(([first], polynomial.x[1:-1] - shift, [last]))
     polynomial = PiecewisePolynomial(polynomial.c, breaks)
     trajectory = replace(curve.trajectory, polynomial=polynomial, waypoint_times=None)
-    return Alignment(trajectory, shift + log.origin, error, reference, curve, shift)
+    return Alignment(trajectory, shift + log.origin, error, reference, curve, shift, spans)
 
 
 def _held(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import raised
 from knotwork.polynomial.refined import part, refined
 from knotwork.recording.alignment import Alignment
+from knotwork.recording.lateness import said
+from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
+from knotwork.verification.finding import judged
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -22,13 +26,30 @@ if TYPE_CHECKING:
 GROUP = "Against the plan"
 
 
+class Tolerances(NamedTuple):
+    """How far a log may be off its plan.
+
+    Attributes:
+        tool: In position and orientation, by unit: `"m"`, `"rad"`.
+        joints: Of joints, by name, or by unit for all joints that have none of their own.
+        late: How late [s]; positions are then those without delays.
+    """
+
+    tool: Mapping[str, float] = MappingProxyType({})
+    joints: Mapping[str, float] = MappingProxyType({})
+    late: float | None = None
+
+
 def deviation_findings(
-    alignment: Alignment, robot: Robot | None = None, units: Units = SI
+    alignment: Alignment,
+    robot: Robot | None = None,
+    units: Units = SI,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008
 ) -> Iterator[Finding]:
-    """Say how far a log is off its plan: the shift, each joint over all time, and the tool.
+    """Say how far a log is off its plan: when, each joint over all time, and the tool.
 
     Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
-    at the times of the samples. Short reports show the shift with the largest of each.
+    at the times of the samples. Short reports show the largest of each, the shift and delays.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -37,19 +58,17 @@ def deviation_findings(
     >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
     >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
     >>> next(deviation_findings(alignment)).brief
-    'time shift ... s; joint_1 up to ... rad off at ... s'
+    'joint_1 up to ... rad off at ... s; time shift ... s'
 
     Args:
         alignment: The smoothed log, by the plan's clock.
         robot: Gives the deviation of the tool.
         units: Those of the messages.
+        tolerances: What is required; of the rest nothing is.
     """
-    sentence = (
-        f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
-        f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
-    )
-    joints = list(_joints(alignment, units))
-    tool = list(_tool(alignment, robot, units)) if robot is not None else []
+    own = alignment.trajectory if tolerances.late is None else alignment.on_time()
+    joints = list(_joints(own, alignment, units, tolerances))
+    tool = list(_tool(own, alignment, robot, units, tolerances)) if robot is not None else []
     off = [found for found in joints if found.quantity == "joint_deviation"]
     of_units = ([one for one in off if one.unit == unit] for unit in {one.unit: 1 for one in off})
     worst = [*(max(group, key=_size) for group in of_units), *tool[:1]]
@@ -57,12 +76,22 @@ def deviation_findings(
         f"{one.name or 'tool'} up to {units.text(_size(one), one.unit, '.3g')} off at {one.when} s"
         for one in worst
     )
+    late = said(alignment.delays)
+    sentence = (
+        f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
+        f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
+    )
+    brief = filter(None, [late, *short, f"time shift {alignment.start:.4g} s"])
     yield Finding(
         GROUP, "motion", "", "time_shift", "information", sentence,
-        value=alignment.start, unit="s",
-        brief="; ".join([f"time shift {alignment.start:.4g} s", *short]),
+        value=alignment.start, unit="s", brief="; ".join(brief),
     )  # fmt: skip
     yield Finding(GROUP, "motion", "", "clock", "information", sentence)
+    latest = max(alignment.delays, key=lambda one: abs(one.late))
+    yield _off(
+        "motion", "", "lateness", late or "the log is on time", latest.late, "s", latest.start,
+        units, tolerances.late,
+    )  # fmt: skip
     yield from joints
     yield from tool
 
@@ -71,15 +100,19 @@ def _size(found: Finding) -> float:
     return abs(found.value or 0.0)
 
 
-def _joints(alignment: Alignment, units: Units) -> Iterator[Finding]:
-    own = alignment.trajectory
+def _joints(
+    own: JointTrajectory, alignment: Alignment, units: Units, tolerances: Tolerances
+) -> Iterator[Finding]:
     gap = _difference(own.polynomial, alignment.reference.polynomial)
     for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
         extrema = gap.extrema(order)
         for j, (name, unit) in enumerate(zip(own.joint_names, own.joint_units, strict=True)):
             value, time = float(extrema.peak[j]), float(extrema.peak_time[j])
-            what = f"joint {name!r}:{' velocity' if order else ''}"
-            yield _off(what, ("joint", name, quantity), value, rate_unit(unit, order), time, units)
+            what = f"joint {name!r}:{' velocity' if order else ''} off the plan"
+            limit = tolerances.joints.get(name, tolerances.joints.get(unit)) if not order else None
+            yield _off(
+                "joint", name, quantity, what, value, rate_unit(unit, order), time, units, limit
+            )
 
 
 def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
@@ -91,10 +124,16 @@ def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> Piecewis
     return PiecewisePolynomial(raised(own.c, degree) - raised(plan.c, degree), own.x)
 
 
-def _tool(alignment: Alignment, robot: Robot, units: Units) -> Iterator[Finding]:
+def _tool(
+    own: JointTrajectory,
+    alignment: Alignment,
+    robot: Robot,
+    units: Units,
+    tolerances: Tolerances,
+) -> Iterator[Finding]:
     import pinocchio as pin
 
-    own = alignment.trajectory.reordered(robot.joint_names, robot.joint_units)
+    own = own.reordered(robot.joint_names, robot.joint_units)
     plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
     times = alignment.curve.log.time - alignment.start
     times = times[(times >= own.start_time) & (times <= own.end_time)]
@@ -107,16 +146,33 @@ def _tool(alignment: Alignment, robot: Robot, units: Units) -> Iterator[Finding]
         (("position", "", "m"), ("orientation", "orientation_", "rad"))
     ):
         worst = int(off[:, k].argmax())
-        subject = ("tool", "", f"tool_{named}deviation")
         value, time = float(off[worst, k]), float(times[worst])
-        found = _off(f"the tool's {word} is", subject, value, unit, time, units)
+        what, limit = f"the tool's {word} is off the plan", tolerances.tool.get(unit)
+        found = _off("tool", "", f"tool_{named}deviation", what, value, unit, time, units, limit)
         yield replace(found, proof="sampled")
 
 
 def _off(
-    what: str, subject: tuple[str, str, str], value: float, unit: str, time: float, units: Units
+    subject: str,
+    name: str,
+    quantity: str,
+    what: str,
+    value: float,
+    unit: str,
+    time: float,
+    units: Units,
+    limit: float | None,
 ) -> Finding:
-    """How far something is off the plan; the subject is its kind, its name and the quantity."""
-    size = units.text(value, unit, ".3g")
-    message = f"{what} off the plan by up to {size}, at {time:.4f} s"
-    return Finding(GROUP, *subject, "information", message, value=value, unit=unit, time=time)
+    """How far something is off the plan, and whether that is allowed."""
+    size = units.text(abs(value), unit, ".3g")
+    message = what if unit == "s" else f"{what} by up to {size}, at {time:.4f} s"
+    if limit is None:
+        return Finding(
+            GROUP, subject, name, quantity, "information", message, value=value, unit=unit,
+            time=time,
+        )  # fmt: skip
+    return Finding(
+        "Tolerances", subject, name, quantity, judged(abs(value) <= limit),
+        f"{message}, tolerance {units.text(limit, unit, '.3g')}",
+        value=value, limit=limit, margin=limit - abs(value), unit=unit, time=time,
+    )  # fmt: skip

@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.recording.alignment import Alignment
-from knotwork.recording.deviations import deviation_findings
+from knotwork.recording.deviations import Tolerances, deviation_findings
 from knotwork.recording.holes import hole_findings
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
@@ -29,9 +30,12 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.scenario import Scenario
     from knotwork.scenario.joint_space import JointSpace
+    from knotwork.trajectory import JointTrajectory
     from knotwork.waypoints import FloatArray
 
 GROUP = "Log"
+ASKED = ("waypoint", "path", "wait", "motion")
+"""What tolerances take the place of the requirements on."""
 CERTAIN = 4.0
 """What is met or fails counts if it is so by more than this many standard errors."""
 JUMP = 8.0
@@ -42,11 +46,17 @@ _ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
 _TURNING = ("rad", "rad/s", "rad/s²")
 
 
-def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Report:
+def check_log(
+    alignment: Alignment,
+    scenario: Scenario,
+    space: JointSpace,
+    tolerances: Tolerances | None = None,
+) -> Report:
     """Check a log against a scenario.
 
     `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
-    The findings report what is undecided.
+    The findings report what is undecided. Where tolerances are given, they are in place of what the
+    scenario requires of waypoints, paths and waits.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -61,13 +71,18 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
         alignment: The smoothed log, by the clock of a plan of this scenario.
         scenario: The task.
         space: The scenario's joints and robot.
+        tolerances: How far the log may be off its plan, or `None`.
     """
     report, units = check(alignment.trajectory, scenario, space=space), scenario.units
-    compared = compare_log(alignment, space.robot, units, required=scenario.continuity >= 0)
-    findings: list[Finding] = []
+    compared = compare_log(
+        alignment, space.robot, units, tolerances, required=scenario.continuity >= 0
+    )
+    findings = list(compared.findings)
     undecided = 0
     for found in report.findings:
         if found.group == "Continuity" or found.quantity.endswith("_rounding"):
+            continue
+        if tolerances is not None and found.required and found.subject in ASKED:
             continue
         known = _known_to(found, alignment, space)
         asked = found.verdict in ("met", "failed")
@@ -77,7 +92,6 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
             sentence = f"{found.message}; undecided, for the log tells it to {to}"
             found = replace(found, verdict="undecided", message=sentence)
         findings.append(found)
-    findings += compared.findings
     if undecided:
         findings.append(
             _information(
@@ -91,7 +105,12 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
 
 
 def compare_log(
-    alignment: Alignment, robot: Robot | None = None, units: Units = SI, *, required: bool = True
+    alignment: Alignment,
+    robot: Robot | None = None,
+    units: Units = SI,
+    tolerances: Tolerances | None = None,
+    *,
+    required: bool = True,
 ) -> Report:
     """Report how far a log is off its plan, the assumptions about it, and whether it jumps.
 
@@ -108,8 +127,15 @@ def compare_log(
         alignment: The smoothed log, by the plan's clock.
         robot: Gives the deviation of the tool.
         units: Those that people read.
-        required: A jump of the position fails.
+        tolerances: How far the log may be off the plan, or `None`.
+        required: A jump of the position fails, where there are no tolerances.
+
+    Raises:
+        InputError: There is a tolerance of what is not there.
     """
+    jumps = tolerances is None
+    tolerances = tolerances or Tolerances()
+    _check_tolerances(tolerances, alignment.trajectory, robot)
     allowed = LIKE_THE_PLAN * alignment.left.samples
     return Report(
         scenario=alignment.curve.log.source,
@@ -118,13 +144,25 @@ def compare_log(
         start_time=alignment.trajectory.start_time,
         end_time=alignment.trajectory.end_time,
         findings=(
-            *deviation_findings(alignment, robot, units),
+            *deviation_findings(alignment, robot, units, tolerances),
             *_about(alignment, allowed, units),
-            *_smooth(alignment, allowed, units, required=required),
+            *(_smooth(alignment, allowed, units, required=required) if jumps else ()),
             *hole_findings(alignment),
         ),
         units=units,
     )
+
+
+def _check_tolerances(tolerances: Tolerances, motion: JointTrajectory, robot: Robot | None) -> None:
+    if tolerances.tool and robot is None:
+        raise InputError(
+            "a tolerance of the tool needs the robot, so the scenario; accepted without: "
+            "joints=0.1deg, or a joint's name in place of joints"
+        )
+    units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
+    for name in tolerances.joints:
+        if name not in {**units, "rad": "", "m": ""}:
+            raise UnknownNameError("joint", name, list(units))
 
 
 def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float | None:

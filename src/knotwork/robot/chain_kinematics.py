@@ -16,7 +16,10 @@ from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
 
 _TCP = "knotwork: tool centre point"
-_TURNS = {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ}
+_VIRTUAL = {
+    "rad": {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ},
+    "m": {"x": pin.JointModelPX, "y": pin.JointModelPY, "z": pin.JointModelPZ},
+}
 
 
 class ChainKinematics:
@@ -30,6 +33,7 @@ class ChainKinematics:
     tool_offset: Any
     tool_candidates: tuple[str, ...]
     payload: Payload | None
+    base_moves: bool
     held: tuple[Payload, ...]
 
     def _add_frames(self, gravity: FloatArray | None, virtual: Sequence[VirtualJoint]) -> None:
@@ -49,8 +53,11 @@ class ChainKinematics:
                 body = pin.Inertia(one.mass, one.centre_of_mass, one.inertia)
                 model.appendBodyToJoint(carrier, body, axes)
             for joint in virtual:
-                carrier = model.addJoint(carrier, _TURNS[joint.axis](), placement, joint.name)
-                placement = pin.SE3.Identity()
+                axes = pin.SE3.Identity()
+                axes.rotation = axes.rotation if joint.axes is None else joint.axes
+                kind = _VIRTUAL[joint.unit][joint.axis]()
+                carrier = model.addJoint(carrier, kind, placement * axes, joint.name)
+                placement = axes.inverse()
             frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)
         if gravity is not None:
@@ -198,11 +205,14 @@ class ChainKinematics:
 
         Raises:
             WaypointDataError: An array is not finite or of another shape.
+            RobotError: Joints move the base frame.
 
         >>> still = np.zeros(6)
         >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
         array([-59.2, -15.7])
         """
+        if self.base_moves:
+            raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
         q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 

@@ -21,8 +21,11 @@ class VirtualJoint:
 
     Attributes:
         name: For messages.
-        axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
-        lower, upper: Limits of its position [rad], which may be infinite.
+        axis: That it turns about or slides along: `"x"`, `"y"` or `"z"` of the TCP, as the joints
+            before leave it.
+        lower, upper: Limits of its position [rad or m], which may be infinite.
+        unit: `"rad"`, or `"m"` if it slides.
+        axes: Rotation of the axes that it turns about, in those of the TCP; or `None`.
         ease: How much easier than others it moves in the least norm of joint velocities.
     """
 
@@ -30,6 +33,8 @@ class VirtualJoint:
     axis: str
     lower: float
     upper: float
+    unit: str = "rad"
+    axes: Any = None
     ease: float = 30.0
 
 
@@ -53,6 +58,7 @@ class Description:
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: File that names more of them, or `None`.
         virtual: Joints of a task after the TCP, in order.
+        standing: Link that stands still where `base_frame` moves, or `None`.
         weights: Of joints whose motion counts more or less than that of others, 1 for these.
     """
 
@@ -73,4 +79,5 @@ class Description:
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
     virtual: tuple[VirtualJoint, ...] = ()
+    standing: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)

@@ -6,12 +6,14 @@ Both change the URDF before it is read, so that all else knows one tree of joint
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 from xml.dom.minidom import Element
 
 import numpy as np
-import pinocchio as pin
+from pydantic import Field, model_validator
 
+from knotwork.documents import StrictModel, Text
+from knotwork.documents.values import Interval, Positive, Vector3
 from knotwork.robot.urdf_rules import child_elements, link_of
 from knotwork.waypoints import FloatArray
 
@@ -21,36 +23,50 @@ CELL = "cell"
 ROBOT = "robot"
 """What a rail or a column carries."""
 
-Numbers = tuple[float, ...]
+
+class ExternalAxis(StrictModel):
+    """A joint beside those of the URDF: a rail or a column below it, a positioner next to it."""
+
+    carries: Text | None = Field(
+        default=None,
+        description="robot for a rail or a column; else the name of the link that it makes, a "
+        "table. Left out: that of the joint",
+    )
+    parent: Text = Field(
+        default=CELL,
+        validation_alias="in",
+        serialization_alias="in",
+        description="Link that carries it: cell, which does not move, or that of another axis",
+    )
+    position: Vector3 = Field(default=(0.0, 0.0, 0.0), description="Origin in that link [m]")
+    rpy: Vector3 = Field(
+        default=(0.0, 0.0, 0.0), description="Turns about that link's x, y, z axes [rad]"
+    )
+    slides: Vector3 | None = Field(default=None, description="Its direction, if it slides")
+    turns: Vector3 | None = Field(default=None, description="Its direction, if it turns")
+    range: Interval | None = Field(
+        default=None,
+        description="Lower and upper limit of its position [rad or m]; left out: it turns without "
+        "limit",
+    )
+    velocity: Positive | None = Field(default=None, description="Largest speed [rad/s or m/s]")
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> ExternalAxis:
+        if (self.slides is None) == (self.turns is None):
+            raise ValueError("give slides or turns, a direction such as [0, 0, 1]")
+        if not any(self.slides or self.turns or ()):
+            raise ValueError("its direction must not be zero")
+        if self.slides is not None and self.range is None:
+            raise ValueError("slides, and so it has an end: give its range, [lower, upper] in m")
+        return self
 
 
-class ExternalAxis(NamedTuple):
-    """A joint beside those of a URDF: a rail below it, a turntable next to it.
-
-    Attributes:
-        name: Of the joint.
-        carries: Name of the link that it makes, or `"robot"` for the root of the URDF.
-        parent: Link that carries it.
-        position: Of its origin in that link [m].
-        rpy: Turns about that link's x, y, z axes [rad].
-        axis: Direction in its own axes.
-        turns: Whether it turns, or slides.
-        range: Lower and upper limit [rad or m]; empty for one that turns without limit.
-        velocity: Its limit [rad/s or m/s]; 0 for none.
-    """
-
-    name: str
-    carries: str
-    parent: str
-    position: Numbers
-    rpy: Numbers
-    axis: Numbers
-    turns: bool
-    range: Numbers
-    velocity: float
+Axes = tuple[tuple[str, ExternalAxis], ...]
+"""External axes with the names of their joints."""
 
 
-def add_axes(robot: Element, axes: Sequence[ExternalAxis], root: str) -> None:
+def add_axes(robot: Element, axes: Axes, root: str) -> None:
     """Put external axes into a URDF, below a new root link `CELL`.
 
     Args:
@@ -58,19 +74,18 @@ def add_axes(robot: Element, axes: Sequence[ExternalAxis], root: str) -> None:
         axes: The axes.
         root: Its root link.
     """
-    made = [CELL, *(one.carries for one in axes if one.carries != ROBOT)]
-    for name in made:
-        _put(robot, "link", name=name)
-    for one in axes:
-        kind = "prismatic" if not one.turns else "revolute" if one.range else "continuous"
-        child = root if one.carries == ROBOT else one.carries
-        joint = _add_joint(robot, one.name, kind, (one.parent, child), one.position, one.rpy)
-        _put(joint, "axis", xyz=_text(one.axis))
-        lower, upper = one.range or (0.0, 0.0)
-        limit = {"lower": repr(lower), "upper": repr(upper)} if one.range else {}
-        _put(joint, "limit", velocity=repr(one.velocity), effort="0", **limit)
-    if all(one.carries != ROBOT for one in axes):
-        _add_joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
+    carried = [one.carries or name for name, one in axes]
+    for link in (CELL, *(link for link in carried if link != ROBOT)):
+        _put(robot, "link", name=link)
+    if ROBOT not in carried:
+        _joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
+    for (name, one), link in zip(axes, carried, strict=True):
+        kind = "prismatic" if one.slides else "revolute" if one.range else "continuous"
+        ends = one.parent, root if link == ROBOT else link
+        joint = _joint(robot, name, kind, ends, one.position, one.rpy)
+        _put(joint, "axis", xyz=_text(one.slides or one.turns or ()))
+        lower, upper = map(repr, one.range or (0.0, 0.0))
+        _put(joint, "limit", velocity=str(one.velocity or 0), effort="0", lower=lower, upper=upper)
 
 
 def see_from(robot: Element, link: str) -> None:
@@ -83,50 +98,36 @@ def see_from(robot: Element, link: str) -> None:
         robot: The URDF, which is changed.
         link: One of its links.
     """
+    import pinocchio as pin  # the keys of robot files need none
+
     above = {link_of(one, "child"): one for one in child_elements(robot, "joint")}
     while link in above:
         joint, child = above[link], link
         link = link_of(joint, "parent")
-        step = f"{link} from {child}"
-        origin = _origin(joint).inverse()
-        fixed = joint.getAttribute("type") == "fixed"
-        _end(joint, "parent", child)
-        _end(joint, "child", link if fixed else step)
-        for old in child_elements(joint, "origin"):
-            joint.removeChild(old)
-        back = tuple(origin.translation), tuple(pin.rpy.matrixToRpy(origin.rotation))
-        if fixed:
-            _put(joint, "origin", xyz=_text(back[0]), rpy=_text(back[1]))
-            continue
-        axis = next(iter(child_elements(joint, "axis")), None)
-        if axis is None:
-            axis = _put(joint, "axis", xyz="1 0 0")
-        axis.setAttribute("xyz", _text(-_numbers(axis.getAttribute("xyz"))))
+        step, axis = f"{link} from {child}", _attribute(joint, "axis", "xyz", "1 0 0")
+        turn = pin.rpy.rpyToMatrix(_attribute(joint, "origin", "rpy"))
+        back = pin.SE3(turn, _attribute(joint, "origin", "xyz")).inverse()
+        for old in child_elements(joint):
+            if old.tagName in ("parent", "child", "origin", "axis"):
+                joint.removeChild(old)
+        _put(joint, "parent", link=child)
+        _put(joint, "child", link=step)
+        _put(joint, "axis", xyz=_text(-axis))
         _put(robot, "link", name=step)
-        _add_joint(robot, step, "fixed", (step, link), *back)
+        rpy = pin.rpy.matrixToRpy(back.rotation)
+        _joint(robot, step, "fixed", (step, link), back.translation, rpy)
 
 
-def _origin(joint: Element) -> pin.SE3:
-    for one in child_elements(joint, "origin"):
-        xyz, rpy = (one.getAttribute(name) or "0 0 0" for name in ("xyz", "rpy"))
-        return pin.SE3(pin.rpy.rpyToMatrix(_numbers(rpy)), _numbers(xyz))
-    return pin.SE3.Identity()
-
-
-def _end(joint: Element, end: str, link: str) -> None:
-    child_elements(joint, end)[0].setAttribute("link", link)
-
-
-def _add_joint(
+def _joint(
     robot: Element,
     name: str,
     kind: str,
     ends: tuple[str, str],
-    position: Numbers = (0.0, 0.0, 0.0),
-    rpy: Numbers = (0.0, 0.0, 0.0),
+    xyz: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
 ) -> Element:
     joint = _put(robot, "joint", name=name, type=kind)
-    _put(joint, "origin", xyz=_text(position), rpy=_text(rpy))
+    _put(joint, "origin", xyz=_text(xyz), rpy=_text(rpy))
     for end, link in zip(("parent", "child"), ends, strict=True):
         _put(joint, end, link=link)
     return joint
@@ -145,5 +146,6 @@ def _text(numbers: Sequence[float] | FloatArray) -> str:
     return " ".join(repr(float(number)) for number in numbers)
 
 
-def _numbers(text: str) -> FloatArray:
-    return np.array([float(part) for part in text.split()])
+def _attribute(joint: Element, tag: str, name: str, default: str = "0 0 0") -> FloatArray:
+    given = [one.getAttribute(name) for one in child_elements(joint, tag)]
+    return np.array([float(part) for part in ((given and given[0]) or default).split()])

@@ -85,7 +85,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
         whole_file = document.file is not None and not document.prefix
         name = document.file.stem if whole_file and document.file else Path(content.urdf).stem
     path = _file(content.urdf, folder, name, "URDF")
-    urdf = read_urdf(path, name, tuple(one.axis(key) for key, one in content.external_axes.items()))
+    urdf = read_urdf(path, name, tuple(content.external_axes.items()))
     _check_names(content, document, urdf)
     srdf = content.collision.srdf
     robot = Robot(

@@ -19,6 +19,7 @@ from knotwork.robot.chain_kinematics import ChainKinematics
 from knotwork.robot.description import Description, VirtualJoint
 from knotwork.robot.joint_limits import chain_limits, limit_tables
 from knotwork.robot.payload import Payload
+from knotwork.robot.urdf import read_urdf
 from knotwork.waypoints import FloatArray, read_only
 
 _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
@@ -46,6 +47,8 @@ class Robot(ChainKinematics):
         effort_limit: [N m or N], infinite where none is given.
         limits: The limits from `velocity_limit` on, by name of the quantity.
         base_frame: Link that poses are given in.
+        standing_frame: Link that stands still: the same, but where the base frame moves.
+        base_moves: Whether joints move the base frame; efforts are not known then.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
         payload: `Payload` that the tool frame carries, or `None`.
@@ -90,6 +93,8 @@ class Robot(ChainKinematics):
             locked=given.locked,
         )
         self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
+        self.standing_frame = given.standing or chain.base_frame
+        self.base_moves = given.standing is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
@@ -102,7 +107,7 @@ class Robot(ChainKinematics):
         extra = self.virtual_joints = given.virtual
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
         self.joint_names += tuple(one.name for one in extra)
-        self.joint_units += ("rad",) * len(extra)
+        self.joint_units += tuple(one.unit for one in extra)
         weights = [given.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = read_only(weights, (self.dof,), "weights")
         self.configurations = MappingProxyType(
@@ -126,6 +131,8 @@ class Robot(ChainKinematics):
             upper = np.append(upper, [one.upper for one in given.virtual])
             endless = np.full(len(given.virtual), np.inf)
             magnitudes = {kind: np.append(most, endless) for kind, most in magnitudes.items()}
+        if self.base_moves:
+            magnitudes = {**magnitudes, "effort": np.full(len(lower), np.inf)}
         self.lower_position_limit, self.upper_position_limit = lower, upper
         self.limits = MappingProxyType(magnitudes)
         self.velocity_limit = magnitudes["velocity"]
@@ -187,6 +194,28 @@ class Robot(ChainKinematics):
         """The arm while its tool holds these, in the axes of the TCP; they count in `torque`."""
         self.require_tool()
         return Robot(replace(self._given, held=held))
+
+    def with_base(self, link: str) -> Robot:
+        """Give poses in a link that joints move, such as a turntable.
+
+        The chain then leads from that link through its joints, turned round, to what stands still,
+        and on through the arm to the tool; all of these joints are planned for.
+
+        Args:
+            link: One of the URDF, or made by an external axis.
+
+        Raises:
+            UnknownNameError: There is no such link.
+            RobotError: No joint moves the tool relative to it, or a joint can't be planned for.
+
+        >>> arm = kw.load_robot("ur5_turntable")
+        >>> arm.dof, arm.with_base("table").joint_names[0]
+        (6, 'table')
+        """
+        given = self._given
+        urdf = read_urdf(given.urdf.path, self.name, given.urdf.axes, link)
+        standing = self.standing_frame
+        return Robot(replace(given, urdf=urdf, base_frame=link, standing=standing))
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
         """The chain with joints of a task after the TCP, which move its frame on.

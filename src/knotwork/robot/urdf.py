@@ -20,7 +20,7 @@ import pinocchio as pin
 
 from knotwork.documents import parse_xml, read_text
 from knotwork.errors import InputError, RobotError
-from knotwork.robot.external_axes import ExternalAxis, add_axes, see_from
+from knotwork.robot.external_axes import Axes, add_axes, see_from
 from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, plain_text
 
 # Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
@@ -67,12 +67,10 @@ class Urdf(NamedTuple):
     types: Mapping[str, str]
     unbounded: frozenset[str]
     mimics: Mapping[str, Mimic]
-    axes: tuple[ExternalAxis, ...] = ()
+    axes: Axes = ()
 
 
-def read_urdf(
-    path: Path, robot: str, axes: tuple[ExternalAxis, ...] = (), seen_from: str = ""
-) -> Urdf:
+def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> Urdf:
     """Read a URDF file; what is read is kept by its text, and never changed.
 
     Args:
@@ -92,15 +90,11 @@ def read_urdf(
 
 
 @lru_cache(maxsize=32)
-def _kept(
-    text: str, path: Path, robot: str, axes: tuple[ExternalAxis, ...], seen_from: str
-) -> Urdf:
+def _kept(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
     return _parsed(text, path, robot, axes, seen_from)
 
 
-def _parsed(
-    text: str, path: Path, robot: str, axes: tuple[ExternalAxis, ...], seen_from: str
-) -> Urdf:
+def _parsed(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
     try:
         document = parse_xml(text.encode(), MOST_ELEMENTS)
     except InputError as error:

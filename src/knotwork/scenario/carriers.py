@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import FreeTimes
-from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PoseWaypoint, Task
+from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class Carriers:
     """
 
     def __init__(
-        self, file: Task, places: Places, frames: Frames, frame: Callable[[int, Any], str]
+        self, file: PlainTask, places: Places, frames: Frames, frame: Callable[[int, Any], str]
     ) -> None:
         self.file, self.places, self.frames, self._frame = file, places, frames, frame
 
@@ -40,12 +41,35 @@ class Carriers:
         """Whether a frame moves."""
         return any(one.moves is not None for one in self.file.frames.values())
 
+    @cached_property
+    def link(self) -> str:
+        """Link of the robot that carries all poses; empty for the base.
+
+        Raises:
+            DocumentError: They are on several.
+        """
+        posed = [
+            (i, self._frame(i, one))
+            for i, one in enumerate(self.file.waypoints)
+            if not isinstance(one, JointWaypoint)
+        ]
+        links = [self.frames.moving[name].link for _, name in posed]
+        for (i, name), link in zip(posed, links, strict=True):
+            if link != links[0]:
+                raise self.places.error(
+                    ("waypoints", i),
+                    f"is in frame {name!r}, {_on(link)}, and the poses before it are in frame "
+                    f"{posed[0][1]!r}, {_on(links[0])}",
+                    "poses in frames on one link",
+                )
+        return links[0] if links else ""
+
     def of(self, i: int) -> MovingFrame | None:
         """What carries the pose of a waypoint; `None` if it stands or is given by joint values."""
         if not self.any or i < 0 or isinstance(self.file.waypoints[i], JointWaypoint):
             return None
         frame = self.frames.moving[self._frame(i, self.file.waypoints[i])]
-        return frame if frame.moves else None
+        return replace(frame, link="") if frame.moves else None
 
     def of_path(self, first: int, last: int) -> MovingFrame | None:
         """What carries a path through waypoints.
@@ -99,10 +123,19 @@ class Carriers:
         Raises:
             DocumentError: A wait, a speed that is chosen, or an orientation that turns otherwise.
         """
-        if not self.any:
-            return
         place: Location = ("waypoints", i)
         own, asked = self.of(i), waypoint.orientation_in
+        axes = getattr(getattr(waypoint, "velocity", None), "axes", None)
+        for name, *key in ((asked, "orientation_in"), (axes, "velocity", "in")):
+            known = self.frames.moving.get(name or "")
+            if known is not None and known.link != self.link:
+                raise self.places.error(
+                    (*place, *key),
+                    f"frame {name!r} is {_on(known.link)}, and the pose {_on(self.link)}",
+                    "a frame that stands still where the pose does",
+                )
+        if not self.any:
+            return
         if asked is not None:
             other = self.frames.moving[self.frames.find(asked, (*place, "orientation_in"))]
             turning = any(any(one.turns) for one in (*_joints(own), *other.joints))
@@ -149,6 +182,10 @@ class Carriers:
                     "and that is chosen",
                     "time or after [s] here and at every waypoint before it, or speeds along paths",
                 )
+
+
+def _on(link: str) -> str:
+    return f"on link {link!r}" if link else "in the base"
 
 
 def _joints(frame: MovingFrame | None) -> tuple[Any, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
-from knotwork.task import Action, Task
+from knotwork.task import Action, PlainTask
 from knotwork.task.actions import switched
 from knotwork.trajectory.events import Event, Segment, SegmentKind
 from knotwork.units import Units
@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 """Places on a path and times are inside within this, relative to its length and 1 s."""
 
 
-def with_waits(file: Task) -> Task:
+def with_waits(file: PlainTask) -> PlainTask:
     """A task whose waypoints have the waits of their actions as their own."""
     waits = [sum(action.wait or 0.0 for action in one.actions) for one in file.waypoints]
     given = zip(file.waypoints, waits, strict=True)
@@ -38,7 +38,7 @@ class EventReader:
         waypoints, paths, index: Of the scenario.
     """
 
-    file: Task
+    file: PlainTask
     places: Places
     units: Units
     waypoints: Sequence[ScenarioWaypoint]
@@ -65,8 +65,8 @@ class EventReader:
             if before is not None and event.time <= before.time:
                 raise self.places.error(
                     where,
-                    f"{event.said} comes at {event.time:.6g} s, not after {before.said} at "
-                    f"{before.time:.6g} s, which is given before it",
+                    f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, not after "
+                    f"{before.said} at {before.time:.6g} s, which is given before it",
                     "a later moment, or the other order",
                 )
             last[signal] = event
@@ -134,7 +134,7 @@ class EventReader:
         if not start - ROUNDING <= event.time <= end + ROUNDING:
             raise self.places.error(
                 where,
-                f"{event.said} comes at {event.time:.6g} s, outside the motion",
+                f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a moment from {start:.6g} s to {end:.6g} s",
             )
 

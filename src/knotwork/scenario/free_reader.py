@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
-from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, Task, Weights
+from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
 ROOM = 1e-3
 """Clearance beyond the margins that ways keep where they can [m]."""
@@ -19,7 +19,7 @@ _Fault = tuple[bool, Location, str, str]
 """Whether there is one, where it is, what is wrong, and what is accepted."""
 
 
-def least_time(file: Task, i: int) -> float | None:
+def least_time(file: PlainTask, i: int) -> float | None:
     """The least that the time to a waypoint may be [s], 0 without one; `None` if it is given."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
@@ -32,7 +32,7 @@ def least_time(file: Task, i: int) -> float | None:
     return 0.0 if waypoint.after == "fastest" or (left and chosen) else None
 
 
-def clear_way(file: Task, i: int) -> FreeWay | None:
+def clear_way(file: PlainTask, i: int) -> FreeWay | None:
     """What is asked of the motion to a waypoint, if it finds its way; in SI as the file is."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
@@ -43,7 +43,7 @@ def clear_way(file: Task, i: int) -> FreeWay | None:
     return FreeWay(ClearWay.model_fields["tries"].default, ROOM) if given else None
 
 
-def provisional_time(file: Task, i: int) -> float | None:
+def provisional_time(file: PlainTask, i: int) -> float | None:
     """Time to a waypoint until it is chosen [s]; `None` if it is given."""
     least = least_time(file, i)
     return None if least is None else max(least, PROVISIONAL_TIME)
@@ -61,7 +61,7 @@ def greatest_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_free_times(file: Task, places: Places, index: tuple[int, ...]) -> FreeTimes | None:
+def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> FreeTimes | None:
     """Read what a file leaves to be chosen; `None` if it is nothing.
 
     Args:
@@ -114,14 +114,14 @@ def _refuse(places: Places, faults: Iterator[_Fault]) -> None:
             raise places.error(location, message, accepted)
 
 
-def _optimal_knots(file: Task) -> bool:
+def _optimal_knots(file: PlainTask) -> bool:
     """Whether knots are chosen where times are given; where others are free, unless it says no."""
     return file.knots == "optimal" or (
         "knots" not in file.model_fields_set and _free_anywhere(file)
     )
 
 
-def _objective(file: Task) -> dict[str, float]:
+def _objective(file: PlainTask) -> dict[str, float]:
     given = file.objective
     if isinstance(given, Weights):
         return {name: value for name, value in given if value}
@@ -131,11 +131,11 @@ def _objective(file: Task) -> dict[str, float]:
     return {"jerk": 1.0} if smooth else {"time": 1.0}
 
 
-def _free_anywhere(file: Task) -> bool:
+def _free_anywhere(file: PlainTask) -> bool:
     return any(least_time(file, i) is not None for i in range(len(file.waypoints)))
 
 
-def check_places(file: Task, places: Places) -> None:
+def check_places(file: PlainTask, places: Places) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
@@ -144,7 +144,7 @@ def check_places(file: Task, places: Places) -> None:
     _refuse(places, _misplaced(file))
 
 
-def _misplaced(file: Task) -> Iterator[_Fault]:
+def _misplaced(file: PlainTask) -> Iterator[_Fault]:
     free = ""
     last = len(file.waypoints) - 1
     for i, waypoint in enumerate(file.waypoints):
@@ -200,7 +200,7 @@ def _misplaced(file: Task) -> Iterator[_Fault]:
             free = f"waypoint {i + 1}" if waypoint.name is None else repr(waypoint.name)
 
 
-def _misused(file: Task, free: FreeTimes) -> Iterator[_Fault]:
+def _misused(file: PlainTask, free: FreeTimes) -> Iterator[_Fault]:
     """Keys about choices where nothing is chosen, and choices that exclude each other."""
     timed, objective = bool(free.duration.any()), file.objective is not None
     weighs_time = free.objective.get("time", 0.0) > 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -123,6 +124,8 @@ class Frames:
             for link in reversed(self._unplaced(name, frames)):
                 frame = frames[link]
                 own = self.moving[frame.parent].inside(placed(frame, places, ("frames", link)))
+                if frame.on is not None:
+                    own = replace(own, link=frame.on)
                 if frame.moves is not None:
                     own = moved(own, frame.moves, places, ("frames", link, "moves"))
                 self.moving[link], self._placements[link] = own, own.rest

@@ -115,6 +115,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     tool = scenario.tool
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
+    robot = _on_link(scenario, robot)
     if scenario.gravity is not None:
         with scenario.error_context("gravity"):
             robot = robot.with_gravity(scenario.gravity)
@@ -147,9 +148,20 @@ def joint_space(scenario: Scenario) -> JointSpace:
         dict(robot.limits),
         dict(robot.configurations),
         robot,
-        carrying(scenario, robot),
+        None if robot.base_moves else carrying(scenario, robot),
         **read.task(scenario),
     )
+
+
+def _on_link(scenario: Scenario, robot: Robot) -> Robot:
+    """The robot with the base that poses are given in; all links that carry frames are there."""
+    for name, frame in scenario.task.frames.items():
+        if frame.on is not None:
+            with scenario.error_context("frames", name, "on"):
+                robot.frame_index(frame.on)
+                if frame.on == scenario.on and not robot.base_moves:
+                    robot = robot.with_base(frame.on)
+    return robot
 
 
 def _check_followers(scenario: Scenario, robot: Robot) -> None:

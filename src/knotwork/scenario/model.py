@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.path_timing import AskedTiming
-    from knotwork.task import Task
+    from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
 
 
@@ -89,7 +89,7 @@ class Stretch:
     """The part of a tool path that leads from one waypoint to the next.
 
     Attributes:
-        kind: `"line"`, `"arc"` or `"points"`.
+        kind: `"line"`, `"arc"` or `"points"`, and before it `"woven "` if a weave is added.
         start, end: When it begins and ends [s].
         speed: That of the TCP along it [m/s].
         full_speed: From when to when [s] that speed is asked for; outside, the speed changes.
@@ -215,6 +215,7 @@ class Scenario:
         units: Those of the file, for whatever people read.
         joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for those left out.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
+        on: Link that poses are given in, if it is not the robot's base frame.
         tool: Where the tool is, and what it weighs.
         gravity: In the axes of the base frame [m/s²], shape (3,); `None` for 9.81 along -z of the
             URDF's root.
@@ -246,7 +247,7 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
-    task: Task = field(repr=False, compare=False)
+    task: PlainTask = field(repr=False, compare=False)
     index: tuple[int, ...] = ()
     description: str = ""
     robot: str | Document | None = None
@@ -254,6 +255,7 @@ class Scenario:
     units: Units = field(default_factory=Units)
     joint_units: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
+    on: str = ""
     tool: ToolPlacement = field(default_factory=ToolPlacement)
     gravity: FloatArray | None = None
     branch: str | Mapping[str, str] = "free"

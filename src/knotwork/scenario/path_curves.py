@@ -23,7 +23,7 @@ from knotwork.waypoints import FloatArray
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.task import Task
+    from knotwork.task import PlainTask
 
 NEAR = 1e-9
 """Points nearer than this [m] are one."""
@@ -56,7 +56,7 @@ class PathCurves:
         normals: Paths, by index, of which the file has normals, so that the turn is free.
     """
 
-    file: Task
+    file: PlainTask
     places: Places
     length: float
     frames: Mapping[int, pin.SE3]

@@ -126,18 +126,23 @@ class PathReader:
         self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
         times, full = start + timing.times, start + timing.full_speed
         stretches = tuple(
-            Stretch(kind_of(one), float(begin), float(end), speed, (float(low), float(high)))
+            Stretch(
+                ("woven " if one.weave else "") + kind_of(one),
+                float(begin),
+                float(end),
+                speed,
+                (float(low), float(high)),
+            )
             for one, speed, (begin, end), (low, high) in zip(
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        breaks = np.zeros(0)
+        motion = TimedPath(path, timing, start, carrier)
         if any(one.weave is not None for one in given):
             from knotwork.scenario.weave_reader import WeaveReader
 
-            weaves = WeaveReader(self.curves, first, given)
-            carrier, breaks = weaves.carried(path, timing, start, carrier)
-        motion = TimedPath(path, timing, start, carrier, breaks)
+            added = WeaveReader(self.curves, first, given).read(path, timing, start)
+            motion = TimedPath(path, timing, start, carrier, *added)
         return ScenarioPath(first, motion, stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:

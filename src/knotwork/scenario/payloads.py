@@ -14,6 +14,7 @@ from knotwork.polynomial.refined import part
 from knotwork.robot.payload import Payload, payload_fault
 from knotwork.scenario.model import Scenario
 from knotwork.task import HeldObject, Tool
+from knotwork.trajectory import Load
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -66,6 +67,23 @@ class Carrying:
         for start, end in pairwise(times):
             cut = part(motion.polynomial, start, end)
             yield self.at(start), replace(motion, polynomial=cut, waypoint_times=None)
+
+    def loads(self, start: float) -> tuple[Load, ...]:
+        """What is carried, for exports; nothing where the task gives no mass.
+
+        Args:
+            start: When the motion starts [s].
+        """
+        found = []
+        for time, robot in zip(self.start.tolist(), self.robots, strict=True):
+            bodies = [(one.mass, robot.tool_offset * one.centre_of_mass) for one in robot.held]
+            if robot.payload is not None:
+                bodies.append((robot.payload.mass, robot.payload.centre_of_mass))
+            mass = sum(one for one, _ in bodies)
+            moment = sum((one * centre for one, centre in bodies), np.zeros(3))
+            x, y, z = (moment / mass if mass else moment).tolist()
+            found.append(Load(max(time, start), mass, (x, y, z), robot.tool_frame or ""))
+        return tuple(found) if any(one.mass for one in found) else ()
 
 
 def carrying(scenario: Scenario, robot: Robot) -> Carrying:

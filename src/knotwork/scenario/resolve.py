@@ -20,9 +20,10 @@ from knotwork.scenario.model import (
     ToolPlacement,
 )
 from knotwork.scenario.payloads import read_payload
+from knotwork.scenario.repeats import expanded
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, JointWaypoint, Limits, PoseWaypoint, Task
+from knotwork.task import Balanced, JointWaypoint, Limits, PlainTask, PoseWaypoint, Task
 from knotwork.task.places import read_document
 from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
@@ -67,13 +68,13 @@ def resolved(task: Task, places: Places | None = None) -> Scenario:
     >>> resolved(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
-    return _Resolver(task, places or Places()).scenario()
+    return _Resolver(*expanded(task, places or Places())).scenario()
 
 
 class _Resolver:
     """Resolves one task; the steps share its units, frames and places."""
 
-    def __init__(self, task: Task, places: Places) -> None:
+    def __init__(self, task: PlainTask, places: Places) -> None:
         self.task, self.places = task, places
         self.length, self.angle = si_factors(self.task.units)
         self.file = with_waits(in_si(self.task, self.length, self.angle))
@@ -119,6 +120,7 @@ class _Resolver:
             knots=self._knots(),
             events=events.events(timed=free is None),
             free=free,
+            on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             margin=file.limits.margin or 1.0,

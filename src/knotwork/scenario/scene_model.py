@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from knotwork.tool_paths.moving_frame import MovingFrame
 
 
+STANDING = "base"
+"""What carries a frame that stands where poses are given in one that joints move."""
+
+
 @dataclass(frozen=True, eq=False)
 class Shape:
     """A solid, placed in the frame that carries it.
@@ -96,7 +100,6 @@ class OtherRobot:
         scenario: The name of a shipped scenario, or the path of one.
         motion: Path of its recorded motion, or `None` to plan its scenario.
         delay: How much later than the robot's own its motion begins [s].
-        cell: Both are arms of one URDF, in which the links of each stand once.
     """
 
     name: str
@@ -104,7 +107,6 @@ class OtherRobot:
     scenario: str | Path
     motion: Path | None = None
     delay: float = 0.0
-    cell: bool = False
 
 
 @dataclass(frozen=True)

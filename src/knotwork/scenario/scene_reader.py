@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from knotwork.errors import did_you_mean
 from knotwork.scenario.model import ScenarioWaypoint
 from knotwork.scenario.payloads import read_payload
 from knotwork.scenario.scene_model import (
+    STANDING,
     CollisionRules,
     HeldObject,
     OtherRobot,
@@ -52,7 +54,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
             _shape(reader, one, ("scene", "objects", name), one.parent),
             tuple(one.allow),
             one.visual,
-            _carrier(reader, one, ("scene", "objects", name)),
+            _object_carrier(reader, one, ("scene", "objects", name)),
             _appears(reader, one, ("scene", "objects", name), waypoints),
         )
         for name, one in scene.objects.items()
@@ -82,7 +84,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
             scene.margin,
             CollisionRules.resolution if rules.resolution is None else rules.resolution,
         ),
-        moving={k: frame for k in file.frames if (frame := reader.frames.moving[k]).moves},
+        moving={k: frame for k in file.frames if (frame := _carrier(reader, k)) is not None},
     )
 
 
@@ -144,14 +146,26 @@ def _appears(
     return given.appears
 
 
-def _carrier(reader: WaypointReader, given: SceneObjectFile, place: Location) -> MovingFrame | None:
+def _carrier(reader: WaypointReader, name: str) -> MovingFrame | None:
+    """How a frame moves in the one that poses are given in; `None` if it stands there."""
+    frame = reader.frames.moving[name]
+    if frame.link != reader.carriers.link:
+        return replace(frame, link=frame.link or STANDING)
+    return replace(frame, link="") if frame.moves else None
+
+
+def _object_carrier(
+    reader: WaypointReader, given: SceneObjectFile, place: Location
+) -> MovingFrame | None:
     """What carries an object; `None` if it stands."""
-    frame = reader.frames.moving[given.parent]
-    if not frame.moves:
+    frame = _carrier(reader, given.parent)
+    if frame is None:
         return None
     if given.half_space is not None:
         raise reader.places.error(
-            (*place, "half_space"), f"moves with frame {given.parent!r}, which it can't", "a box"
+            (*place, "half_space"),
+            f"moves with frame {given.parent!r}, seen from the poses, which it can't",
+            "a box",
         )
     return frame
 
@@ -159,13 +173,17 @@ def _carrier(reader: WaypointReader, given: SceneObjectFile, place: Location) ->
 def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRobot:
     place: Location = ("scene", "robots", name)
     frame = reader.frames.find(given.parent, (*place, "in"))
-    if reader.frames.moving[frame].moves:
+    if _carrier(reader, frame) is not None:
         raise reader.places.error(
-            (*place, "in"), f"frame {frame!r} moves, and the robot's base can't", "one that stands"
+            (*place, "in"),
+            f"frame {frame!r} moves, seen from the poses, and the robot's base can't",
+            "one that stands",
         )
     folder = reader.places.file.parent if reader.places.file is not None else Path()
     path = folder / os.path.expanduser(given.scenario)
-    motion = None if given.motion is None else _file(reader, given.motion, (*place, "motion"))
+    motion = None
+    if given.motion is not None:
+        motion = reader.places.named_file(given.motion, (*place, "motion"))
     return OtherRobot(
         name,
         reader.frames[frame] * reader.placement(given, place),
@@ -194,27 +212,17 @@ def _shape(
     kind = next(name for name in SHAPES if getattr(given, name) is not None)
     path, scale, resolution = None, 1.0, 0.0
     if given.points is not None:
-        path = _file(reader, given.points.file, (*place, "points", "file"))
+        path = reader.places.named_file(given.points.file, (*place, "points", "file"))
         scale = given.points.scale * reader.length
         resolution = given.points.resolution
     if given.mesh is not None:
-        path = _file(reader, given.mesh, (*place, "mesh"))
+        path = reader.places.named_file(given.mesh, (*place, "mesh"))
         own_unit = path.suffix.lower() == ".dae"
         scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
     exact = bool(given.exact)
     size = _size(given)
     return Shape(kind, size, placement, path, scales, exact, resolution, place)
-
-
-def _file(reader: WaypointReader, given: str, place: Location) -> Path:
-    """A file that a scenario names, relative to its own."""
-    folder = reader.places.file.parent if reader.places.file is not None else Path()
-    path = folder / os.path.expanduser(given)
-    if not path.is_file():
-        there = f"{path} is no regular file" if path.exists() else f"there is no file {path}"
-        raise reader.places.error(place, there)
-    return path
 
 
 def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, ...]:

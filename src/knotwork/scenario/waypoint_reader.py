@@ -17,8 +17,8 @@ from knotwork.task import (
     JointWaypoint,
     PathWaypoint,
     Placement,
+    PlainTask,
     PoseWaypoint,
-    Task,
     Torch,
     Velocity,
 )
@@ -51,7 +51,7 @@ class WaypointReader:
         angle: The file's unit of angle [rad].
     """
 
-    def __init__(self, file: Task, places: Places, length: float, angle: float) -> None:
+    def __init__(self, file: PlainTask, places: Places, length: float, angle: float) -> None:
         self.file, self.places, self.length, self.angle = file, places, length, angle
         self.indices: tuple[int, ...] = ()
         self._normals: set[int] = set()
@@ -104,7 +104,14 @@ class WaypointReader:
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
-                made = CartesianWaypoint(names[i], times[i], pose, twist, where, freedoms[i])
+                open_here = freedoms[i]
+                if open_here is not None and open_here.moves and twist.vector.any():
+                    raise self.places.error(
+                        ("waypoints", i, "free"),
+                        "leaves the position open where the tool moves",
+                        "position where it stops: stop: true",
+                    )
+                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here)
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:

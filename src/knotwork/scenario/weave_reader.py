@@ -1,4 +1,4 @@
-"""The weaves of a scenario's paths: each carries its path, in the axes of seam and surface."""
+"""The weaves of a scenario's paths: what is added to them over time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.errors import DocumentError
 from knotwork.polynomial import PiecewisePolynomial
@@ -17,7 +16,6 @@ from knotwork.scenario.path_curves import PathCurves
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath
-from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.weave import AXES, Weave, woven
 from knotwork.waypoints import FloatArray
 
@@ -39,10 +37,8 @@ class WeaveReader:
     first: int
     given: Sequence[PathWaypoint]
 
-    def carried(
-        self, path: ToolPath, timing: Timing, start: float, carrier: MovingFrame | None
-    ) -> tuple[MovingFrame, FloatArray]:
-        """What carries the path and moves it as it is woven; and when that begins anew [s].
+    def read(self, path: ToolPath, timing: Timing, start: float) -> tuple[EndlessCurve, FloatArray]:
+        """What is added to the path, see `TimedPath`, and when that begins anew [s].
 
         Stretches that follow one another with the same weave are woven as one.
 
@@ -50,7 +46,6 @@ class WeaveReader:
             path: The path.
             timing: Its timing.
             start: When it begins [s].
-            carrier: What carries it besides, or `None`.
 
         Raises:
             DocumentError: A weave is too short, fast or narrow, or goes along the seam.
@@ -67,10 +62,7 @@ class WeaveReader:
             breaks.append(begin + weave.breaks)
         x, found = np.concatenate(times), np.concatenate(states, axis=1)
         curve = PiecewisePolynomial(two_point_coefficients(x, (found[0], found[1], found[2])), x)
-        frame = MovingFrame((), pin.SE3.Identity()) if carrier is None else carrier
-        at_rest = frame.inside(frame.rest.inverse())
-        moved = at_rest.moved(np.eye(3), (False,) * 3, EndlessCurve(curve, delay=start))
-        return moved, np.concatenate(breaks)
+        return EndlessCurve(curve, delay=start), np.concatenate(breaks)
 
     def _runs(self) -> list[tuple[int, int, GivenWeave]]:
         """From where to where stretches that follow one another have one weave."""

@@ -19,8 +19,9 @@ from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joined, serial
 from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, SceneObject, Shape
+from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
-from knotwork.scene.model import TOOL, CollisionModel, NoteKind
+from knotwork.scene.model import TOOL, CollisionModel, NoteKind, riding
 from knotwork.scene.other_robots import other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
@@ -135,9 +136,10 @@ class _Builder:
         self.joints, self.links = self.geometry.joints, self.geometry.links
         self.holds, self.since = holds, since
         self.known: list[EndlessCurve] = []
-        self.carriers: dict[tuple[KnownJoints, ...], int] = {}
+        self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
         self.notes: list[tuple[NoteKind, str]] = []
+        self.moved: set[str] = set()
 
     def model(self) -> CollisionModel:
         scene = self.scene
@@ -152,11 +154,9 @@ class _Builder:
         for held in scene.held:
             bodies += self._held(held)
         for robot in scene.robots:
-            others = list(self._other(robot))
-            if robot.cell:  # here its links would stand where they are at rest
-                own = {body.name.partition("/")[2] for body in others}
-                bodies = [replace(x, start=math.inf) if x.link in own else x for x in bodies]
-            bodies += others
+            bodies += self._other(robot)
+        # of arms of one URDF each would stand in the other's model where it is at rest
+        bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
@@ -179,8 +179,8 @@ class _Builder:
         """An object that stands, or rides along; it is placed while what carries it is at rest."""
         joint, carrier = 0, self.robot.base_placement
         if frame is not None:
-            carrier = MovingFrame(frame.joints, pin.SE3.Identity()).rest.inverse()
-            joint = self._carrier(frame)
+            self._carrier(frame)
+            joint, carrier = riding(self.carriers, frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
@@ -191,10 +191,13 @@ class _Builder:
         except InputError as error:
             place = ("scene", "robots", given.name, "scenario")
             raise self.places.error(place, str(error)) from error
+        own, theirs = self.robot, other.robot
+        one_cell = own.urdf == theirs.urdf and not {*own.joint_names} & {*theirs.joint_names}
+        placement = given.placement * theirs.base_placement.inverse()
+        if one_cell:
+            placement = own.base_placement.inverse()
         root = self._put(
-            serial(
-                [given.placement * other.robot.base_placement.inverse()], np.eye(3)[:1], [False]
-            ),
+            serial([placement], np.eye(3)[:1], [False]),
             self.robot.base_placement,
             [EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))],
         )
@@ -202,8 +205,10 @@ class _Builder:
         self.known += [replace(one, delay=one.delay + given.delay) for one in other.known]
         self.robots[given.name] = other.robot, root
         for body in other.model.bodies:
-            if given.cell and not body.joint:
+            if one_cell and not body.joint:
                 continue
+            if one_cell and body.link:
+                self.moved.add(body.link)
             if body.kind != "object" or body.name in other.held:
                 yield replace(
                     body,
@@ -216,11 +221,17 @@ class _Builder:
                     link="",
                 )
 
-    def _carrier(self, frame: MovingFrame | None) -> int:
-        """The joint that carries a moving frame, put into the tree where it is not yet."""
-        if frame is None:
-            return 0
-        if frame.joints not in self.carriers:
+    def _carrier(self, frame: MovingFrame) -> None:
+        """Put what carries a frame into the tree where it is not yet."""
+        key = frame.link, frame.joints
+        if key in self.carriers:
+            return
+        joint, placement = 0, self.robot.base_placement
+        if frame.link:
+            link = self.robot.standing_frame if frame.link == STANDING else frame.link
+            found = self.robot.model.frames[self.robot.frame_index(link)]
+            joint, placement = int(found.parentJoint), found.placement.copy()
+        if frame.joints:
             placements: list[Any] = []
             axes, turns = [], list[bool]()
             for one in frame.joints:
@@ -228,14 +239,15 @@ class _Builder:
                 axes.append(one.axis)
                 turns += one.turns
             chain = serial(placements, np.concatenate(axes), turns)
-            self.carriers[frame.joints] = self._put(
-                chain, self.robot.base_placement, [one.curve for one in frame.joints]
-            )
-        return self.carriers[frame.joints]
+            known = [one.curve for one in frame.joints]
+            joint, placement = self._put(chain, placement, known, joint), pin.SE3.Identity()
+        self.carriers[key] = joint, placement
 
-    def _put(self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve]) -> int:
+    def _put(
+        self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
+    ) -> int:
         """Add joints whose positions are known; gives the index of the last."""
-        self.joints = joined(self.joints, tree, placement)
+        self.joints = joined(self.joints, tree, placement, carrier)
         self.known += known
         return len(self.joints.parent) - 1
 
@@ -271,8 +283,9 @@ class _Builder:
         """What carries an object that the tool takes or leaves, and its solids."""
         if frame is None:
             return 0, (self._solid(shape, self.robot.base_placement * pose),)
-        carrier = MovingFrame(frame.joints, pin.SE3.Identity()).at(time)
-        return self._carrier(frame), (self._solid(shape, carrier.actInv(pose)),)
+        self._carrier(frame)
+        joint, placement = riding(self.carriers, frame, time)
+        return joint, (self._solid(shape, placement * pose),)
 
     def _solid(self, shape: Shape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors say where it stands."""

@@ -55,6 +55,23 @@ class Pair(NamedTuple):
     around: bool
 
 
+Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
+
+
+def riding(carriers: Carriers, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
+    """The joint that carries a frame, and what brings poses of the base to its axes.
+
+    Args:
+        carriers: As `CollisionModel` has them.
+        frame: One of them.
+        time: When the poses are meant [s]; by default where the frame's joints are at 0.
+    """
+    joint, placement = carriers[frame.link, frame.joints]
+    joint_axes = MovingFrame(frame.joints, pin.SE3.Identity())
+    at = joint_axes.rest if time is None else joint_axes.at(time)
+    return joint, placement * at.inverse()
+
+
 @dataclass(frozen=True, eq=False)
 class CollisionModel:
     """Bodies, and the pairs of them that are checked.
@@ -69,7 +86,8 @@ class CollisionModel:
         notes: Plausible slips, and pairs that are not checked: `"warning"` or `"information"`, and
             the sentence.
         known: Positions of the joints that follow the robot's.
-        carriers: The joint that carries what rides along with a moving frame, by its joints.
+        carriers: What carries what rides along with a moving frame, by its `key`: a joint, and
+            `pin.SE3` of its link, in its axes.
         robots: Of each other robot by name its `Robot`, and the joint that is its root; its own
             follow it.
     """
@@ -82,7 +100,7 @@ class CollisionModel:
     bare: tuple[str, ...] = ()
     notes: tuple[tuple[NoteKind, str], ...] = ()
     known: tuple[EndlessCurve, ...] = ()
-    carriers: Mapping[tuple[KnownJoints, ...], int] = field(default_factory=dict)
+    carriers: Carriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
     def whole(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
@@ -108,9 +126,7 @@ class CollisionModel:
             frame: One that carries something in the scene.
             time: When the poses are meant [s]; by default where the frame's joints are at 0.
         """
-        joint_axes = MovingFrame(frame.joints, pin.SE3.Identity())
-        at = joint_axes.rest if time is None else joint_axes.at(time)
-        return self.carriers[frame.joints], at.inverse()
+        return riding(self.carriers, frame, time)
 
     @property
     def bare_links_note(self) -> str:

@@ -17,7 +17,7 @@ from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.files import finish_interrupted
 from knotwork.storage.writing import KNOT_FIELDS
-from knotwork.trajectory import Event, JointTrajectory, Segment
+from knotwork.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.trajectory.events import SegmentKind
 from knotwork.waypoints import FloatArray
 
@@ -52,6 +52,13 @@ class _Event(StrictModel):
     output: int | None = None
 
 
+class _Load(StrictModel):
+    time: Finite
+    mass: Finite
+    centre_of_mass: tuple[Finite, Finite, Finite]
+    frame: Text
+
+
 class _Segment(StrictModel):
     name: Text
     start: Finite
@@ -69,6 +76,7 @@ class _TrajectoryFile(StrictModel):
     units: _Units
     waypoint_times: _Row | None = None
     events: tuple[_Event, ...] = ()
+    loads: tuple[_Load, ...] = ()
     segments: tuple[_Segment, ...] = ()
     breaks: Annotated[_Row, Field(min_length=2)]
     coefficients: Annotated[list[_Table], Field(min_length=1)]
@@ -123,6 +131,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             planner=content.planner,
             waypoint_times=times,
             events=tuple(Event(**one.model_dump()) for one in content.events),
+            loads=tuple(Load(**one.model_dump()) for one in content.loads),
             segments=tuple(Segment(**one.model_dump()) for one in content.segments),
         )
     except InputError as error:

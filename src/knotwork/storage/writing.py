@@ -39,7 +39,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     }
     if trajectory.waypoint_times is not None:
         data["waypoint_times"] = np.asarray(trajectory.waypoint_times).tolist()
-    for key in ("events", "segments"):
+    for key in ("events", "loads", "segments"):
         if parts := getattr(trajectory, key):
             data[key] = [one.to_dict() for one in parts]
     data["breaks"] = trajectory.breaks.tolist()

@@ -4,6 +4,7 @@ from .freedoms import ChosenMotion as ChosenMotion
 from .freedoms import ClearWay as ClearWay
 from .freedoms import Fastest as Fastest
 from .freedoms import FreePose as FreePose
+from .freedoms import FreePosition as FreePosition
 from .freedoms import Weights as Weights
 from .masses import Inertia as Inertia
 from .options import Balanced as Balanced
@@ -16,11 +17,14 @@ from .part import TaskPart as TaskPart
 from .poses import Euler as Euler
 from .poses import Frame as Frame
 from .poses import FrameMotion as FrameMotion
+from .poses import Grid as Grid
 from .poses import Placement as Placement
 from .poses import Pose as Pose
 from .poses import SeamTorch as SeamTorch
 from .poses import Torch as Torch
 from .poses import Velocity as Velocity
+from .repeats import PlacesFile as PlacesFile
+from .repeats import Repeat as Repeat
 from .scene import Collisions as Collisions
 from .scene import HalfSpace as HalfSpace
 from .scene import HeldObject as HeldObject
@@ -30,6 +34,7 @@ from .scene import SceneObject as SceneObject
 from .scene import SolidOfRevolution as SolidOfRevolution
 from .scene import Surroundings as Surroundings
 from .scene import ToolShape as ToolShape
+from .task import PlainTask as PlainTask
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits
 from .tool import FrameSpeed as FrameSpeed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
@@ -20,6 +21,10 @@ ORIENTATIONS = (
     "rotation_matrix",
     "torch",
 )
+
+
+MOST_PLACES = 1000
+"""Of a grid."""
 
 
 def _euler_order(order: str) -> str:
@@ -134,6 +139,28 @@ class FrameMotion(TaskPart):
         return self
 
 
+class Grid(TaskPart):
+    """Places in rows along x, y and z of a frame, the first of which is at its origin."""
+
+    counts: Annotated[
+        Items[Annotated[int, Field(strict=True, ge=1, le=1000)]], Field(min_length=1, max_length=3)
+    ] = Field(description="Number of places along x, y and z; those along x come first")
+    pitches: Annotated[Items[Number], Field(min_length=1, max_length=3)] = Field(
+        description="From one to the next along x, y and z [length]"
+    )
+
+    @model_validator(mode="after")
+    def _of_some_size(self) -> Grid:
+        if len(self.counts) != len(self.pitches):
+            raise ValueError(
+                f"gives {len(self.counts)} counts and {len(self.pitches)} pitches; give one of "
+                "each along x, y and z"
+            )
+        if math.prod(self.counts) > MOST_PLACES:
+            raise ValueError(f"has more than {MOST_PLACES} places")
+        return self
+
+
 class Frame(Placement):
     """A named frame, placed in the base or in another named frame."""
 
@@ -141,12 +168,24 @@ class Frame(Placement):
         default=None, description="Its motion, and that of all in it: a belt, a turntable"
     )
 
+    on: Text | None = Field(
+        default=None,
+        description="In place of in: link of the robot that carries it. Where poses are in frames "
+        "on a link that joints move, a turntable, these joints are planned with the arm's",
+    )
+    grid: Grid | None = Field(default=None, description="Places in it, for over of a repeat")
     parent: Text = Field(
         default="base",
         validation_alias="in",
         serialization_alias="in",
         description="base or the name of another frame",
     )
+
+    @model_validator(mode="after")
+    def _one_carrier(self) -> Frame:
+        if self.on is not None and self.parent != "base":
+            raise ValueError("gives in and on; give one of the two")
+        return self
 
 
 class Velocity(TaskPart):

@@ -25,6 +25,7 @@ from knotwork.task.options import (
 from knotwork.task.part import TaskPart
 from knotwork.task.places import moved_paths, read_document
 from knotwork.task.poses import Frame
+from knotwork.task.repeats import Step
 from knotwork.task.scene import Collisions, Surroundings
 from knotwork.task.tool import Limits, Tool
 from knotwork.task.waypoints import Waypoint
@@ -221,8 +222,8 @@ class Task(TaskPart):
         default=PathOptions.model_construct(), description="How the tool moves along paths"
     )
     rate: Positive = Field(default=100.0, description="Samples per second in samples.csv [Hz]")
-    waypoints: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
-        description="Two at least, or one after a start, in order of time"
+    waypoints: Annotated[Items[Step], Field(min_length=1)] = Field(
+        description="Two at least, or one after a start, in order of time; some may be repeated"
     )
 
     @classmethod
@@ -244,19 +245,6 @@ class Task(TaskPart):
         task = validate(cls, edited(document, moved))
         return task if task.name else task.replace(name=document.file.stem)
 
-    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> Task:
-        """A copy in which some waypoints have other values, checked like any.
-
-        Args:
-            changes: By the index of the waypoint values by the name of the field, as `replace`
-                takes them.
-
-        Raises:
-            DocumentError: A value is unknown or wrong.
-        """
-        given = enumerate(self.waypoints)
-        return self.replace(waypoints=[one.replace(**changes.get(i, {})) for i, one in given])
-
     def save(self, path: str | Path) -> Path:
         """Write a scenario file that gives this task again.
 
@@ -270,3 +258,24 @@ class Task(TaskPart):
         moved = moved_paths(data, Path.cwd(), target.parent.resolve())
         text = block(edited(Document(data), moved).data)
         return storage.write_files(target.parent, {target.name: text})[0]
+
+
+class PlainTask(Task):
+    """A task in which nothing is repeated."""
+
+    waypoints: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
+        description="Two at least, or one after a start, in order of time"
+    )
+
+    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
+        """A copy in which some waypoints have other values, checked like any.
+
+        Args:
+            changes: By the index of the waypoint values by the name of the field, as `replace`
+                takes them.
+
+        Raises:
+            DocumentError: A value is unknown or wrong.
+        """
+        given = enumerate(self.waypoints)
+        return self.replace(waypoints=[one.replace(**changes.get(i, {})) for i, one in given])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -259,29 +260,36 @@ class JointWaypoint(_Waypoint):
     )
 
 
-def _waypoint_kind(value: Any) -> str | None:
-    if isinstance(value, PoseWaypoint | PathWaypoint | JointWaypoint):
-        return type(value).__name__
-    if not isinstance(value, dict) or ("pose" in value and "joints" in value):
-        return None
-    kinds = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
-    for key, kind in kinds.items():
-        if key in value:
-            return kind
-    # a key that is nearly one of them is a slip: let that key be reported
-    from difflib import get_close_matches
+KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
 
-    slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
-    return next((kinds[slip[0]] for slip in slips if slip), None)
+
+def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
+    """Tell what stands in a list of waypoints apart by a key that it has."""
+
+    def kind_of(value: Any) -> str | None:
+        if isinstance(value, TaskPart):
+            return type(value).__name__
+        if not isinstance(value, dict) or ("pose" in value and "joints" in value):
+            return None
+        for key, kind in kinds.items():
+            if key in value:
+                return kind
+        # a key that is nearly one of them is a slip: let that key be reported
+        from difflib import get_close_matches
+
+        slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
+        return next((kinds[slip[0]] for slip in slips if slip), None)
+
+    return Discriminator(
+        kind_of,
+        custom_error_type="waypoint_kind",
+        custom_error_message=f"must be a mapping with {accepted}",
+    )
 
 
 Waypoint = Annotated[
     Annotated[PoseWaypoint, Tag("PoseWaypoint")]
     | Annotated[PathWaypoint, Tag("PathWaypoint")]
     | Annotated[JointWaypoint, Tag("JointWaypoint")],
-    Discriminator(
-        _waypoint_kind,
-        custom_error_type="waypoint_kind",
-        custom_error_message="must be a mapping with either pose or joints",
-    ),
+    by_key(KINDS, "either pose or joints"),
 ]

@@ -88,10 +88,12 @@ class MovingFrame:
     Attributes:
         joints: What carries it, the outermost first; none if it stands.
         placement: `pin.SE3` in the axes of the last of them.
+        link: Link of the robot that carries all this; empty for the base.
     """
 
     joints: tuple[KnownJoints, ...]
     placement: pin.SE3
+    link: str = ""
 
     @property
     def moves(self) -> bool:
@@ -113,7 +115,7 @@ class MovingFrame:
     def moved(self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve) -> MovingFrame:
         """This frame with joints of its own at its origin; arguments as of `KnownJoints`."""
         own = KnownJoints(self.placement, axis, turns, curve)
-        return MovingFrame((*self.joints, own), pin.SE3.Identity())
+        return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
 
     def state(self, t: ArrayLike) -> FrameState:
         """Placement, velocity and acceleration at times [s], shape (k,)."""
@@ -157,6 +159,12 @@ class MovingFrame:
         """`state` of what is at the base frame where all joints are at 0, and rides along."""
         times = np.asarray(t, dtype=float)
         return self.state(times).carried(_still(self.rest.inverse(), len(times)))
+
+
+def woven(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
+    """A frame, or the base, with a motion added in base axes while it is at rest [m]."""
+    frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
+    return frame.inside(frame.rest.inverse()).moved(np.eye(3), (False,) * 3, weave)
 
 
 def _halves(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -286,12 +286,17 @@ class OrientationCurve:
             at: As of `rotation`.
             side: As of `rotation`.
         """
-        checked_order(order, 1)
+        return self.states(s, at, side)[1 + checked_order(order, 1)]
+
+    def states(
+        self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """`rotation`, `rate` and its derivative together, for what one of them takes."""
         piece, u = self._pieces(s, at, side)
-        if self._still or (self._even and order):
-            return np.zeros((len(u), 3))
         if self._even:
-            return np.asarray(self.rates[piece, 1])
+            none = np.zeros((len(u), 3))
+            rate = none if self._still else self.rates[piece, 1]
+            return self.rotation(s, at, side), rate, none
         f = sums_of_basis(basis(5, u))
         slope = 5.0 * basis(4, u)
         bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)
@@ -301,14 +306,12 @@ class OrientationCurve:
             vector = self._v[piece, i]
             axis = np.einsum("kij,kj->ki", R, vector)
             turn = slope[i][:, None] * axis
-            if order:
-                # An axis turns with the joints before it.
-                change += bent[i][:, None] * axis + np.cross(rate, turn)
+            # An axis turns with the joints before it.
+            change += bent[i][:, None] * axis + np.cross(rate, turn)
             rate += turn
-            if i < 4:
-                R = R @ exponentials(f[i][:, None] * vector)
+            R = R @ exponentials(f[i][:, None] * vector)
         step = self._steps[piece][:, None]
-        return np.asarray(change / step**2 if order else rate / step)
+        return np.asarray(R), rate / step, change / step**2
 
     def rate_bounds(self, s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Upper bounds of the sizes of rate [rad/m] and d rate/ds [rad/m²] from s0 to s1.

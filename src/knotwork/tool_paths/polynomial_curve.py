@@ -195,10 +195,10 @@ def _lengths(
     slope: FloatArray, low: FloatArray | float = 0.0, high: FloatArray | float = 1.0
 ) -> FloatArray:
     """Length of each span between two parameters, from the coefficients of dC/dw."""
-    total = np.zeros(slope.shape[1])
-    for node, weight in zip(NODES, WEIGHTS, strict=True):
-        total += weight * _norm(horner(slope, np.reshape(low + (high - low) * node, (-1, 1))))
-    return np.asarray((high - low) * total)
+    at = low + np.multiply.outer(NODES, high - low)
+    tangents = horner(slope[:, None], at.reshape(len(NODES), -1, 1))
+    speeds = np.sqrt(np.einsum("nki,nki->nk", tangents, tangents))
+    return np.asarray((high - low) * (WEIGHTS @ speeds))
 
 
 def _speed_bounds(slope: FloatArray) -> tuple[FloatArray, FloatArray]:

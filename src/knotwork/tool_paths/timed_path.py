@@ -7,7 +7,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
-from knotwork.tool_paths.moving_frame import FrameState, MovingFrame
+from knotwork.polynomial.endless import EndlessCurve
+from knotwork.tool_paths.moving_frame import FrameState, MovingFrame, woven
 from knotwork.tool_paths.path import LENGTHS, ToolPath
 from knotwork.tool_paths.path_timing import Timing
 from knotwork.waypoints import FloatArray
@@ -24,14 +25,17 @@ class TimedPath:
         timing: When the tool is where on it.
         start_time: When it begins [s].
         carrier: What carries it, if anything does.
-        breaks: Times since the start at which the carrier's motion begins anew [s].
+        weave: What is added to the path, in base axes while the carrier is at rest [m], shape (3,).
+        breaks: Times since the start at which the weave begins anew [s].
 
     Attributes:
-        path, timing, start_time, carrier: As given; the path rides along with what carries it, and
-            is where it is while that is at rest.
+        path, timing, start_time: As given; the path rides along with what carries it, and is where
+            it is while that is at rest.
+        seam_carrier: The carrier as given.
+        carrier: It and the weave, which carries the path in it; `None` if there is neither.
         end_time: When the path ends [s].
         breaks: Times at which something begins anew, a curve, a part of the orientation, a ramp or
-            a part of the carrier's motion, and both ends [s].
+            a part of the weave, and both ends [s].
         full_speed: The greatest speed along the path [m/s].
 
     Raises:
@@ -52,10 +56,13 @@ class TimedPath:
         timing: Timing,
         start_time: float = 0.0,
         carrier: MovingFrame | None = None,
+        weave: EndlessCurve | None = None,
         breaks: ArrayLike = (),
     ) -> None:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
-        self.carrier = carrier
+        self.seam_carrier = self.carrier = carrier
+        if weave is not None:
+            self.carrier = woven(carrier, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]), side="left")[0])
         if abs(length - path.length) > LENGTHS * path.length:
@@ -137,10 +144,10 @@ class TimedPath:
         ds, dds = ds[:, None], dds[:, None]
         path = self.path
         place, tangent, bend = path.derivatives(s, 2, along)
-        rate, change = path.rate(s, 0, along), path.rate(s, 1, along)
+        rotation, rate, change = path.orientation.states(s, along)
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
-        state = FrameState(path.rotation(s, along), place, twist, acceleration)
+        state = FrameState(rotation, place, twist, acceleration)
         if self.carrier is not None:
             state = self.carrier.since_rest(t).carried(state)
         return state.origin, state.rotation, state.twist, state.acceleration

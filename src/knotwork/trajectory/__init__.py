@@ -1,6 +1,6 @@
 """Motions of named joints: `JointTrajectory`, its samples and its exports."""
 
-from knotwork.trajectory.events import Event, Segment
+from knotwork.trajectory.events import Event, Load, Segment
 from knotwork.trajectory.joint_trajectory import Continuity, JointTrajectory, Jump
 from knotwork.trajectory.sampling import Knots, Samples
 
@@ -10,6 +10,7 @@ __all__ = [
     "JointTrajectory",
     "Jump",
     "Knots",
+    "Load",
     "Samples",
     "Segment",
 ]

@@ -42,6 +42,27 @@ class Event:
 
 
 @dataclass(frozen=True)
+class Load:
+    """What the arm carries from a moment of a motion on: the tool, and what it holds.
+
+    Attributes:
+        time: When [s].
+        mass: Of all of it [kg].
+        centre_of_mass: In the axes of the frame [m].
+        frame: Name of the link that carries it.
+    """
+
+    time: float
+    mass: float
+    centre_of_mass: tuple[float, float, float]
+    frame: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as plain data, ready for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
 class Segment:
     """A part of a motion, from one waypoint to the next.
 
@@ -59,7 +80,8 @@ class Segment:
     @property
     def said(self) -> str:
         """All of it in words."""
-        return f"{self.name}: {self.kind}, {self.start:.3f} s to {self.end:.3f} s"
+        kind = "" if self.kind == "wait" else f"{self.kind}, "  # its name says so
+        return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""

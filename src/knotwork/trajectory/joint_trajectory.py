@@ -14,7 +14,7 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.polynomial.jumps import measured_jumps
-from knotwork.trajectory.events import Event, Segment
+from knotwork.trajectory.events import Event, Load, Segment
 from knotwork.trajectory.exportable import Exportable
 from knotwork.trajectory.sampling import MAX_SAMPLES, Knots, Samples, sample_times
 from knotwork.waypoints import (
@@ -82,6 +82,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         planner: Name of the planner that made it, or empty.
         waypoint_times: Times of the waypoints it was planned through [s], or `None`.
         events: What is switched on the way, in order of time.
+        loads: What the arm carries, in order of time; empty where that is not known.
         segments: What it consists of, in order of time; empty where that is not known.
 
     Raises:
@@ -95,6 +96,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     planner: str = field(default="", kw_only=True)
     waypoint_times: FloatArray | None = field(default=None, kw_only=True)
     events: tuple[Event, ...] = field(default=(), kw_only=True)
+    loads: tuple[Load, ...] = field(default=(), kw_only=True)
     segments: tuple[Segment, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:

@@ -8,5 +8,4 @@ from .checks import Check as Check
 from .finding import Finding as Finding
 from .motion import Motion as Motion
 from .report import Report as Report
-from .together import clearance_between as clearance_between
 from .verdict import check as check

@@ -30,6 +30,10 @@ NO_IMPULSE = 1e-9
 def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
     if space.carrying is None:
+        if space.robot is not None and space.robot.base_moves:
+            name = space.robot.base_frame
+            message = f"efforts are not judged, as {name}, which carries the poses, moves"
+            yield Finding("Motion", "motion", "", "efforts", "warning", message)
         return
     from knotwork.verification.bounds import torque_bound
 

@@ -42,7 +42,7 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
     parts, short = [], []
     for quantity in MAGNITUDES:
         missing = np.flatnonzero(np.isinf(space.limits[quantity]))
-        if not missing.size:
+        if not missing.size or (quantity == "effort" and space.robot.base_moves):
             continue
         order, what = JOINT_QUANTITIES[quantity].order, quantity
         if missing.size < len(space.joint_names):

@@ -11,6 +11,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree, place_joints
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.view.footing import footing
 from knotwork.view.links import LinkShapes
 from knotwork.view.mesh import box_corners
 from knotwork.waypoints import FloatArray
@@ -25,7 +26,7 @@ PASSED = 40
 
 @dataclass(frozen=True, eq=False)
 class Stops:
-    """The arm at the waypoints, in the axes of the URDF's root.
+    """The arm at the waypoints, in the axes of what stands still.
 
     Attributes:
         position: Joint positions at each [rad or m], shape (s, d).
@@ -86,6 +87,6 @@ def find_stops(
             for i, box in enumerate(boxes)
             if box is not None
         ]
-        return np.concatenate(placed, axis=1)
+        return footing(robot).in_cell(q, np.concatenate(placed, axis=1))
 
     return Stops(position, outlines(position), outlines(curve(np.linspace(start, end, PASSED))))

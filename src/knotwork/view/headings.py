@@ -29,6 +29,7 @@ MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
 # Gap between names, in points; size of letters, in parts of the font's.
 GAP, LETTER, LINE = 4.0, 0.65, 1.3
 MARGIN = 0.012
+SEGMENTS = ("tool path", "way", "wait")
 
 
 def frame_times(
@@ -64,6 +65,24 @@ def frame_times(
     for top, title in zip(tops, titles, strict=False):
         (short,) = shortened([title], MOST_LEGEND_LETTERS)
         top.set_title(short, fontsize=NORMAL, weight="bold")
+
+
+def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
+    """Mark tool paths, ways, waits and events on the upper edge of the first panels."""
+    start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
+    marked = {"event": [one.time for one in motion.trajectory.events if start <= one.time <= end]}
+    for kind in SEGMENTS:
+        spans = (
+            (max(one.start, start), min(one.end, end), np.nan)
+            for one in motion.trajectory.segments
+            if one.kind == kind and one.end > start and one.start < end
+        )
+        marked[kind] = [time for span in spans for time in span]
+    for top in tops:
+        upright: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
+        for kind, times in marked.items():
+            if times:
+                top.plot(times, [1.0] * len(times), gid=kind, **LOOKS[kind], **upright)
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
@@ -179,6 +198,7 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
         "broken": "limit broken",
         "beyond": "beyond the tolerance",
         "worst": "worst",
+        **{kind: kind for kind in (*SEGMENTS, "event")},
     }
     handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}
     handles["jump"].set_marker("o")

@@ -39,7 +39,9 @@ def moving_model(
     """
     if scenario is None or space is None:
         return None
-    if not (scenario.scene.robots or scenario.scene.moving):
+    scene = scenario.scene
+    riding = any(one.carrier is not None for one in scene.objects)
+    if not (scene.robots or scene.moving or riding):
         return None
     return motion_model(Motion(trajectory, space), scenario, robot)
 

@@ -159,8 +159,8 @@ def asked_points(
     for path in scenario.paths if scenario is not None else ():
         whole, dashes = path.motion.path, []
         carrier, base = None, robot.base_placement
-        if model is not None and path.motion.carrier is not None:
-            carrier, base = model.riding(path.motion.carrier)
+        if model is not None and path.motion.seam_carrier is not None:
+            carrier, base = model.riding(path.motion.seam_carrier)
         count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
         starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):

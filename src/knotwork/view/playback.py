@@ -18,6 +18,7 @@ from knotwork.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.verification import Report
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
+from knotwork.view.footing import footing
 from knotwork.view.limit_share import limit_shares
 from knotwork.view.moving_things import known_positions
 from knotwork.view.packing import packed_numbers
@@ -70,7 +71,7 @@ def arm_frames(
     """
     time = frame_times(curve)
     position = curve(time)
-    shown = np.hstack((position, known_positions(model, time)))
+    shown = footing(robot).positions(np.hstack((position, known_positions(model, time))))
     arm: dict[str, Any] = {
         "name": name,
         "start": float(time[0]),
@@ -103,7 +104,7 @@ def strip(
     space: JointSpace | None,
     report: Report | None,
 ) -> dict[str, Any]:
-    """Give the use of limits, speeds along paths, clearance and failures, over time.
+    """Give the use of limits, speeds along paths, clearance, failures and events, over time.
 
     Args:
         robot: The arm.
@@ -140,6 +141,8 @@ def strip(
         "asked": asked,
         "broken": broken,
         "clearance": _clearance(trajectory, scenario, space, report),
+        "events": [[one.time - start, one.said] for one in trajectory.events],
+        "segments": [[one.start - start, one.end - start, one.name] for one in trajectory.segments],
     }
 
 

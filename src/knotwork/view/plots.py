@@ -24,6 +24,7 @@ from knotwork.view.headings import (
     curve_legend,
     explain_marks,
     frame_times,
+    mark_segments,
     picture_title,
     settle,
 )
@@ -103,6 +104,7 @@ def plot_joints(
         figure = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
         head = picture_title(found, "joint motions") if title is None else title
         curve_legend(figure, owners if overlaid else () if split else names, head)
+        mark_segments(figure.axes[: len(cells[0])], found[0])
         explain_marks(figure, len(found) if overlaid else 1)
         heads = owners if together else kinds if split else names
         columns = len(cells[0])

@@ -23,6 +23,7 @@ from knotwork.verification.worst import failure_lines
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
 from knotwork.view.drawn_joints import drawn_joints
+from knotwork.view.footing import footing
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import frame_marks, marks
@@ -87,12 +88,22 @@ class _Shown:
         """The tool's path and the waypoints [m], shape (n, 3)."""
         path = [] if self.path is None else [self.path.position]
         asked = [target.pose.translation[np.newaxis] for target in self.asked]
-        return np.concatenate([np.zeros((0, 3)), *path, *asked])
+        return self.at_start(np.concatenate([np.zeros((0, 3)), *path, *asked]))
 
     def points(self) -> FloatArray:
         """Everything that must be in view [m], shape (n, 3)."""
         points = [self.stops.outlines.reshape(-1, 3), self.stops.passed.reshape(-1, 3)]
         points.append(self.task_points())
+        return np.concatenate([*points, self.at_start(self.still_points())])
+
+    def at_start(self, points: FloatArray) -> FloatArray:
+        """Points of what the base frame carries where the motion begins, shape (n, 3)."""
+        start = self.curve(self.curve.x[:1])
+        return np.asarray(footing(self.robot).in_cell(start, points[None])[0])
+
+    def still_points(self) -> FloatArray:
+        """What stands in the base frame [m], shape (n, 3)."""
+        points = [np.zeros((0, 3))]
         if self.path is not None:
             asked = asked_points(self.scenario, self.robot, 1.0)
             points += [one for _, dashes in asked for one in dashes]
@@ -141,7 +152,8 @@ def make_scene(
     objects = scene_objects(scenario, robot, shown.curve, report, size, shown.model)
     around = other_robots(shown.model, scenario, robot.base_placement, size)
     things, labels, legend = _task_data(shown, size)
-    ghosts = shown.stops.position[shown.stops.distinct(size)]
+    feet = footing(robot)
+    ghosts = feet.positions(shown.stops.position[shown.stops.distinct(size)])
     unmoved = np.zeros(len(still["joints"]) - ghosts.shape[1])  # ghosts are of the robot alone
     arms = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
     return {
@@ -152,15 +164,16 @@ def make_scene(
             for name, motion in arms.items()
         ],
         "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
-        "things": [*things, *objects.things, *around.things],
-        "labels": [*labels, *objects.labels, *around.labels],
+        "things": feet.carrying([*things, *objects.things, *around.things]),
+        "labels": feet.carrying([*labels, *objects.labels, *around.labels]),
+        "first_joint": feet.count,
         "waypoints": waypoint_times(scenario, trajectory),
         "strip": strip(robot, shown.trajectory, scenario, space, report),
         "legend": legend,
         "size": size,
         "floor": float(min(shown.stops.outlines[..., 2].min(), 0.0)),
         **views(
-            _thinned(np.concatenate([points, objects.points])),
+            _thinned(np.concatenate([points, shown.at_start(objects.points)])),
             shown.task_points(),
             before["view"]["from"] if same and before is not None else None,
         ),
@@ -202,15 +215,17 @@ def _robot_data(
     images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
     addresses, unread = image_addresses(images)
     known = [] if shown.model is None else known_joints(shown.model.joints, shown.robot)
-    carried = [*shown.shapes.parts, *([] for _ in known)]
+    feet = footing(shown.robot)
+    carried = [*([] for _ in feet.joints), *shown.shapes.parts, *([] for _ in known)]
     still: dict[str, Any] = {
-        "joints": [*drawn_joints(shown.robot), *known],
+        "joints": feet.below([*drawn_joints(shown.robot), *known]),
         "shapes": [[packed(mesh, images) for mesh in parts] for parts in carried],
         "images": addresses,
     }
     if before is not None and all(still[name] == before[name] for name in still):
         return {name: before[name] for name in STILL}, unread
-    shapes, cell = [*shown.shapes.shapes, *(None for _ in known)], GHOST_DETAIL * size
+    shapes = [*(None for _ in feet.joints), *shown.shapes.shapes, *(None for _ in known)]
+    cell = GHOST_DETAIL * size
     still["coarse"] = [packed(coarse(one, cell)) if one else None for one in shapes]
     return still, unread
 
@@ -300,7 +315,7 @@ def _task_data(
     things, labels = [*things, *frames], [*labels, *names]
     legend = {**speeds, **seconds, "broken": bool(path.broken.any()), "way": "way" in meshes}
     if shown.scenario is not None and "deviation" in meshes:
-        legend["moving"] = any(path.motion.carrier is not None for path in shown.paths)
+        legend["moving"] = any(path.motion.seam_carrier is not None for path in shown.paths)
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)
     return things, labels, legend

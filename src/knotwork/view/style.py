@@ -65,6 +65,12 @@ LOOKS: dict[str, dict[str, Any]] = {
     "broken": {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5},
     "worst": {"ls": "", "marker": "X", "ms": 9, "mfc": WRONG, "mec": "white", "zorder": 5},
 }
+# Segments and events, on the upper edge of the first row of panels.
+LOOKS |= {
+    kind: {"color": shade, "lw": 3.0}
+    for kind, shade in (("tool path", "#009E73"), ("way", "#CC79A7"), ("wait", FAINT))
+}
+LOOKS["event"] = {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5}
 LOOKS |= {"tolerance": LOOKS["limit"], "beyond": LOOKS["broken"]}
 
 # More upright lines than this would hide the curves.

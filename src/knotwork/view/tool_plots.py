@@ -12,7 +12,14 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motions_of
-from knotwork.view.headings import curve_legend, explain_marks, frame_times, picture_title, settle
+from knotwork.view.headings import (
+    curve_legend,
+    explain_marks,
+    frame_times,
+    mark_segments,
+    picture_title,
+    settle,
+)
 from knotwork.view.panel import Curve, Level, Panel, draw_panel
 from knotwork.view.style import checked_size, new_figure, rounded, settings
 from knotwork.view.time_window import WHOLE, Window, windowed
@@ -82,6 +89,7 @@ def plot_tool(
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
         curve_legend(figure, [one.label for one in found] if len(found) > 1 else [], heading)
+        mark_segments(figure.axes[:1], found[0])
         explain_marks(figure)
         frame_times(figure.axes[:1], figure.axes[-1:], found)
         settle(figure, len(panels), grows=page is None)

@@ -148,9 +148,16 @@ class _Insertion:
         use = off / (PART * np.array([allowed.position, allowed.orientation, allowed.speed]))
         use = use.max(axis=1)
         if self.joints.robot.dof > 6:  # the tool does not show where self-motion strays
-            strayed = np.abs(spline(times) - self.joints.curve(times)).max(axis=1)
-            use = np.maximum(use, strayed / STRAYED)
+            use = np.maximum(use, self._strayed(spline(times), times) / STRAYED)
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
+
+    def _strayed(self, q: FloatArray, times: FloatArray) -> FloatArray:
+        """How far joints (k, d) are from those on the path at times [rad or m], shape (k,)."""
+        strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
+        far = strayed > STRAYED  # the curve is only near the joints on the path
+        if far.any():
+            strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
+        return np.asarray(strayed)
 
     def _check_count(self, count: int) -> None:
         if count > MOST:

@@ -25,6 +25,7 @@ class Joints {
     });
     this.positions = floats(data.arms[0].position);
     this.joints = data.joints.length; // what moves by itself comes after the robot
+    this.first = data.first_joint; // and what carries its base frame comes before
     this.frame = -1;
   }
 
@@ -33,7 +34,7 @@ class Joints {
     if (frame === this.frame || !byId("joints").open) return;
     this.frame = frame;
     this.rows.forEach(({ row, mark, value, unit, factor, low, high }, i) => {
-      const now = factor * this.positions[frame * this.joints + i];
+      const now = factor * this.positions[frame * this.joints + this.first + i];
       value.textContent = `${now.toFixed(DIGITS[unit] ?? 3)} ${unit === "deg" ? "°" : unit}`;
       const bounded = low !== null && high !== null && high > low;
       row.classList.toggle("unbounded", !bounded);

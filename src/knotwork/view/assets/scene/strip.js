@@ -1,5 +1,5 @@
 // Below the slider: the tool's speed and the given speed, the use of limits, clearance, failures,
-// and the waypoints. A click goes to its time.
+// events, segments and the waypoints. A click goes to its time.
 
 // Half of the slider's knob: its middle goes from here to as far from the other end [pixels].
 const KNOB = 8;
@@ -56,6 +56,8 @@ class Strip {
   say(time) {
     const { player, data } = this;
     const parts = [`${(player.start + time).toFixed(2)} s`];
+    const segment = data.segments.find(([start, end]) => time >= start && time < end);
+    if (segment) parts.push(segment[2]);
     const asked = data.asked.find(([start, end]) => time >= start && time <= end);
     if (player.speeds) {
       const speed = player.speedText(player.speeds[player.frame(time)], 1);
@@ -68,7 +70,9 @@ class Strip {
       const i = this.clearanceAt(time);
       if (distance[i] !== null) parts.push(`${player.lengthText(distance[i], 1)} clear: ${names[pair[i]]}`);
     }
-    const near = data.waypoints.filter((stop) => Math.abs(stop.time - player.start - time) < 0.012 * player.animator.duration);
+    const beside = (at) => Math.abs(at - time) < 0.012 * player.animator.duration;
+    parts.push(...data.events.filter(([at]) => beside(at)).map(([, said]) => said));
+    const near = data.waypoints.filter((stop) => beside(stop.time - player.start));
     parts.push(...near.map((stop) => stop.name).filter(Boolean));
     const tip = byId("tip");
     tip.hidden = false;
@@ -121,10 +125,43 @@ class Strip {
     }
     if (player.speeds) this.drawSpeeds(pen, up, times, colour);
     if (data.clearance) this.drawClearance(pen, up, colour);
+    this.drawNames(pen, colour);
     pen.fillStyle = colour("red");
     for (const [start, end] of data.broken) {
       pen.fillRect(this.x(start), height - 5, Math.max(this.x(end) - this.x(start), 3), 5);
     }
+  }
+
+  // Segments by name where they are long enough; events, with their names where there is room
+  drawNames(pen, colour) {
+    const { events, segments } = this.data;
+    const write = (text, x, y, look) => {
+      pen.fillStyle = colour("name");
+      pen.fillRect(x - 1, y - 8, pen.measureText(text).width + 2, 10);
+      pen.fillStyle = colour(look);
+      pen.fillText(text, x, y);
+    };
+    pen.font = "9px system-ui, sans-serif";
+    for (const [start, end, name] of segments) {
+      const room = this.x(end) - this.x(start) - pen.measureText(name).width;
+      if (room > 6) write(name, this.x(start) + room / 2, 8, "leader");
+    }
+    const free = [0, 0]; // of each row, from where on
+    events.forEach(([time, said], i) => {
+      const x = this.x(time);
+      const width = pen.measureText(said).width;
+      const left = x + 5 + width < this.canvas.clientWidth ? x + 5 : x - 5 - width;
+      const next = i + 1 < events.length ? this.x(events[i + 1][0]) - 4 : Infinity;
+      const row = free.findIndex((from, k) => left > from && (k || left + width < next));
+      if (row >= 0) {
+        write(said, left, 18 + 10 * row, "event");
+        free[row] = left + width;
+      }
+      pen.fillStyle = colour("event");
+      pen.beginPath();
+      [[x, 18], [x - 3, 11], [x + 3, 11]].forEach((corner) => pen.lineTo(...corner));
+      pen.fill();
+    });
   }
 
   drawClearance(pen, up, colour) {

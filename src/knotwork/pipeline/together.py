@@ -1,0 +1,51 @@
+"""How near two motions come to one another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from knotwork.errors import InputError
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.resolve import resolved
+from knotwork.task import OtherRobot
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification.collisions import nearest_to
+from knotwork.verification.finding import Finding
+
+
+def clearance_between(
+    trajectory: JointTrajectory,
+    scenario: Scenario,
+    other: OtherRobot,
+    *,
+    space: JointSpace | None = None,
+) -> Finding:
+    """Prove that a motion is clear of another robot's, or find where and when it comes too near.
+
+    Args:
+        trajectory: The motion.
+        scenario: Its task, whose margin and rules of collisions hold.
+        other: The other robot, as in a task's `scene.robots`.
+        space: The scenario's joints and robot, if they have been loaded already.
+
+    Returns:
+        The pair that comes nearest: `ok`, `value` [m], `time` [s] and `message` say how.
+
+    Raises:
+        InputError: A scenario or a motion is wrong, or the other's fails its own check.
+
+    >>> plan, other = kw.plan("ur5_deburring"), kw.task.OtherRobot(scenario="ur5_deburring")
+    >>> kw.clearance_between(plan.trajectory, plan.scenario, other).ok
+    False
+    """
+    name = Path(other.scenario).stem
+    given = scenario.task.scene
+    around = given.model_copy(update={"robots": {**given.robots, name: other}})
+    both = resolved(scenario.task.replace(scene=around), scenario.places).scene
+    space = space if space is not None else joint_space(scenario)
+    found = nearest_to(trajectory, replace(scenario, scene=both), space, name)
+    if found is None:
+        raise InputError(f"{scenario.name} and {other.scenario} have no shapes that could meet")
+    return found

@@ -1,0 +1,210 @@
+"""A task without repeats: each turn with waypoints, frames and objects of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from knotwork.documents import Location, Places
+from knotwork.errors import did_you_mean
+from knotwork.scenario.model import Scenario
+from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
+from knotwork.tool_paths.points_file import read_points
+
+PLACE = "place"
+"""In a block that is repeated, the name of the frame of the turn."""
+
+MOST_WAYPOINTS = 10_000
+"""Of all turns of all blocks together."""
+
+
+def expanded(task: Task, places: Places | None = None) -> tuple[PlainTask, Places]:
+    """Write out every turn of every repeat.
+
+    Waypoints and objects of a block have the number of their turn behind their names. Whatever
+    names an object of a block that may be touched means those of all turns.
+
+    Args:
+        task: What is asked, in its own units.
+        places: Where its parts stand in the file, for errors.
+
+    Returns:
+        The task without repeats, and where its parts stand: those of a turn where the block does.
+
+    Raises:
+        DocumentError: The places of a block are wrong, or two things would have one name.
+    """
+    places = places or Places()
+    if isinstance(task, PlainTask):
+        return task, places
+    if any(isinstance(one, Repeat) for one in task.waypoints):
+        return _Expansion(task, places).result()
+    return PlainTask.model_construct(task.model_fields_set, **dict(task)), places
+
+
+def turns(scenario: Scenario) -> list[list[int]]:
+    """The first waypoints of the turns of each block of a scenario, by index."""
+    found: dict[Location, list[int]] = {}
+    for i, k in enumerate(scenario.index):
+        given = scenario.places.given(("waypoints", k))
+        if given[2:] == ("repeat", 0) and (not i or scenario.index[i - 1] != k):
+            found.setdefault(given[:2], []).append(i)
+    return list(found.values())
+
+
+class _Expansion:
+    """The parts of a task, to which those of all turns are added."""
+
+    def __init__(self, task: Task, places: Places) -> None:
+        self.task, self.places = task, places
+        self.frames = dict(task.frames)
+        self.holds = dict(task.tool.holds) if task.tool is not None else {}
+        self.waypoints: list[Any] = []
+        self.origins: dict[Location, Location] = {}
+        self.objects: dict[str, list[str]] = {}
+
+    def result(self) -> tuple[PlainTask, Places]:
+        task = self.task
+        if PLACE in task.frames:
+            raise self.places.error(
+                ("frames", PLACE), "is the frame of the turn in repeat", "any other name"
+            )
+        for i, given in enumerate(task.waypoints):
+            if isinstance(given, Repeat):
+                self._block(given, ("waypoints", i))
+            else:
+                self._add(given, ("waypoints", i))
+        parts: dict[str, Any] = {"waypoints": tuple(self.waypoints), "frames": self.frames}
+        if self.holds:
+            held = {name: self._allowing(one, name) for name, one in self.holds.items()}
+            parts["tool"] = (task.tool or Tool()).model_copy(update={"holds": held})
+        if task.scene.objects:
+            objects = {name: self._allowing(one) for name, one in task.scene.objects.items()}
+            parts["scene"] = task.scene.model_copy(update={"objects": objects})
+        if task.collisions.ignore:
+            pairs = (product(*map(self._all, pair)) for pair in task.collisions.ignore)
+            ignore = tuple(pair for several in pairs for pair in several)
+            parts["collisions"] = task.collisions.model_copy(update={"ignore": ignore})
+        made = PlainTask.model_construct(task.model_fields_set | parts.keys(), **dict(task) | parts)
+        return made, replace(self.places, origins=self.origins)
+
+    def _block(self, block: Repeat, place: Location) -> None:
+        frames = list(self._places(block, (*place, "over")))
+        if len(self.waypoints) + len(frames) * len(block.repeat) > MOST_WAYPOINTS:
+            raise self.places.error(
+                (*place, "over"),
+                f"makes {len(frames)} turns of {len(block.repeat)} waypoints",
+                f"at most {MOST_WAYPOINTS} waypoints in all",
+            )
+        names = {one.name for one in block.repeat}
+        known = [PLACE, "base", *self.task.frames]
+        for j, given in enumerate(block.repeat):
+            own = getattr(given, "frame", None)
+            if own is not None and own not in (*known, *self.frames):
+                raise self._unknown(own, (*place, "repeat", j, "frame"), known)
+        for turn, frame in enumerate(frames, start=1):
+            for j, given in enumerate(block.repeat):
+                changes: dict[str, Any] = {}
+                if given.name is not None:
+                    changes["name"] = f"{given.name} {turn}"
+                for key in ("frame", "orientation_in"):
+                    if getattr(given, key, None) == PLACE:
+                        changes[key] = frame
+                velocity: Any = getattr(given, "velocity", None)
+                if getattr(velocity, "axes", None) == PLACE:
+                    changes["velocity"] = velocity.model_copy(update={"axes": frame})
+                self._add(given.model_copy(update=changes), (*place, "repeat", j))
+            for name, held in block.holds.items():
+                ends = {key: getattr(held, key) for key in ("take", "leave", "appears")}
+                changes = {key: f"{one} {turn}" for key, one in ends.items() if one in names}
+                self._hold(name, turn, held.model_copy(update=changes), (*place, "holds", name))
+
+    def _add(self, waypoint: Any, place: Location) -> None:
+        self.origins["waypoints", len(self.waypoints)] = place
+        self.waypoints.append(waypoint)
+
+    def _hold(self, name: str, turn: int, held: HeldObject, place: Location) -> None:
+        own = f"{name} {turn}"
+        if own in self.holds:
+            raise self.places.error(
+                place, f"{own!r} of turn {turn} is held twice", "a name of its own"
+            )
+        self.holds[own] = held
+        self.objects.setdefault(name, []).append(own)
+        self.origins["tool", "holds", own] = place
+
+    def _all(self, name: str) -> Sequence[str]:
+        """The objects of all turns that a name means, or itself."""
+        return self.objects.get(name, [name])
+
+    def _allowing(self, one: Any, own: str = "") -> Any:
+        """An object that all turns of those that it may touch may touch."""
+        if not any(name in self.objects for name in one.allow):
+            return one
+        names = (other for name in one.allow for other in self._all(name) if other != own)
+        return one.model_copy(update={"allow": tuple(names)})
+
+    def _places(self, block: Repeat, where: Location) -> Iterator[str]:
+        """The names of the frames of all turns; those that are not there yet are made."""
+        over = block.over
+        if isinstance(over, str):
+            yield from self._of_grid(over, where)
+        elif isinstance(over, PlacesFile):
+            path = self.places.named_file(over.file, (*where, "file"))
+            points, quaternions, normals = read_points(path, 1.0)
+            if normals is not None:
+                raise self.places.error(
+                    (*where, "file"),
+                    f"{path} has normals, which leave the turn of a place open",
+                    "columns qx, qy, qz, qw, or positions alone",
+                )
+            for k, point in enumerate(points):
+                turn = {} if quaternions is None else {"quaternion_xyzw": quaternions[k].tolist()}
+                frame = Frame(position=point.tolist(), parent=over.parent, **turn)
+                yield self._made(frame, (*where, "file"))
+        else:
+            for k, one in enumerate(over):
+                if isinstance(one, str) and one not in self.task.frames:
+                    raise self._unknown(one, (*where, k), list(self.task.frames))
+                yield one if isinstance(one, str) else self._made(one, (*where, k))
+
+    def _of_grid(self, name: str, where: Location) -> Iterator[str]:
+        grids = {key: one.grid for key, one in self.task.frames.items() if one.grid is not None}
+        grid = grids.get(name)
+        if grid is None:
+            raise self._unknown(name, where, list(grids))
+        counts = (*grid.counts, 1, 1)[:3]
+        pitches = (*grid.pitches, 0.0, 0.0)[:3]
+        steps = (step[::-1] for step in product(*map(range, counts[::-1])))
+        for k, step in enumerate(steps, start=1):
+            position = (np.multiply(step, pitches) + 0.0).tolist()
+            own = f"{name} {k}"
+            if own in self.task.frames:
+                raise self.places.error(
+                    ("frames", own), f"is the name of a place of the grid in {name!r}", "another"
+                )
+            self.frames[own] = Frame(position=position, parent=name)
+            self.origins["frames", own] = ("frames", name)
+            yield own
+
+    def _made(self, frame: Frame, origin: Location) -> str:
+        k = 1
+        while (name := f"{PLACE} {k}") in self.frames:
+            k += 1
+        self.frames[name] = frame
+        self.origins["frames", name] = origin
+        return name
+
+    def _unknown(self, name: str, where: Location, names: Sequence[str]) -> Exception:
+        if name in self.task.frames:
+            return self.places.error(
+                where,
+                f"frame {name!r} has no grid",
+                "grid: {counts, pitches} in that frame, or a list of frames",
+            )
+        found = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
+        return self.places.error(where, found, did_you_mean(name, names) if names else "")

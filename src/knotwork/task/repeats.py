@@ -1,0 +1,77 @@
+"""Waypoints that are repeated over places."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, Tag
+
+from knotwork.documents import Text
+from knotwork.documents.values import Items, by_kind
+from knotwork.task.part import TaskPart
+from knotwork.task.poses import Frame
+from knotwork.task.scene import HeldObject
+from knotwork.task.waypoints import (
+    KINDS,
+    JointWaypoint,
+    PathWaypoint,
+    PoseWaypoint,
+    Waypoint,
+    by_key,
+)
+
+
+class PlacesFile(TaskPart):
+    """Places in a CSV file."""
+
+    file: Text = Field(
+        description="Path of a CSV file, relative to this one, with the columns x, y, z, and qx, "
+        "qy, qz, qw for orientations; its numbers are in this file's unit of length"
+    )
+    parent: Text = Field(
+        default="base",
+        validation_alias="in",
+        serialization_alias="in",
+        description="base or the name of a frame",
+    )
+
+
+class Repeat(TaskPart):
+    """Waypoints that are repeated over places: a turn at each place."""
+
+    over: Annotated[
+        Annotated[Text, Tag("text")]
+        | Annotated[PlacesFile, Tag("mapping")]
+        | Annotated[
+            Annotated[
+                Items[
+                    Annotated[
+                        Annotated[Text, Tag("text")] | Annotated[Frame, Tag("mapping")],
+                        by_kind("the name of a frame, or a mapping with a position"),
+                    ]
+                ],
+                Field(min_length=1),
+            ],
+            Tag("list"),
+        ],
+        by_kind("the name of a frame with a grid, a list of frames and places, or a file"),
+    ] = Field(
+        description="Its places: a frame with a grid, a list of names of frames and of places, or "
+        "a CSV file; in the block, the frame place is the one of the turn"
+    )
+    holds: dict[Text, HeldObject] = Field(
+        default_factory=dict,
+        description="Objects that the tool takes along in each turn, as holds of the tool",
+    )
+    repeat: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
+        description="The waypoints of a turn; their names, and those of its objects, get its number"
+    )
+
+
+Step = Annotated[
+    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
+    | Annotated[PathWaypoint, Tag("PathWaypoint")]
+    | Annotated[JointWaypoint, Tag("JointWaypoint")]
+    | Annotated[Repeat, Tag("Repeat")],
+    by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, or with repeat"),
+]

@@ -1,0 +1,90 @@
+"""What a scene stands on where joints move the base frame: the joints from the cell to that frame.
+
+All of a scene is in the axes of the base then. Joints that undo those on the way from the base to
+what stands still come first, and carry it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree, place_joints, serial
+from knotwork.view.drawn_joints import drawn_joint
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Footing:
+    """Joints before those of a robot; none where its base frame stands.
+
+    Attributes:
+        robot: The robot.
+        joints: As the page has them.
+        columns: Which joint positions of the robot they follow, shape (m,); the last one stays
+            at 0.
+    """
+
+    robot: Robot
+    joints: list[dict[str, Any]]
+    columns: Sequence[int]
+
+    @property
+    def count(self) -> int:
+        """Number of these joints."""
+        return len(self.joints)
+
+    def below(self, joints: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """These joints, and others that they carry."""
+        return [*self.joints, *({**one, "parent": one["parent"] + self.count} for one in joints)]
+
+    def carrying(self, things: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """Things or labels, with these joints below those that carry them."""
+        if not self.joints:
+            return [dict(one) for one in things]
+        return [{**one, "carrier": one.get("carrier", 0) + self.count} for one in things]
+
+    def positions(self, q: FloatArray) -> FloatArray:
+        """Positions of these joints, then those of the robot's and others, shape (k, m + d)."""
+        if not self.joints:
+            return q
+        return np.hstack((q[:, list(self.columns)], np.zeros((len(q), 1)), q))
+
+    def in_cell(self, q: FloatArray, points: FloatArray) -> FloatArray:
+        """Points in the axes of what stands still.
+
+        Args:
+            q: Joint positions [rad or m], shape (k, d).
+            points: In the axes of the base [m], shape (k, n, 3).
+        """
+        if not self.joints:
+            return points
+        frame = self.robot.model.frames[self.robot.frame_index(self.robot.standing_frame)]
+        rotation, origin = (x[:, frame.parentJoint] for x in place_joints(_tree(self.robot), q))
+        placed = frame.placement
+        shift = origin + rotation @ placed.translation
+        return np.asarray((points - shift[:, None]) @ (rotation @ placed.rotation))
+
+
+def footing(robot: Robot) -> Footing:
+    """What the scene of a robot stands on."""
+    if not robot.base_moves:
+        return Footing(robot, [], [])
+    tree = _tree(robot)
+    frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
+    way = tree.path(int(frame.parentJoint))[::-1]
+    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
+    placements = [frame.placement.inverse(), *steps]
+    axes = np.array([*(-tree.axis[i] for i in way), [0.0, 0.0, 1.0]])
+    chain = serial(placements, axes, [*(bool(tree.turns[i]) for i in way), True])
+    joints = [drawn_joint(chain, i, f"footing {i}") for i in range(1, len(chain.parent))]
+    return Footing(robot, joints, [tree.column[i] for i in way])
+
+
+def _tree(robot: Robot) -> Any:
+    return joint_tree(robot.model)

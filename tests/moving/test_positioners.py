@@ -1,0 +1,220 @@
+"""Poses on links that joints move, against plain Pinocchio and Coal: nothing is turned round."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import drawn
+import knotwork as kw
+from moving.moving_truth import links
+from moving.test_moving_things import check_pairs, refused
+from moving.test_shown import middles, placed, scene_of, times
+
+URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
+DOWN = {"rpy": [np.pi, 0, 0]}
+TILT = {
+    "carries": "cradle",
+    "turns": [0, 1, 0],
+    "range": [-0.6, 0.6],
+    "velocity": 1.0,
+    "position": [0.6, 0, 0.1],
+    "rpy": [0, 0, 0.2],
+}
+TURN = {"in": "cradle", "turns": [0, 0, 1], "position": [0, 0.02, 0.1], "velocity": 2.0}
+CELL = {
+    "urdf": URDF,
+    "external_axes": {"tilt": TILT, "plate": TURN},
+    "tool_frame": "tool0",
+    "collision": {"ignore": [["base_link", "upper_arm_link"], ["forearm_link", "wrist_2_link"]]},
+    "configurations": {
+        "home": {
+            **dict.fromkeys(("tilt", "plate"), 0.0),
+            **{
+                f"{name}_joint": value
+                for name, value in (
+                    ("shoulder_pan", 0.0),
+                    ("shoulder_lift", -1.6),
+                    ("elbow", 1.6),
+                    ("wrist_1", -1.6),
+                    ("wrist_2", -1.6),
+                    ("wrist_3", 0.0),
+                )
+            },
+        }
+    },
+}
+
+
+def on_table(**more: Any) -> dict[str, Any]:
+    """A task on a tilting table: a pose passed at speed, and a path."""
+
+    def pose(x: float, y: float, z: float) -> dict[str, Any]:
+        return {"position": [x, y, z], **DOWN}
+
+    return {
+        "robot": CELL,
+        "frames": {"part": {"on": "plate", "position": [0.05, 0, 0.02], "rpy": [0, 0, 0.3]}},
+        "frame": "part",
+        "start": "home",
+        "near": "home",
+        "prefer": {"plate": 0.3, "tilt": 0.5},
+        "waypoints": [
+            {"pose": pose(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
+            {"pose": pose(0, 0, 0.1), "after": 1, "stop": True},
+            {"along": "line", "pose": pose(0.12, 0.1, 0.1), "speed": 0.05, "stop": True},
+            {"joints": "home", "after": 3},
+        ],
+        **more,
+    }
+
+
+def part_and_tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.SE3]:
+    """The part and the tool in the cell, each from the joints that carry it."""
+    q = dict(zip(plan.space.joint_names, plan.trajectory.position(t), strict=True))
+    robot = plan.space.robot
+    assert robot is not None
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.array([q[name] for name in model.names[1:]]))
+
+    def at(xyz: list[float], rpy: tuple[float, float, float]) -> pin.SE3:
+        return pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(xyz))
+
+    cradle = at([0.6, 0, 0.1], (0, 0, 0.2)) * at([0, 0, 0], (0, q["tilt"], 0))
+    plate = cradle * at([0, 0.02, 0.1], (0, 0, q["plate"]))
+    return plate * at([0.05, 0, 0.02], (0, 0, 0.3)), data.oMf[model.getFrameId("tool0")].copy()
+
+
+def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
+    """Pose and velocity [m/s] of the tool as the part sees them, by differences."""
+    h = 1e-5
+    seen = [part.actInv(tool) for part, tool in (part_and_tool(plan, s) for s in (t - h, t, t + h))]
+    return seen[1], (seen[2].translation - seen[0].translation) / (2 * h)
+
+
+def test_poses_velocities_and_paths_are_those_in_the_part() -> None:
+    plan = kw.plan(on_table())
+    assert plan.report.ok, plan.report
+    assert plan.space.joint_names[:2] == ("plate", "tilt")
+    assert set(plan.trajectory.joint_names) >= {"plate", "tilt", "elbow_joint"}
+    moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
+    assert moved[:2].min() > 0.01
+    pose, velocity = relative(plan, 2.0)
+    assert pose.translation == pytest.approx([0, -0.1, 0.2], abs=1e-8)
+    assert velocity == pytest.approx([0, 0.05, -0.1], abs=1e-5)
+    motion = plan.scenario.paths[0].motion
+    along = np.array([0.12, 0.1, 0]) / np.hypot(0.12, 0.1)
+    for t in np.linspace(motion.start_time + 1e-4, motion.end_time - 1e-4, 40).tolist():
+        pose, velocity = relative(plan, t)
+        assert np.linalg.norm(np.cross(pose.translation - [0, 0, 0.1], along)) < 1e-4
+        assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 2e-3
+        if motion.start_time + 0.3 < t < motion.end_time - 0.3:
+            assert velocity @ along == pytest.approx(0.05, rel=0.01)
+    (speed,) = plan.report.select(quantity="path_speed")
+    assert speed.proof == "bounded"
+    (efforts,) = plan.report.select(quantity="efforts")
+    assert efforts.verdict == "warning"
+
+
+def test_a_motion_of_another_table_fails() -> None:
+    plan = kw.plan(on_table())
+    other = {**CELL, "external_axes": {"tilt": TILT, "plate": {**TURN, "position": [0, 0, 0.1]}}}
+    report = kw.check(plan.trajectory, kw.load_scenario(on_table(robot=other)))
+    assert {"position", "path_deviation"} <= {one.quantity for one in report.failures}
+
+
+@pytest.mark.parametrize("height", [0.05, 0.18])
+def test_objects_ride_with_the_part_or_stand_in_the_cell(height: float) -> None:
+    scene = {
+        "objects": {
+            "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, height]},
+            "post": {"box": [0.05, 0.05, 0.5], "position": [0.3, 0.35, 0.25]},
+        }
+    }
+    plan = kw.plan(on_table(scene=scene))
+    arm = [plan.space.joint_names.index(name) for name in kw.load_robot("ur5").joint_names]
+
+    class Arm:
+        """The six joints alone."""
+
+        start_time, end_time = plan.trajectory.start_time, plan.trajectory.end_time
+
+        @staticmethod
+        def position(t: float) -> np.ndarray:
+            return np.asarray(plan.trajectory.position(t)[arm])
+
+    def others(t: float) -> dict[str, Any]:
+        lump = part_and_tool(plan, t)[0] * pin.SE3(np.eye(3), np.array([0.1, -0.1, height]))
+        post = pin.SE3(np.eye(3), np.array([0.3, 0.35, 0.25]))
+        return {
+            "lump": [(coal.Box(0.05, 0.05, 0.1), lump)],
+            "post": [(coal.Box(0.05, 0.05, 0.5), post)],
+        }
+
+    moments = np.linspace(0.0, plan.trajectory.end_time, 150)
+    arms = links(Arm, pin.SE3.Identity())
+
+    def moving(t: float) -> dict[str, Any]:
+        return {name: placed for name, placed in arms(t).items() if name != "base_link"}
+
+    check_pairs(plan.report, moving, others, moments)
+    assert plan.report.select(name="base_link, lump")
+    assert not plan.report.select(name="base_link, post")
+
+
+def test_scenes_stand_in_the_cell() -> None:
+    scene = {
+        "objects": {
+            "lump": {"in": "part", "box": [0.05, 0.05, 0.1], "position": [0.1, -0.1, 0.05]},
+            "post": {"box": [0.05, 0.05, 0.5], "position": [0.3, 0.35, 0.25]},
+        }
+    }
+    plan = kw.plan(on_table(scene=scene))
+    shown = scene_of(plan)
+    time = times(shown)
+    for frame in (0, len(time) // 3, len(time) - 1):
+        part, tool = part_and_tool(plan, float(time[frame]))
+        lump, post = middles(shown, "objects", frame)
+        assert lump == pytest.approx(part.act(np.array([0.1, -0.1, 0.05])), abs=1e-5)
+        assert post == pytest.approx([0.3, 0.35, 0.25], abs=1e-5)
+        (path,) = middles(shown, "path asked for", frame)
+        assert path == pytest.approx(part.act(np.array([0.06, 0.05, 0.1])), abs=6e-3)
+        (tip,) = (one for one in shown["things"] if one["name"] == "tool")
+        points = drawn.vertices(tip["mesh"])
+        here = placed(shown, frame)[tip["carrier"]]
+        nearest = np.linalg.norm(
+            points @ here.rotation.T + here.translation - tool.translation, axis=1
+        )
+        assert nearest.min() < 5e-3
+    row = drawn.numbers(shown["arms"][0]["position"], "<f4", len(shown["joints"]))[0]
+    first = shown["first_joint"]
+    assert row[first : first + 8] == pytest.approx(plan.trajectory.position(0.0), abs=1e-6)
+
+
+def test_what_can_not_carry_poses_is_refused() -> None:
+    def on(frame: dict[str, Any], **more: Any) -> str:
+        return refused({**on_table(frames={"part": {"position": [0, 0, 0], **frame}}), **more})
+
+    assert "frames.part.on: " in on({"on": "plat"})
+    assert "did you mean 'plate'" in on({"on": "plat"})
+    assert "gives in and on; give one" in on({"on": "plate", "in": "other"})
+    assert "no joint moves tool frame 'tool0' relative to base frame 'tool0'" in on({"on": "tool0"})
+    mixed = on_table()
+    mixed["waypoints"][1]["frame"] = "base"
+    assert (
+        "is in frame 'base', in the base, and the poses before it are in frame 'part', on link"
+        in (refused(mixed))
+    )
+    axes = on_table()
+    axes["waypoints"][0]["velocity"]["in"] = "base"
+    assert "velocity.in: frame 'base' is in the base, and the pose on link 'plate'" in refused(axes)
+    floor = {"objects": {"floor": {"half_space": {"normal": [0, 0, 1], "offset": -0.1}}}}
+    assert "moves with frame 'base', seen from the poses" in refused(on_table(scene=floor))
+    robot = kw.load_robot(CELL).with_base("plate")
+    with pytest.raises(kw.errors.RobotError, match="efforts are not known where 'plate' moves"):
+        robot.torque(*np.zeros((3, 8)))

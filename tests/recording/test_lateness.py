@@ -1,0 +1,104 @@
+"""How late a log is over time, and tolerances that are given, against logs of known delays."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_logs import Samples, record, smooth, write
+
+import knotwork as kw
+from command_line import Command
+from knotwork.recording import aligned
+
+Clock = Callable[[np.ndarray], np.ndarray]
+
+
+def delayed(made: kw.Plan, clock: Clock, noise: float = 1e-4) -> Samples:
+    """A log that shows the plan at another time than its own; it begins 0.5 s before the plan."""
+    motion = made.trajectory
+    whole = record(motion, rate=100.0, after=3.0)
+    at = np.clip(clock(whole.time - 0.5), motion.start_time, motion.end_time)
+    q = motion.position(at)
+    q += np.random.default_rng(0).normal(0.0, noise, q.shape)
+    return Samples(whole.names, whole.time, q, whole.velocity)
+
+
+def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
+    """The arm stands still for a while, and is on time again later."""
+    return lambda t: np.where((t < at) | (t > again), t, np.maximum(at, t - lasts))
+
+
+@pytest.mark.parametrize(
+    ("scenario", "clock", "words"),
+    [
+        ("ur5_deburring", lambda t: t, ""),
+        ("ur5_deburring", paused(7, 0.4), "0.4 s late from 7 s on"),
+        ("ur5_deburring", paused(7, 0.4, 9), "up to 0.4 s late from 7 s to 8.6 s"),
+        ("ur5_deburring", lambda t: 0.95 * t, "up to 0.6 s late from 6.6 s on"),
+        ("panda_three_parts", paused(3, 0.4), "0.4 s late from 3 s on"),
+        ("panda_three_parts", paused(3, -0.4), "up to 0.4 s early from 3.3 s on"),
+        ("paper_case", paused(9, 1.4), "1.4 s late from 9 s on"),
+    ],
+)
+def test_when_a_log_gets_late_is_said(
+    tmp_path: Path, scenario: str, clock: Clock, words: str
+) -> None:
+    made = kw.plan(scenario)
+    file = write(tmp_path / "log.csv", delayed(made, clock))
+    found = aligned(smooth(file, made.trajectory), made.trajectory)
+    assert found.start == pytest.approx(0.5, abs=0.06 if "0.6" in words else 2e-3)
+    (late,) = (
+        re.sub(r"[\d.]+", lambda one: f"{round(float(one[0]), 1):g}", finding.message)
+        for finding in kw.recording.deviation_findings(found)
+        if finding.quantity == "lateness"
+    )
+    assert late == (words or "the log is on time")
+
+
+@pytest.mark.parametrize(
+    ("clock", "tolerances", "code", "words"),
+    [
+        (paused(20, 0), ["0.5mm", "0.1deg", "joints=0.1deg"], 0, "Tolerances (8)"),
+        (paused(20, 0), ["0.005mm"], 1, "tolerance 0.005 mm"),
+        (paused(7, 0.4), ["0.5mm"], 1, "late from 7"),
+        (paused(7, 0.4), ["0.5mm", "0.5s"], 0, "late from 7"),
+        (paused(7, 0.4), ["0.3s"], 1, "tolerance 0.3 s"),
+        (paused(7, 0.4), ["elbow_joint=0.1deg"], 1, "joint 'elbow_joint': off the plan by up to"),
+        (paused(20, 0), ["elbow=0.1deg"], 2, "did you mean 'elbow_joint'"),
+        *((paused(20, 0), [one], 2, "0.5mm, 0.1deg") for one in ("-1mm", "1", "1in", "nanmm")),
+    ],
+)
+def test_a_log_is_judged_by_given_tolerances(
+    knotwork: Command,
+    tmp_path: Path,
+    deburring: kw.Plan,
+    clock: Clock,
+    tolerances: list[str],
+    code: int,
+    words: str,
+) -> None:
+    deburring.save(tmp_path / "plan")
+    log = write(tmp_path / "log.csv", delayed(deburring, clock, 1e-5))
+    given = [part for one in tolerances for part in ("--tolerance", one)]
+    ran = knotwork("check", log, "--against", tmp_path / "plan", *given)
+    assert ran.code == code, ran.out
+    assert words in " ".join((ran.out + ran.err).split())
+    if code < 2:
+        rows = [line for line in ran.out.splitlines() if re.match(r"  [A-Z]", line)]
+        assert rows[0].startswith("  Against the plan")
+
+
+def test_tolerances_of_a_tool_need_a_robot(
+    knotwork: Command, tmp_path: Path, deburring: kw.Plan
+) -> None:
+    deburring.save(tmp_path / "plan")
+    (tmp_path / "plan" / "report.json").unlink()
+    log = write(tmp_path / "log.csv", delayed(deburring, paused(20, 0)))
+    line = ("check", log, "--against", tmp_path / "plan", "--tolerance")
+    assert "needs the robot" in knotwork(*line, "1mm").err
+    assert knotwork(*line, "joints=0.1deg").code == 0
+    assert knotwork("check", log, "-s", "ur5_deburring", "--tolerance", "1mm").code == 2

@@ -1,0 +1,254 @@
+"""Blocks of waypoints that are repeated over places, against the same task written out."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.errors import DocumentError
+from knotwork.task import Frame, Grid, HeldObject, Placement, Pose, PoseWaypoint, Repeat, Tool
+
+DOWN = [np.pi, 0, 0]
+BOX = {"from": "pick", "to": "put", "appears": "pick", "box": [0.2, 0.1, 0.1], "mass": 2.0}
+PITCHES = [0.22, -0.15, 0.11]
+
+
+def turn(frame: str, number: str = "") -> list[dict[str, Any]]:
+    """The waypoints of a turn."""
+    return [
+        {"name": f"pick{number}", "frame": "belt", "pose": at(0.05), "after": 3, "wait": 0.2},
+        {"name": f"over{number}", "frame": frame, "pose": at(0.2), "after": 3, "stop": True},
+        {"name": f"put{number}", "frame": frame, "pose": at(0.05), "after": 3, "wait": 0.2},
+    ]
+
+
+def at(z: float) -> dict[str, Any]:
+    return {"position": [0, 0, z], "rpy": DOWN}
+
+
+def palletising(over: Any = "pallet", **more: Any) -> dict[str, Any]:
+    """Boxes from a belt to a pallet."""
+    return {
+        "robot": "ur10",
+        "tool": {"frame": "tool0", "offset": {"position": [0, 0, 0.1]}},
+        "frames": {
+            "belt": {"position": [0.6, -0.4, 0.1]},
+            "pallet": {
+                "position": [0.3, 0.7, 0],
+                "grid": {"counts": [2, 1, 2], "pitches": PITCHES},
+            },
+        },
+        "scene": {
+            "objects": {
+                "floor": {
+                    "half_space": {"normal": [0, 0, 1]},
+                    "position": [0, 0, -1],
+                    "allow": ["box"],
+                }
+            }
+        },
+        "collisions": {"ignore": [["box", "wrist_3_link"]]},
+        "waypoints": [
+            {"name": "home", "frame": "belt", "pose": at(0.3)},
+            {"over": over, "holds": {"box": BOX | {"allow": ["box"]}}, "repeat": turn("place")},
+            {"name": "end", "frame": "belt", "pose": at(0.3), "after": 3},
+        ],
+    } | more
+
+
+def written_out() -> dict[str, Any]:
+    """The same, every turn by hand."""
+    task = palletising()
+    task["tool"]["holds"] = {}
+    names = [f"box {k + 1}" for k in range(4)]
+    steps = [(x, 0, z) for z, x in product(range(2), range(2))]
+    waypoints = []
+    for k, step in enumerate(steps, start=1):
+        place = {"in": "pallet", "position": [n * d for n, d in zip(step, PITCHES, strict=True)]}
+        task["frames"][f"spot {k}"] = place
+        waypoints += turn(f"spot {k}", f" {k}")
+        ends = {key: f"{BOX[key]} {k}" for key in ("from", "to", "appears")}
+        others = [name for name in names if name != f"box {k}"]
+        task["tool"]["holds"][f"box {k}"] = BOX | ends | {"allow": others}
+    task["scene"]["objects"]["floor"]["allow"] = names
+    task["collisions"]["ignore"] = [[name, "wrist_3_link"] for name in names]
+    task["waypoints"][1:2] = waypoints
+    return task
+
+
+def in_python() -> kw.Task:
+    """The same, in Python."""
+    given = palletising()
+    frames = {
+        "belt": Frame(position=[0.6, -0.4, 0.1]),
+        "pallet": Frame(position=[0.3, 0.7, 0], grid=Grid(counts=[2, 1, 2], pitches=PITCHES)),
+    }
+
+    def pose(name: str, frame: str, z: float, **more: Any) -> PoseWaypoint:
+        return PoseWaypoint(name=name, frame=frame, pose=Pose(position=[0, 0, z], rpy=DOWN), **more)
+
+    box = HeldObject(
+        take="pick", leave="put", appears="pick", box=[0.2, 0.1, 0.1], mass=2.0, allow=["box"]
+    )
+    turns = [
+        pose("pick", "belt", 0.05, after=3, wait=0.2),
+        pose("over", "place", 0.2, after=3, stop=True),
+        pose("put", "place", 0.05, after=3, wait=0.2),
+    ]
+    return kw.Task(
+        robot="ur10",
+        tool=Tool(frame="tool0", offset=Placement(position=[0, 0, 0.1])),
+        frames=frames,
+        scene=given["scene"],
+        collisions=given["collisions"],
+        waypoints=[
+            pose("home", "belt", 0.3),
+            Repeat(over="pallet", holds={"box": box}, repeat=turns),
+            pose("end", "belt", 0.3, after=3),
+        ],
+    )
+
+
+def coefficients(plan: kw.Plan) -> np.ndarray[Any, Any]:
+    return plan.trajectory.polynomial.c
+
+
+def test_a_repeat_is_its_turns_written_out(tmp_path: Path) -> None:
+    plan = kw.plan(palletising())
+    assert plan.report.ok, plan.report
+    names = [one.name for one in plan.scenario.waypoints]
+    assert names[1:5] == ["pick 1", "pick 1, after the wait", "over 1", "put 1"]
+    assert names[-2:] == ["put 4, after the wait", "end"]
+    task = in_python()
+    saved = task.save(tmp_path / "task.yaml")
+    for same in (written_out(), task, saved):
+        assert np.array_equal(coefficients(kw.plan(same)), coefficients(plan)), same
+    plain = kw.load_scenario(saved).task
+    assert plain.collisions.ignore == tuple((f"box {k}", "wrist_3_link") for k in range(1, 5))
+    assert plain.scene.objects["floor"].allow == ("box 1", "box 2", "box 3", "box 4")
+
+
+def test_a_frozen_repeat_gives_the_same_motion(tmp_path: Path) -> None:
+    file = kw.Task.load(palletising(["belt"])).save(tmp_path / "task.yaml")
+    text = (
+        file.read_text()
+        .replace("after: 3.0", "after: fastest")
+        .replace("stop: true", "velocity: free")
+    )
+    file.write_text(f"# one turn\n{text}")
+    plan = kw.plan(file, budget=20)
+    frozen = plan.freeze(tmp_path / "frozen.yaml")
+    assert frozen.read_text().startswith("# one turn")
+    assert np.array_equal(coefficients(kw.plan(frozen)), coefficients(plan))
+
+
+def test_places_are_frames_positions_or_a_file(tmp_path: Path) -> None:
+    spots = [[0.3, 0.7, 0.0], [0.52, 0.7, 0.0]]
+    (tmp_path / "spots.csv").write_text("x,y,z\n0.3,0.7,0\n0.52,0.7,0\n")
+    (tmp_path / "turned.csv").write_text("x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,1\n0.22,0,0,0,0,0,1\n")
+    frames = {name: {"position": spot} for name, spot in zip(("a", "b"), spots, strict=True)}
+    base = palletising()["frames"]
+    found = [
+        kw.load_scenario(palletising(over, frames=base | more))
+        for over, more in (
+            (["a", "b"], frames),
+            ([{"position": spots[0]}, "b"], frames),
+            (
+                [{"position": [0, 0, 0], "in": "pallet"}, {"position": [0.22, 0, 0], "in": "a"}],
+                frames,
+            ),
+            ({"file": str(tmp_path / "spots.csv")}, {}),
+            ({"file": str(tmp_path / "turned.csv"), "in": "pallet"}, {}),
+        )
+    ]
+    for scenario in found:
+        poses = [one.pose for one in scenario.waypoints if one.name in ("put 1", "put 2")]
+        for pose, spot in zip(poses, spots, strict=True):
+            np.testing.assert_allclose(pose.translation, np.add(spot, [0, 0, 0.05]), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "where", "words"),
+    [
+        ({"over": "belt"}, "waypoints[1].over", "frame 'belt' has no grid"),
+        ({"over": "palet"}, "waypoints[1].over", "did you mean 'pallet'"),
+        ({"over": ["belt", "bolt"]}, "waypoints[1].over[1]", "did you mean 'belt'"),
+        ({"over": []}, "waypoints[1].over", "is empty"),
+        ({"over": 24}, "waypoints[1].over", "the name of a frame with a grid"),
+        ({"over": {"file": "none.csv"}}, "waypoints[1].over.file", "there is no file none.csv"),
+        ({"repeat": []}, "waypoints[1].repeat", "is empty"),
+        ({"repeat": turn("plaice")}, "waypoints[1].repeat[1].frame", "mean 'place'"),
+        ({"holds": {"box": BOX | {"from": "pack"}}}, "waypoints[1].holds.box.from",
+         "no waypoint 'pack'"),
+        ({"holds": {"box": BOX | {"appears": "put"}}}, "waypoints[1].holds.box.appears",
+         "'put 1' is after 'pick 1'"),
+        ({"holds": {"box": BOX | {"mass": -1.0}}}, "waypoints[1].holds.box.mass", "at least 0"),
+        ({"until": 3}, "waypoints[1].until", "unknown key"),
+    ],
+)  # fmt: skip
+def test_faults_point_to_the_block(change: dict[str, Any], where: str, words: str) -> None:
+    task = palletising()
+    task["waypoints"][1] |= change
+    with pytest.raises(DocumentError) as caught:
+        kw.load_scenario(task)
+    problem = caught.value.problems[0]
+    assert problem.field == where
+    assert words in f"{problem.message} {problem.accepted}"
+
+
+@pytest.mark.parametrize(
+    ("grid", "words"),
+    [
+        ({"counts": [2, 0], "pitches": [1, 1]}, "frames.pallet.grid.counts[1]"),
+        ({"counts": [2, 2], "pitches": [1]}, "gives 2 counts and 1 pitches"),
+        ({"counts": [100, 100], "pitches": [1, 1]}, "more than 1000 places"),
+    ],
+)
+def test_faults_of_grids(grid: dict[str, Any], words: str) -> None:
+    task = palletising()
+    task["frames"]["pallet"]["grid"] = grid
+    with pytest.raises(DocumentError) as caught:
+        kw.load_scenario(task)
+    assert words in str(caught.value)
+
+
+def test_names_that_are_given_twice() -> None:
+    task = palletising()
+    block = task["waypoints"][1]
+    for change, words in (
+        ({"frames": task["frames"] | {"place": {"position": [0, 0, 0]}}}, "frames.place"),
+        ({"frames": task["frames"] | {"pallet 2": {"position": [0, 0, 0]}}}, "frames.pallet 2"),
+        ({"tool": task["tool"] | {"holds": {"box 2": BOX}}}, "'box 2' of turn 2 is held twice"),
+        ({"waypoints": [*task["waypoints"], block]}, "'box 1' of turn 1 is held twice"),
+        ({"waypoints": [*task["waypoints"], block | {"holds": {}}]}, "'pick 1' is the name of"),
+    ):
+        with pytest.raises(DocumentError) as caught:
+            kw.load_scenario(task | change)
+        assert words in str(caught.value)
+
+
+def test_an_error_lists_some_of_many_names() -> None:
+    task = palletising()
+    task["frames"]["pallet"]["grid"] = {"counts": [30], "pitches": [0.01]}
+    task["waypoints"][1]["holds"]["box"] = BOX | {"appears": "pick 31"}
+    with pytest.raises(DocumentError) as caught:
+        kw.load_scenario(task)
+    assert "(did you mean 'pick 3" in str(caught.value)
+    assert str(caught.value).endswith("and 112 more)")
+
+
+def test_an_error_has_the_line_of_the_block(tmp_path: Path) -> None:
+    file = kw.Task.load(palletising()).save(tmp_path / "task.yaml")
+    lines = file.read_text().splitlines()
+    line = next(i for i, text in enumerate(lines, start=1) if "from: pick" in text)
+    file.write_text(file.read_text().replace("from: pick", "from: pack"))
+    with pytest.raises(DocumentError) as caught:
+        kw.plan(file)
+    assert f"line {line}: waypoints[1].holds.box.from: there is no waypoint 'pack'" in str(
+        caught.value
+    )
