@@ -426,8 +426,16 @@ def test_a_velocity_that_is_chosen_is_refused_at_an_end_of_a_way() -> None:
     given = past(None, last)
     given["waypoints"][1] |= {"velocity": "free"}
     del given["waypoints"][1]["stop"]
-    with pytest.raises(InputError, match="velocity: free between two ways with the same"):
+    with pytest.raises(InputError, match="a way begins or ends here"):
         kw.plan(given)
+
+
+@pytest.mark.parametrize("more", [{"speed": "fastest"}, {"velocity": "free", "after": 2}])
+def test_what_ways_can_not_be_led_through_is_refused_with_what_they_can(
+    more: dict[str, Any],
+) -> None:
+    with pytest.raises(InputError, match="if both ways have the same options and no times"):
+        kw.plan(through(**more))
 
 
 def test_a_short_budget_gives_a_motion_that_is_proved() -> None:
