@@ -104,6 +104,7 @@ class WaypointReader:
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
+                where += self.carriers.then(i, times[i], self.length)
                 made = CartesianWaypoint(names[i], times[i], pose, twist, where, freedoms[i])
             waypoints.append(made)
             indices.append(i)
