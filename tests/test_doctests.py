@@ -80,7 +80,7 @@ OBVIOUS = {
 }
 # Plain data, by what gives or takes it, which has an example.
 PLAIN_DATA = {
-    "JointTrajectory": ("Continuity", "Jump", "Knots", "Samples"),
+    "JointTrajectory": ("Continuity", "Jump", "Knots", "Samples", "Segment"),
     "compare": ("Refusal", "Score"),
     "metrics.deviation.straight_path_deviation": ("PathDeviation",),
     "errors.DocumentError": ("Problem",),
@@ -92,6 +92,7 @@ PLAIN_DATA = {
     "interpolation.get_planner": ("Planner",),
     "scenario.joint_space.joint_space": ("JointSpace", "JointState"),
     "load_scenario": (
+        "AskedEvent",
         "AskedTiming",
         "CollisionRules",
         "FreeWay",
@@ -107,6 +108,7 @@ PLAIN_DATA = {
         "ToolPlacement",
     ),
     "Task": (
+        "Action",
         "AlongArc",
         "AlongPoints",
         "Arc",
@@ -120,6 +122,7 @@ PLAIN_DATA = {
         "Euler",
         "Fastest",
         "FreePose",
+        "FreePosition",
         "Frame",
         "FrameMotion",
         "FrameSpeed",

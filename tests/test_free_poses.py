@@ -350,12 +350,16 @@ def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> 
 
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
-    ("nothing", {}, "free.turn"),
-    ("a word", "turn", "must be a mapping with turn and tilt, or none"),
+    ("nothing", {}, "leaves nothing open; accepted: turn, turn and tilt, or position"),
+    ("a word", "turn", "must be a mapping with turn, tilt or position, or none"),
     ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
     ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
     ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),
-    ("a tilt alone", {"tilt": 10}, "free.turn"),
+    ("a tilt alone", {"tilt": 10}, "tilt is given without a turn; accepted: turn: z with it"),
+    ("a box of nothing", {"position": {}}, "position leaves nothing open"),
+    ("a box upside down", {"position": {"x": [5, -5]}}, "lower limit 5 must be less than"),
+    ("a box beside", {"position": {"x": [5, 10]}}, "[5, 10] mm (places from the pose"),
+    ("about another axis", {"position": {"w": [-5, 5]}}, "free.position.w"),
     ("a tilt with a range", {"turn": [-90, 90], "tilt": 10}, "given together with a range"),
     ("lying down", {"turn": "z", "tilt": 90}, "an angle below a quarter of a turn, 90"),
     ("no tilt", {"turn": "z", "tilt": 0}, "free.tilt"),
@@ -372,6 +376,42 @@ def test_a_wrong_freedom_is_refused(free: Any, message: str) -> None:
     with pytest.raises(kw.InputError, match=r"waypoints\[0\]") as error:
         kw.load_scenario(task)
     assert message in str(error.value)
+
+
+BOX = {"position": {"x": [-60, 60], "z": [-20, 0]}}
+
+
+def pick(free: Any) -> dict[str, Any]:
+    """A pick with the tool down: its x axis is that of the base, y and z are turned round."""
+    task = arch()
+    del task["waypoints"][1]
+    task["waypoints"][0] |= {"stop": True, "free": free}
+    return task
+
+
+@pytest.mark.parametrize("free", [BOX, BOX | TURN, BOX | {"turn": "z", "tilt": 15}])
+def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
+    plans = [kw.plan(pick(one)) for one in (free, "none")]
+    assert all(plan.report.ok for plan in plans)
+    far = [np.linalg.norm(p.trajectory.position(3.0) - p.trajectory.position(0.0)) for p in plans]
+    assert far[0] < far[1]
+    (pose,) = tool_poses(plans[0], np.array([3.0]))
+    x, y, z = 1e3 * (pose.translation - [0.4, -0.15, 0.2])
+    assert -60.001 < x < 60.001
+    assert abs(y) < 1e-3
+    assert -0.001 < z < 20.001  # the tool's z axis points down
+    moved = pick(free)
+    moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
+    (failed,) = checked(plans[0].trajectory, moved).failures
+    assert (failed.quantity, failed.value) == ("position", pytest.approx(5e-3, abs=1e-6))
+
+
+def test_a_position_is_free_only_where_the_tool_stops() -> None:
+    task = passing(BOX)
+    with pytest.raises(kw.InputError, match=r"waypoints\[0\]\.free.*open where the tool moves"):
+        kw.load_scenario(task)
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*open along a path"):
+        kw.load_scenario(with_stops(arch(BOX)))
 
 
 def test_what_is_not_supported_is_refused() -> None:

@@ -229,7 +229,11 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         },
         "limits": {"acceleration": 5.0, "margin": 0.9},
         "waypoints": [
-            {"pose": POSE, "near": "home"},
+            {
+                "pose": POSE,
+                "near": "home",
+                "free": {"position": {key: [-0.1, 0.1] for key in "xyz"}},
+            },
             {"after": {"fastest": True, "at_least": 0.5}, "pose": AHEAD, "velocity": "free"},
             {"pose": TURNED, "speed": {"at_most": 0.5}},
             {"after": "fastest", "pose": POSE},

@@ -45,6 +45,7 @@ TITLES = {
     "Action": "do",
     "Fastest": "after: fastest",
     "FreePose": "free",
+    "FreePosition": "free: position",
     "AtMost": "speed: at_most",
     "ClearWay": "way: clear",
     "Pose": "pose",

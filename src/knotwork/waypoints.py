@@ -135,18 +135,25 @@ class ReadOnlyArrays:
 
 @dataclass(frozen=True)
 class PoseFreedom:
-    """What a pose leaves open: the tool may turn about its own z axis, and that axis may tilt.
+    """What a pose leaves open: a turn of the tool about its z axis, a tilt of that axis, its place.
 
     Attributes:
         turn: Least and greatest turn from the pose [rad]; infinite where any will do.
         tilt: Greatest angle between the axis and that of the pose [rad].
+        box: Least and greatest place along each axis of the pose [m].
 
     >>> kw.waypoints.PoseFreedom((-1.5, 1.5)).tilt
     0.0
     """
 
-    turn: tuple[float, float]
+    turn: tuple[float, float] = (0.0, 0.0)
     tilt: float = 0.0
+    box: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * 3
+
+    @property
+    def moves(self) -> bool:
+        """Whether the place is open."""
+        return any(low < high for low, high in self.box)
 
 
 @dataclass(frozen=True, eq=False)

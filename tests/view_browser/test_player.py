@@ -159,6 +159,8 @@ def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
     assert press(scene, "Shift") == pytest.approx(0.5 * end, abs=0.02)
     assert "mm/s" in scene.inner_text("#tip")
     assert "% of a limit" in scene.inner_text("#tip")
+    (segment,) = (one for one in plan.segments if one.start <= 0.5 * end < one.end)
+    assert segment.name in scene.inner_text("#tip")
     scene.evaluate("document.getElementById('joints').open = true")
     time = press(scene, "Shift")
     shown = scene.locator("#joint-rows .value").all_inner_texts()

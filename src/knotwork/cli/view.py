@@ -24,13 +24,17 @@ from knotwork.cli.sources import Motion, checked, print_failures, read_motions, 
 from knotwork.cli.terminal import echo, offer
 from knotwork.documents import resources
 from knotwork.errors import InputError
+from knotwork.pipeline import plan
 from knotwork.robot import Robot, load_robot
+from knotwork.sweeps.folder import is_study
 from knotwork.sweeps.named_files import named_files
 from knotwork.trajectory import JointTrajectory
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import LiveServer, PageServer
 from knotwork.view.picture_files import checked_page_path
 from knotwork.view.show import scene_of, scene_of_trajectory
+from knotwork.view.side_by_side import side_by_side
+from knotwork.view.study_map import MapServer
 
 Made = Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]]
 """The scene of a motion and the motion, from those that were made before the source changed."""
@@ -47,6 +51,11 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 @click.command(epilog=_EPILOG)
 @html_option()
 @click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show with it.")
+@click.option(
+    "--beside",
+    metavar="OTHER",
+    help="Show another scenario's motion next to it, with one clock and their difference.",
+)
 @click.option("--no-ghosts", is_flag=True, help="Hide translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",
@@ -72,6 +81,7 @@ def view(
     source: str,
     out: Path | None,
     compare: list[str] | None,
+    beside: str | None,
     options: PlanOptions,
     no_ghosts: bool,
     no_open: bool,
@@ -86,7 +96,8 @@ def view(
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
     TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder, or another tool's
-    CSV, JSON or ROS 2 YAML.
+    CSV, JSON or ROS 2 YAML. The folder of a study, as `knotwork sweep` writes it, is shown as a
+    map: a click on a row shows its motion, or why there is none.
 
     The page shows the tool's path, coloured by its speed, the waypoints with their velocities, the
     rebuilt knots, and failures of the check in red. The page is served to this machine alone
@@ -99,7 +110,7 @@ def view(
         refuse(served, "--html writes a file")
     if meshcat is not None:
         given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
-        refuse(given, "--meshcat plays in Meshcat's own page")
+        refuse({**given, "--beside": beside}, "--meshcat plays in Meshcat's own page")
         shown = read_motions(source, reference, options, log=log)
         print_failures(shown)
         if not checked(shown[:1]):
@@ -117,15 +128,50 @@ def view(
         print_failures(shown)
         return _scene(source, shown, arm, before), shown[0]
 
+    if is_study(source):
+        options_given = {"--html": out, "--watch": watch or None, "--compare": compare}
+        refuse(
+            {**options_given, "--beside": beside},
+            f"{source} is the folder of a study, whose map is served",
+        )
+        return _map(source, port, no_open)
+    if beside is not None:
+        refuse({"--watch": watch or None, "--compare": compare}, "--beside shows two motions")
+        return _show(_beside(source, beside, reference, options), out, port, no_open)
     if watch:
         return _watch(source, reference, made, port, no_open, not no_ghosts)
-    page = scene_page(made(None, None)[0], ghosts=not no_ghosts)
+    return _show(scene_page(made(None, None)[0], ghosts=not no_ghosts), out, port, no_open)
+
+
+def _map(source: str, port: int | None, no_open: bool) -> int:
+    """Serve the map of a study."""
+    from knotwork.sweeps import Study
+
+    study = Study.open(source)
+
+    def page_of(row: int) -> Page:
+        return scene_page(scene_of(plan(study.scenario(row))), ghosts=False)
+
+    return _serve(MapServer(study, page_of, port or 0), study.name, no_open)
+
+
+def _beside(source: str, other: str, reference: str | None, options: PlanOptions) -> Page:
+    """The page of two motions."""
+    shown = checked([read_motions(one, reference, options)[0] for one in (source, other)])
+    if len(shown) < 2:
+        raise InputError("two motions with their tasks are shown side by side: give --scenario")
+    names = [one.scenario.name for one in shown]
+    return side_by_side(shown, names if names[0] != names[1] else [source, other])
+
+
+def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> int:
+    """Write a page, or serve it."""
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     if out is not None:
         echo(f"wrote {page.save(out)}")
         return PASSED
-    return _serve(page, port, no_open)
+    return _serve(PageServer(page.html, port or 0), page.title, no_open)
 
 
 def _scene(
@@ -183,9 +229,9 @@ def source_files(motion: Any) -> list[Path]:
     return [path for path in (source, *known, *named.values()) if path is not None]
 
 
-def _serve(page: Page, port: int | None, no_open: bool) -> int:
-    with PageServer(page.html, port or 0) as server:
-        offer(server.address, f"showing {page.title} at {server.address}", no_open)
+def _serve(serving: PageServer, title: str, no_open: bool) -> int:
+    with serving as server:
+        offer(server.address, f"showing {title} at {server.address}", no_open)
         try:
             server.serve_forever(poll_interval=0.1)
         except KeyboardInterrupt:

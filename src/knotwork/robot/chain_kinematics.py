@@ -16,7 +16,10 @@ from knotwork.robot.payload import Payload
 from knotwork.waypoints import FloatArray, read_only
 
 _TCP = "knotwork: tool centre point"
-_TURNS = {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ}
+_VIRTUAL = {
+    "rad": {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ},
+    "m": {"x": pin.JointModelPX, "y": pin.JointModelPY, "z": pin.JointModelPZ},
+}
 
 
 class ChainKinematics:
@@ -50,7 +53,9 @@ class ChainKinematics:
                 body = pin.Inertia(one.mass, one.centre_of_mass, one.inertia)
                 model.appendBodyToJoint(carrier, body, axes)
             for joint in virtual:
-                carrier = model.addJoint(carrier, _TURNS[joint.axis](), placement, joint.name)
+                carrier = model.addJoint(
+                    carrier, _VIRTUAL[joint.unit][joint.axis](), placement, joint.name
+                )
                 placement = pin.SE3.Identity()
             frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)

@@ -21,8 +21,10 @@ class VirtualJoint:
 
     Attributes:
         name: For messages.
-        axis: That it turns about: `"x"`, `"y"` or `"z"` of the TCP, as the joints before leave it.
-        lower, upper: Limits of its position [rad], which may be infinite.
+        axis: That it turns about or slides along: `"x"`, `"y"` or `"z"` of the TCP, as the joints
+            before leave it.
+        lower, upper: Limits of its position [rad or m], which may be infinite.
+        unit: `"rad"`, or `"m"` if it slides.
         ease: How much easier than others it moves in the least norm of joint velocities.
     """
 
@@ -30,6 +32,7 @@ class VirtualJoint:
     axis: str
     lower: float
     upper: float
+    unit: str = "rad"
     ease: float = 30.0
 
 

@@ -107,7 +107,7 @@ class Robot(ChainKinematics):
         extra = self.virtual_joints = given.virtual
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
         self.joint_names += tuple(one.name for one in extra)
-        self.joint_units += ("rad",) * len(extra)
+        self.joint_units += tuple(one.unit for one in extra)
         weights = [given.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = read_only(weights, (self.dof,), "weights")
         self.configurations = MappingProxyType(

@@ -3,6 +3,7 @@
 from knotwork.scenario.free_times import FreeTimes, FreeWay
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
+    AskedEvent,
     JointTarget,
     JointValues,
     Scenario,
@@ -25,6 +26,7 @@ from knotwork.scenario.scene_model import (
 
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
+    "AskedEvent",
     "AskedTiming",
     "CollisionRules",
     "FreeTimes",

@@ -63,8 +63,23 @@ def _read(given: FreePose, places: Places, location: Location, file: PlainTask) 
             f"is {given.tilt / unit:.6g} {file.units.angle}",
             f"an angle below a quarter of a turn, {0.5 * math.pi / unit:.6g}",
         )
+    ranges = (
+        [] if given.position is None else [given.position.x, given.position.y, given.position.z]
+    )
+    for axis, own in zip("xyz", ranges, strict=False):
+        if own is not None and not own[0] <= 0.0 <= own[1]:
+            length = si_factors(file.units)[0]
+            raise places.error(
+                (*location, "position", axis),
+                f"is [{own[0] / length:g}, {own[1] / length:g}] {file.units.length}",
+                "places from the pose: a least one up to 0, and a greatest one from 0",
+            )
+    box = tuple((0.0, 0.0) if own is None else (own[0], own[1]) for own in ranges)
+    box = box or PoseFreedom.box
+    if given.turn is None:
+        return PoseFreedom(box=box)
     if given.turn == "z":
-        return PoseFreedom((-math.inf, math.inf), given.tilt or 0.0)
+        return PoseFreedom((-math.inf, math.inf), given.tilt or 0.0, box)
     if given.tilt is not None:
         raise places.error(
             (*location, "tilt"), "is given together with a range of turns", "tilt with turn: z"
@@ -78,7 +93,7 @@ def _read(given: FreePose, places: Places, location: Location, file: PlainTask) 
             f"turns from the pose: a least one from -{half} to 0, and a greatest one from 0 to "
             f"{half}; or z, for any turn",
         )
-    return PoseFreedom((low, high))
+    return PoseFreedom((low, high), box=box)
 
 
 def freedom_of(
@@ -93,10 +108,17 @@ def freedom_of(
         places: Of the file, for errors.
 
     Raises:
-        DocumentError: It is not the same all along, the path begins free and goes on fixed, or
-            the speed is chosen.
+        DocumentError: It is not the same all along, leaves the position open, the path begins free
+            and goes on fixed, or the speed is chosen.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
+    for i, one in enumerate(own, path.first + 1):
+        if one is not None and one.moves:
+            raise places.error(
+                ("waypoints", i, "free"),
+                "leaves the position open along a path, which says where the tool is",
+                "position at poses where the tool stops",
+            )
     for i, one in enumerate(own, path.first + 1):
         if one != own[0]:
             raise places.error(

@@ -105,7 +105,14 @@ class WaypointReader:
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
                 where += self.carriers.then(i, times[i], self.length)
-                made = CartesianWaypoint(names[i], times[i], pose, twist, where, freedoms[i])
+                open_here = freedoms[i]
+                if open_here is not None and open_here.moves and twist.vector.any():
+                    raise self.places.error(
+                        ("waypoints", i, "free"),
+                        "leaves the position open where the tool moves",
+                        "position where it stops: stop: true",
+                    )
+                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here)
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:

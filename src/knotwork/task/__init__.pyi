@@ -4,6 +4,7 @@ from .freedoms import ChosenMotion as ChosenMotion
 from .freedoms import ClearWay as ClearWay
 from .freedoms import Fastest as Fastest
 from .freedoms import FreePose as FreePose
+from .freedoms import FreePosition as FreePosition
 from .freedoms import Weights as Weights
 from .masses import Inertia as Inertia
 from .options import Balanced as Balanced

@@ -79,6 +79,8 @@ class Action(TaskPart):
                 f"{found}; give one of a signal ({{gripper: close}}), output and wait, with at, "
                 "after or before if it is not at the waypoint; for more, give a list"
             )
+        if "" in self.signals:
+            raise ValueError("gives a signal without a name; give it one, as in {gripper: close}")
         if (self.output is None) != (self.value is None):
             raise ValueError("needs output and value together, as in {output: 3, value: true}")
         if self.wait is not None and {"at", "after", "before"} & self.model_fields_set:

@@ -48,24 +48,50 @@ Speed = Annotated[
 ]
 
 
-class FreePose(TaskPart):
-    """What a pose leaves open. Where and how fast the tool is stays as given."""
+class FreePosition(TaskPart):
+    """A box for the tool in the axes of the pose; along axes left out it stays where it is."""
 
-    turn: Annotated[
-        Annotated[Literal["z"], Tag("text")] | Annotated[Interval, Tag("list")],
-        by_kind("z, or a list of two angles, the least and the greatest", ["z"]),
-    ] = Field(
+    x: Interval | None = Field(default=None, description="Least and greatest place [length]")
+    y: Interval | None = Field(default=None, description="Least and greatest place [length]")
+    z: Interval | None = Field(default=None, description="Least and greatest place [length]")
+
+
+class FreePose(TaskPart):
+    """What a pose leaves open. All else, and how fast the tool is, stays as given."""
+
+    turn: (
+        Annotated[
+            Annotated[Literal["z"], Tag("text")] | Annotated[Interval, Tag("list")],
+            by_kind("z, or a list of two angles, the least and the greatest", ["z"]),
+        ]
+        | None
+    ) = Field(
+        default=None,
         description="The tool may turn about its z axis: z, however far; or the least and the "
-        "greatest turn from the pose [angle]"
+        "greatest turn from the pose [angle]",
     )
     tilt: Positive | None = Field(
         default=None, description="The z axis may be this far from that of the pose [angle]"
     )
+    position: FreePosition | None = Field(
+        default=None, description="Where the tool stops it may be anywhere in a box"
+    )
+
+    @model_validator(mode="after")
+    def _something(self) -> FreePose:
+        box = self.position
+        if box is not None and (box.x, box.y, box.z) == (None, None, None):
+            raise ValueError("position leaves nothing open; accepted: x, y or z, a range each")
+        if self.tilt is not None and self.turn is None:
+            raise ValueError("tilt is given without a turn; accepted: turn: z with it")
+        if self.turn is None and box is None:
+            raise ValueError("leaves nothing open; accepted: turn, turn and tilt, or position")
+        return self
 
 
 Free = Annotated[
     Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
-    by_kind("a mapping with turn and tilt, or none", ["none"]),
+    by_kind("a mapping with turn, tilt or position, or none", ["none"]),
 ]
 
 

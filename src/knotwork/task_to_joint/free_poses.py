@@ -6,7 +6,7 @@ nothing open the virtual joint is at 0, and it is dropped from what is found.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from knotwork.robot.description import VirtualJoint
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.task_to_joint.solution import TaskSolution
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -49,14 +49,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             branches=(),
             where=free.where,
         )
-    least, greatest = free.freedom.turn
-    # virtual joints lead from the tool to the pose, a turn that is free the other way
-    joints = [VirtualJoint("free turn", "z", -greatest, -least)]
-    if free.freedom.tilt:
-        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
-        most = free.freedom.tilt / np.sqrt(2.0)
-        tilts = (VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy")
-        joints = [*tilts, *joints]
+    joints = _virtual_joints(free.freedom)
     chain, count = robot.with_virtual_joints(*joints), len(joints)
     return replace(
         space,
@@ -74,9 +67,25 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             for one in space.targets
         ),
         near=None if space.near is None else longer(space.near, count),
-        solutions=_solutions(scenario, space.solutions, robot, count),
+        solutions=_solutions(scenario, space.solutions, robot, joints),
         chosen=None,
     )
+
+
+def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
+    """From the tool to the pose: what is free goes the other way. Slides are along its axes."""
+    joints = []
+    if free.tilt:
+        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
+        most = free.tilt / np.sqrt(2.0)
+        joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
+    least, greatest = free.turn
+    if least < greatest:
+        joints.append(VirtualJoint("free turn", "z", -greatest, -least))
+    for k, (low, high) in zip("xyz", free.box, strict=True):
+        if low < high:
+            joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
+    return joints
 
 
 def longer(values: FloatArray, count: int) -> FloatArray:
@@ -85,22 +94,30 @@ def longer(values: FloatArray, count: int) -> FloatArray:
 
 
 def _solutions(
-    scenario: Scenario, given: Mapping[int, FloatArray], robot: Robot, count: int
+    scenario: Scenario,
+    given: Mapping[int, FloatArray],
+    robot: Robot,
+    joints: Sequence[VirtualJoint],
 ) -> dict[int, FloatArray]:
-    """Joint positions to be near at waypoints, with the turn that is left to each pose."""
-    found = {}
+    """Joint positions to be near at waypoints, with what is left to each pose."""
+    found, count = {}, len(joints)
     for i, q in given.items():
         waypoint, found[i] = scenario.waypoints[i], longer(q, count)
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            found[i][-count:] = _angles(robot.forward(q), waypoint.pose)[-count:]
+            left = _left(robot.forward(q), waypoint.pose)
+            found[i][-count:] = [left[one.unit, one.axis] for one in joints]
     return found
 
 
-def _angles(tool: pin.SE3, pose: pin.SE3) -> tuple[float, float, float]:
-    """Turns about x, y, z, in this order, that take a tool to the orientation of a pose [rad]."""
+def _left(tool: pin.SE3, pose: pin.SE3) -> dict[tuple[str, str], float]:
+    """What takes a tool to a pose: turns about x, y, z in this order [rad], then slides [m]."""
     R = tool.rotation.T @ pose.rotation
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
-    return float(x), float(y), float(np.arctan2(-R[0, 1], R[0, 0]))
+    turns = x, y, np.arctan2(-R[0, 1], R[0, 0])
+    slides = pose.rotation.T @ (pose.translation - tool.translation)
+    return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {
+        ("m", k): float(v) for k, v in zip("xyz", slides, strict=True)
+    }
 
 
 def pinned(candidates: Candidates, chain: Robot) -> Candidates:

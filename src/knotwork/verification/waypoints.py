@@ -124,16 +124,19 @@ def _tool_findings(
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation = waypoint.rotation
     turn, spin = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation))), twist.angular
+    off: float | None = None
     if waypoint.freedom is not None:
         turn = _beyond(waypoint.freedom, rotation, pose.rotation)
-    if moving is not None:
+        place = rotation.T @ (pose.translation - waypoint.position)
+        off = float(np.linalg.norm(place - np.clip(place, *np.transpose(waypoint.freedom.box))))
+    if moving is not None and moving.turn[0] < moving.turn[1]:
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
         if moving.tilt:
             spin = waypoint.angular  # an axis that may tilt may do so at any speed
     asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
     rows = (
-        ("position", waypoint.position, pose.translation, None, "m"),
+        ("position", waypoint.position, pose.translation, off, "m"),
         ("orientation", asked, found if asked @ found >= 0 else -found, turn, "rad"),
         ("linear_velocity", waypoint.linear, twist.linear, None, "m/s"),
         ("angular_velocity", waypoint.angular, spin, None, "rad/s"),

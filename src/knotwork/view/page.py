@@ -24,7 +24,7 @@ ASSETS = Path(__file__).parent / "assets"
 # One script on the page, from these files in `assets/scene/`; each may use those before it.
 SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "strip"),
-    *("joints", "live", "scene"),
+    *("joints", "video", "live", "scene"),
 )
 # And where a task is edited
 EDITING = ("gizmo", "form", "edit")

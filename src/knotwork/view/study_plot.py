@@ -86,7 +86,7 @@ class _Places:
             label.set(rotation=35, ha="right", rotation_mode="anchor")
 
 
-class _Drawn:
+class DrawnStudy:
     """A study as its pictures need it.
 
     Attributes:
@@ -183,7 +183,7 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     Raises:
         InputError: There are no rows, or a figure is unknown or in none of them.
     """
-    drawn = _Drawn(study)
+    drawn = DrawnStudy(study)
     if not len(drawn.kinds):
         raise InputError("there are no rows to draw yet")
     for name in figures or ():
@@ -199,7 +199,7 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     return figure
 
 
-def _draw_columns(study: _Drawn, names: Sequence[str]) -> Figure:
+def _draw_columns(study: DrawnStudy, names: Sequence[str]) -> Figure:
     """Draw a column for each value: the verdict as dots, and below it a panel for each figure.
 
     Over several values the dots of the rows that pass are above the others.
@@ -235,7 +235,7 @@ def _draw_columns(study: _Drawn, names: Sequence[str]) -> Figure:
     return figure
 
 
-def _draw_map(study: _Drawn, names: Sequence[str]) -> Figure:
+def _draw_map(study: DrawnStudy, names: Sequence[str]) -> Figure:
     """Draw verdict and figures side by side over two values."""
     x, y = sorted(study.varied, key=lambda one: one.words)  # names have more space upright
     # a verdict that is the same everywhere is in the heading

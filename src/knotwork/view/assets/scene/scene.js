@@ -16,6 +16,7 @@ async function showScene(data, options) {
   };
   tick();
   offer(viewer, player, camera);
+  if (!options.embedded) offerVideo(viewer, player);
   await ready;
   viewer.render();
   document.documentElement.dataset.ready = "true";

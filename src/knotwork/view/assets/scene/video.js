@@ -1,0 +1,31 @@
+// A video of the motion, from its start to its end, as it is shown: for slides and messages.
+
+function offerVideo(viewer, player) {
+  const canvas = viewer.renderer.domElement;
+  const kind = ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((one) => window.MediaRecorder?.isTypeSupported(one));
+  if (!kind || !canvas.captureStream) return;
+  const button = Object.assign(document.createElement("button"), { id: "video", type: "button", textContent: "video" });
+  button.title = "record the motion from start to end, at the speed chosen, and download it";
+  byId("shown").append(button);
+  button.addEventListener("click", () => {
+    const [loops, chunks] = [player.loops, []];
+    const recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: kind, videoBitsPerSecond: 8e6 });
+    recorder.ondataavailable = ({ data }) => chunks.push(data);
+    recorder.onstop = () => {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob(chunks, { type: kind }));
+      link.download = `${document.title.split(" · ")[0]}.${kind.includes("webm") ? "webm" : "mp4"}`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+      Object.assign(button, { disabled: false, textContent: "video" });
+      player.loop(loops);
+    };
+    Object.assign(button, { disabled: true, textContent: "recording …" });
+    player.loop(false);
+    player.seek(0);
+    recorder.start();
+    player.toggle();
+    const wait = () => (player.running ? requestAnimationFrame(wait) : setTimeout(() => recorder.stop(), 300));
+    requestAnimationFrame(wait);
+  });
+}

@@ -1,0 +1,89 @@
+"""Two motions on one page, with one clock, and how far they are apart over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.robot import Robot
+from knotwork.trajectory import JointTrajectory
+from knotwork.view.drawn_motions import PlanLike
+from knotwork.view.page import Page, asset, frame, json_in_html, rendered
+from knotwork.view.show import view_plan
+from knotwork.waypoints import FloatArray
+
+SAMPLES = 400
+"""Of the difference over time."""
+
+
+def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
+    """Put two motions on a page, each in a scene of its own.
+
+    Args:
+        plans: Two of them, of one robot.
+        names: What each is called.
+
+    Raises:
+        InputError: One has no robot, or they are of different ones.
+    """
+    scenes = [view_plan(one, embedded=True, autoplay=False) for one in plans]
+    parts = {"style": asset("beside.css"), "script": asset("beside.js")}
+    parts["json"] = json_in_html(_difference(plans))
+    for key, scene, name in zip(("first", "second"), scenes, names, strict=True):
+        parts[key] = frame(scene.html, height="100%", name=name)
+    title = " and ".join(names)
+    text = rendered("beside.html", parts, title=title, shown=list(zip(names, plans, strict=True)))
+    warnings = dict.fromkeys(line for scene in scenes for line in scene.warnings)
+    return Page(title, text, tuple(warnings))
+
+
+def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
+    """Distances of the tools and of the joint that differs most, each motion since its start.
+
+    After its end each stays where it ended.
+
+    Raises:
+        InputError: They are of different robots.
+    """
+    arms = [one.space.robot for one in plans]
+    first, second = arms
+    if first is None or second is None or first.joint_names != second.joint_names:
+        named = " and ".join("no robot" if arm is None else arm.name for arm in arms)
+        raise InputError(f"only motions of one robot are shown side by side, not of {named}")
+    units = plans[0].scenario.units
+    duration = max(one.trajectory.duration for one in plans)
+    time = np.linspace(0.0, duration, SAMPLES + 1)
+    (tool, q), (other, r) = (
+        _along(arm, one.trajectory, time) for arm, one in zip((first, second), plans, strict=True)
+    )
+    joint = int(np.abs(q - r).max(axis=0).argmax())
+    curves = (
+        ("distance of the tools", "m", np.linalg.norm(tool - other, axis=1)),
+        (
+            f"difference of {first.joint_names[joint]}",
+            first.joint_units[joint],
+            np.abs(q - r)[:, joint],
+        ),
+    )
+    shown = [(name, *units.shown(1.0, unit), value) for name, unit, value in curves]
+    return {
+        "duration": duration,
+        "starts": [one.trajectory.start_time for one in plans],
+        "time": time.tolist(),
+        "curves": [
+            {"name": name, "unit": unit, "value": (factor * value).tolist()}
+            for name, factor, unit, value in shown
+        ],
+    }
+
+
+def _along(
+    robot: Robot, motion: JointTrajectory, time: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Positions of the tool [m], shape (n, 3), and of the joints, at times since the start."""
+    curve = motion.reordered(robot.joint_names, robot.joint_units, owner=robot.name).polynomial
+    q = curve(np.clip(time + curve.x[0], curve.x[0], curve.x[-1]))
+    return np.array([robot.forward(row).translation for row in q]), q

@@ -1,0 +1,126 @@
+"""Two motions side by side, the map of a study, and the video of a motion."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.view import view_trajectory
+from patience import PATIENCE
+
+READY = "html[data-ready=true]"
+
+
+def slower(folder: Path) -> Path:
+    """The shipped task of the planar arm in a second more."""
+    source = kw.load_scenario("planar2_closed_form").source
+    assert source is not None
+    task = kw.Task.load(source)
+    changes = {1: {"after": 2.5}}
+    return task.with_waypoints(changes).replace(name="slower").save(folder / "slower.yaml")
+
+
+def test_two_motions_have_one_clock_and_their_difference(
+    tabs: Any, knotwork: Any, tmp_path: Path
+) -> None:
+    other = slower(tmp_path)
+    page = tmp_path / "both.html"
+    ran = knotwork("view", "planar2_closed_form", "--beside", other, "--html", page)
+    assert (ran.code, ran.err) == (0, ""), ran.err
+    tab = tabs.new()
+    tab.goto(page.as_uri())
+    tab.wait_for_selector(READY, state="attached")
+    assert tab.locator("h1").all_inner_texts() == ["planar2_closed_form passed", "slower passed"]
+    plans = [kw.plan("planar2_closed_form"), kw.plan(other)]
+    first, second = plans
+    robot, at = first.space.robot, 0.5 * first.trajectory.duration
+    assert robot is not None
+    tab.evaluate("at => seek(at)", at)
+    for inner in tab.frames[1:]:
+        inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
+    tools = [robot.forward(one.trajectory.position(at)).translation for one in plans]
+    share = at / second.trajectory.duration
+    value = "share => data.curves[0].value[Math.round(share * (data.time.length - 1))]"
+    shown = tab.evaluate(value, share)
+    assert shown == pytest.approx(np.linalg.norm(tools[0] - tools[1]), rel=0.02)
+    assert "distance of the tools" in tab.inner_text("#values")
+    tab.context.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("planar2_closed_form", "--beside", "z1_pick"), "z1_pick"),
+        (("planar2_closed_form", "--beside", "ur5_deburring"), "only motions of one robot"),
+        (("planar2_closed_form", "--beside", "planar2_closed_form", "--watch"), "--watch"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(
+    arguments: tuple[str, ...], words: str, knotwork: Any
+) -> None:
+    ran = knotwork("view", *arguments, "--no-open")
+    assert ran.code == 2
+    assert words in ran.err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
+def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "rate": [100, 200]}
+    study = kw.sweep("planar2_closed_form", vary, out=tmp_path / "study", workers=0)
+    refused = study["verdict"].index("refused")
+    shown = next(i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed"))
+    command = [sys.executable, "-u", "-m", "knotwork", "view", str(tmp_path / "study"), "--no-open"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
+    ) as process:
+        assert process.stdout is not None
+        address = process.stdout.readline().split(" at ")[1].split()[0]
+        try:
+            tab = tabs.new()
+            tab.context.set_offline(False)
+            tab.goto(address)
+            for row in (shown, refused):
+                x, y = tab.evaluate("row => layout().place(row)", row)
+                tab.locator("#map").click(position={"x": x, "y": y})
+                tab.wait_for_selector(f"#row:text('row {row}:')")
+                if row == shown:
+                    tab.frame_locator("#motion").locator(READY).wait_for(state="attached")
+            assert tab.inner_text("#why") == study["message"][refused]
+            assert not tab.locator("#motion").is_visible()
+            for query in ("row=99", "row=-1", "row=../etc", ""):
+                with pytest.raises(urllib.error.HTTPError):
+                    urllib.request.urlopen(f"{address}motion?{query}")
+            tab.context.close()
+        finally:
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=PATIENCE)
+    assert not err
+    tabs.complaints.clear()  # of the frame that was left
+
+
+def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
+    motion = kw.plan("planar2_closed_form").trajectory
+    page = view_trajectory(kw.load_robot("planar2"), motion).save(tmp_path / "arm.html")
+    tab = tabs.new(accept_downloads=True)
+    tab.goto(page.as_uri() + "#paused")
+    tab.wait_for_selector(READY, state="attached")
+    tab.select_option("#rate", "2")
+    tab.click("#shown summary")
+    with tab.expect_download() as found:
+        tab.click("#video")
+    video = Path(found.value.path()).read_bytes()
+    assert video[:4] == b"\x1a\x45\xdf\xa3"  # Matroska, of which WebM is a part
+    assert len(video) > 2000
+    assert tab.evaluate("knotwork.time()") == pytest.approx(motion.duration, abs=1e-3)
+    tab.context.close()
