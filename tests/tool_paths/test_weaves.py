@@ -209,6 +209,13 @@ def test_a_weave_faster_than_a_joint_names_it() -> None:
     assert "of the speed" not in str(caught.value)  # a slower path is woven as fast
 
 
+def test_limits_of_acceleration_ask_for_another_weave() -> None:
+    fast = seam({"shape": "sine", "width": 0.01}, limits={"acceleration": 1.0, "jerk": 1e4})
+    fast["waypoints"][0]["after"] = "fastest"
+    with pytest.raises(kw.errors.InputError, match="a narrower weave, a lower frequency"):
+        kw.plan(fast)
+
+
 def test_a_weave_takes_a_path_and_a_speed() -> None:
     task = seam({"shape": "sine"})
     task["waypoints"][1]["speed"] = "fastest"

@@ -130,6 +130,11 @@ def speed_errors(
         exceeded: What is exceeded, in words, by index of the stretch.
         other: What else is accepted.
     """
+    if path.motion.carrier is not None:  # a lower speed slows neither weave nor frame
+        k, why = next(iter(exceeded.items()))
+        woven = path.stretches[k].kind.startswith("woven")
+        slower = "a narrower weave, a lower frequency" if woven else "a slower frame"
+        return [_error(task, path, k, why, slower)]
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
     try:
