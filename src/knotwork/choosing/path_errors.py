@@ -131,10 +131,10 @@ def speed_errors(
         other: What else is accepted.
     """
     if path.motion.carrier is not None:  # a lower speed slows neither weave nor frame
-        k, why = next(iter(exceeded.items()))
-        woven = path.stretches[k].kind.startswith("woven")
-        slower = "a narrower weave, a lower frequency" if woven else "a slower frame"
-        return [_error(task, path, k, why, slower)]
+        own = next(iter(exceeded))
+        woven = path.stretches[own].kind.startswith("woven")
+        other = "a narrower weave, a lower frequency" if woven else "a slower frame"
+        return [_error(task, path, own, exceeded[own], other)]
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
     try:
