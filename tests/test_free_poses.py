@@ -350,8 +350,8 @@ def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> 
 
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
-    ("nothing", {}, "leaves nothing open; accepted: turn, turn and tilt, or position"),
-    ("a word", "turn", "must be a mapping with turn, tilt or position, or none"),
+    ("nothing", {}, "leaves nothing open; accepted: turn, turn and tilt, angles, or position"),
+    ("a word", "turn", "must be a mapping with turn, tilt, angles or position, or none"),
     ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
     ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
     ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),

@@ -19,18 +19,25 @@ from knotwork.errors import UnknownNameError
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
+from shipped import LONG
+from sweeps import mostly_exhaustive
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[1]
 PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
-scenarios = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
+QUICK = [path for path in PATHS if path.stem not in LONG]
+scenarios = pytest.mark.parametrize(
+    "path", mostly_exhaustive(PATHS, *QUICK), ids=lambda path: path.stem
+)
 
 # Three of them as they are written without tool paths, waypoint by waypoint.
 BY_WAYPOINTS = sorted((ROOT / "tests" / "scenario" / "by_waypoints").glob("*.yaml"))
-WARNINGS = {"ur5_palletise": ["times are chosen, but no limit of acceleration is known"]}
+WARNINGS: dict[str, list[str]] = {}
 """Of scenarios that are warned of, on purpose."""
 motions = pytest.mark.parametrize(
-    "path", PATHS + BY_WAYPOINTS, ids=lambda path: f"{path.parent.name}/{path.stem}"
+    "path",
+    mostly_exhaustive(PATHS + BY_WAYPOINTS, *QUICK, *BY_WAYPOINTS),
+    ids=lambda path: f"{path.parent.name}/{path.stem}",
 )
 
 
@@ -44,7 +51,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
     with pytest.raises(UnknownNameError) as unknown:
         kw.load_scenario("none")
     assert unknown.value.available == tuple(path.stem for path in PATHS)
-    assert len(PATHS) == 22
+    assert len(PATHS) == 24
     robots = {str(kw.load_scenario(path).robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 

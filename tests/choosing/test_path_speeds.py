@@ -124,7 +124,7 @@ def test_a_path_whose_changes_of_speed_exceed_a_limit_is_refused(limits: dict[st
 def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
     """The wrist has to turn slowly, and there is no room to come down to that."""
     given, slow = line("a", -160, 200), line("b", 0, turn=-120)
-    task = along(given, slow, limits={"velocity": 60, "acceleration": 8000})
+    task = along(given, slow, limits={"velocity": 60, "acceleration": 8000, "jerk": 1e6})
     says = (
         r"waypoints\[1\]\.speed: at 200 mm/s along the path from 'in' to 'a': there is no room for "
         r"changes of speed at path\.acceleration, 1000 mm/s²; "

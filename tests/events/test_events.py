@@ -90,18 +90,21 @@ def test_segments(plan: kw.Plan) -> None:
             {"end": do({"arc": "on", "at": -250})},
             r"-250 mm from 'end' is outside the tool path.*from -19\d\.\d+ mm to 0 mm",
         ),
-        ({"approach": do({"a": 1, "before": 3})}, r"a 1 comes at -1 s, outside the motion"),
+        (
+            {"approach": do({"a": 1, "before": 3})},
+            r"a 1 \(approach\) comes at -1 s, outside the motion",
+        ),
         (
             {"retract": {"do": {"a": 1, "after": 3}}},
-            r"do: a 1 comes at .*outside the motion",
+            r"do: a 1 .*comes at .*outside the motion",
         ),
         (
             {"end": do({"arc": "on"}, {"output": 3, "value": False})},
-            r"do\[1\]: output 3 off comes at .* not after arc on .* the other order",
+            r"do\[1\]: output 3 off .*comes at .* not after arc on .* the other order",
         ),
         (
             {"seam": do({"a": 1, "after": 3.5}), "end": do({"a": 0})},
-            r"waypoints\[3\]\.do\[0\]: a 0 comes .* not after a 1",
+            r"waypoints\[3\]\.do\[0\]: a 0 .*comes .* not after a 1",
         ),
         ({"end": do({"arc": "on", "atfer": 1})}, r"does arc and atfer at once"),
         ({"end": do({"at": 1})}, r"does nothing"),
@@ -149,3 +152,17 @@ def test_free_times_are_chosen_first_and_freezing_keeps_events(tmp_path: Any) ->
     stored = kw.load_trajectory(plan.save(tmp_path)[0])
     assert (stored.events, stored.segments) == (plan.events, plan.segments)
     assert kw.Task(**task).to_dict() == task
+
+
+def test_repeated_waypoints_repeat_their_events() -> None:
+    turn = [
+        {"name": "open", "joints": {"a": 1}, "after": 1, "stop": True, "do": {"jaw": "open"}},
+        {"name": "close", "joints": {"a": 0}, "after": 1, **do({"jaw": "close"}, {"wait": 0.5})},
+    ]
+    places = [{"position": [0, 0, 0]}] * 2
+    task = {"start": {"a": 0}, "waypoints": [{"over": places, "repeat": turn}]}
+    found = [(one.event.waypoint, one.event.time) for one in kw.load_scenario(task).events]
+    assert found == [("open 1", 1), ("close 1", 2), ("open 2", 3.5), ("close 2", 4.5)]
+    turn[1]["do"][0]["before"] = 1.5
+    with pytest.raises(DocumentError, match=r"repeat\[1\]\.do\[0\]: jaw close \(close 1\) comes"):
+        kw.load_scenario(task)

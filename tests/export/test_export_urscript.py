@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urscript_controller import Controller, PopupError
 
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import ExportError
 from knotwork.trajectory import JointTrajectory
+from urscript_controller import Controller, PopupError
 
 SCENARIOS = ("ur5_deburring", "ur10_spray", "ur3_lid")
 RATES = (125.0, 500.0)

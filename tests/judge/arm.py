@@ -25,6 +25,20 @@ def found(reference: str, folder: Path) -> Path:
     return folder / reference
 
 
+def mass_of(given: Mapping[str, Any], length: float) -> pin.Inertia:
+    """The mass of a tool or of what it holds."""
+    moments = given.get("inertia") or {}
+    ixx, ixy, iyy, ixz, iyz, izz = (
+        float(moments.get(key, 0.0)) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+    )
+    centre = given.get("centre_of_mass", given.get("position", [0, 0, 0]))
+    return pin.Inertia(
+        float(given["mass"]),
+        length * np.array(centre, dtype=float),
+        np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]),
+    )
+
+
 class Arm:
     """A chain from a base to a tool; other joints stand still.
 
@@ -82,17 +96,9 @@ class Arm:
         self.limits = self._limits(robot.get("limits", {}))
 
     def _load(self, tool: Mapping[str, Any], length: float) -> None:
-        mass = tool.get("mass") or 0.0
-        if not mass:
-            return
-        given = tool.get("inertia") or {}
-        ixx, ixy, iyy, ixz, iyz, izz = (
-            float(given.get(key, 0.0)) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
-        )
-        moments = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        centre = length * np.array(tool["centre_of_mass"], dtype=float)
-        body = pin.Inertia(mass, centre, moments)
-        self.model.appendBodyToJoint(self.tool_joint, body, self.tool_placement)
+        if tool.get("mass"):
+            body = mass_of(tool, length)
+            self.model.appendBodyToJoint(self.tool_joint, body, self.tool_placement)
 
     def _chain(self, locked: Mapping[str, float]) -> None:
         """The joints that move the tool, and where all the others stand."""
@@ -186,6 +192,17 @@ class Arm:
         """Torques and forces of the joints, by inverse dynamics, shape (k, d)."""
         rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
         return np.array([pin.rnea(self.model, self.data, *row)[self.rates] for row in rows])
+
+    def efforts_of(
+        self, held: pin.Inertia, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> np.ndarray:
+        """What `efforts` are more with a body at the tool centre point."""
+        model = self.model.copy()
+        model.appendBodyToJoint(self.tool_joint, held, self.tcp_placement)
+        data = model.createData()
+        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
+        loaded = [pin.rnea(model, data, *row)[self.rates] for row in rows]
+        return np.reshape(loaded, np.shape(q)) - np.reshape(self.efforts(q, v, a), np.shape(q))
 
     def singular_values(self, q: np.ndarray) -> np.ndarray:
         """The smallest of the tool's Jacobian, shape (k,)."""

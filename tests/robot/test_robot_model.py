@@ -194,7 +194,6 @@ def test_unbounded_joints_have_no_limits_but_those_of_their_element() -> None:
     assert np.isfinite(bravo.velocity_limit[[1, 2, 4]]).all()
     assert np.isinf(kinova.upper_position_limit[unbounded]).all()
     np.testing.assert_allclose(kinova.velocity_limit, [0.628319] * 3 + [0.837758] * 3, rtol=1e-5)
-    assert np.isinf(bravo.acceleration_limit).all()
 
 
 def test_whole_turns_of_an_unbounded_joint_are_the_same_pose() -> None:

@@ -16,18 +16,31 @@ from judge.cases import bumped
 from judge.motion import Motion
 from judged import judged
 from knotwork.verification import Finding
-from shipped import SCENARIO_FILES
-from sweeps import examples
+from shipped import QUICK, SCENARIO_FILES
+from sweeps import examples, mostly_exhaustive
 
 ARM = kw.load_robot("ur5")
 TURNED = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
 TURNED["elbow_joint"] += 0.5
 
 
+# As in a file of one's own: the URDF knows no limit of acceleration or jerk.
+WITHOUT_LIMITS = {
+    "name": "bare",
+    "urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf",
+    "base_frame": "base_link",
+    "tool_frame": "tool0",
+    "collision": {"ignore": [["base_link", "upper_arm_link"], ["forearm_link", "wrist_2_link"]]},
+    "configurations": {
+        "home": dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
+    },
+}
+
+
 def moved(seconds: float, **keys: Any) -> dict[str, Any]:
-    """A UR5 turns its elbow from home."""
+    """An arm turns its elbow from home."""
     waypoints = [{"name": "there", "after": seconds, "joints": TURNED}]
-    return {"robot": "ur5", "start": "home", "waypoints": waypoints, **keys}
+    return {"robot": WITHOUT_LIMITS, "start": "home", "waypoints": waypoints, **keys}
 
 
 def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
@@ -114,7 +127,7 @@ def spikes(report: kw.Report) -> list[Finding]:
     return [*report.select(quantity="acceleration_spike"), *report.select(quantity="jerk_spike")]
 
 
-@pytest.mark.parametrize("name", SCENARIO_FILES)
+@pytest.mark.parametrize("name", mostly_exhaustive(SCENARIO_FILES, *QUICK))
 def test_no_shipped_motion_has_a_spike(name: str) -> None:
     """Nor the fastest ones, whose acceleration changes its sign within milliseconds."""
     assert not spikes(kw.plan(SCENARIO_FILES[name]).report)
@@ -189,7 +202,7 @@ def test_a_limit_that_a_robot_does_not_have_is_said_with_the_peak() -> None:
         peaks.append(
             f"{quantity} (peak {abs(joint.value):.4g} {unit}, elbow_joint at {joint.time:.6g} s)"
         )
-    assert found.message == f"no limit is known for ur5 of {', '.join(peaks)}"
+    assert found.message == f"no limit is known for bare of {', '.join(peaks)}"
     assert "  No limit known " in str(report)
 
 
@@ -206,7 +219,7 @@ def test_times_that_are_chosen_without_a_limit_of_acceleration_are_warned_of() -
     del task["waypoints"][0]["after"]
     (found,) = kw.plan(task).report.warnings
     assert str(found).startswith(
-        "times are chosen, but no limit of acceleration is known for ur5: only torque bounds it"
+        "times are chosen, but no limit of acceleration is known for bare: only torque bounds it"
     )
     given = kw.plan(task | {"limits": {"acceleration": 10}})
     assert not given.report.warnings

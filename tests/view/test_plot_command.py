@@ -80,7 +80,7 @@ def test_a_motion_that_fails_its_check_is_drawn_and_said_to_fail(
     assert ran.code == 0
     assert out.exists()
     assert "the check FAILS" in ran.err
-    assert "velocity reaches 9.42478 rad/s at 0.25 s, limit 3.15 rad/s" in ran.err
+    assert "velocity reaches 5.23599 rad/s at 0.45 s, limit 3.15 rad/s" in ran.err
 
 
 def test_a_stored_trajectory_is_drawn(

@@ -195,7 +195,7 @@ def test_the_scale_of_speeds_has_those_asked_for_that_are_not_reached() -> None:
     plan = kw.plan("planar2_closed_form", planner="trapezoidal")
     assert not plan.report.ok
     legend = scene(plan.view())["legend"]
-    assert legend["high"] == max(legend["marks"]) == pytest.approx(np.hypot(0.25, 0.3))
+    assert legend["high"] >= max(legend["marks"]) == pytest.approx(np.hypot(0.25, 0.3))
 
 
 def test_all_of_a_motion_is_in_view_at_first() -> None:

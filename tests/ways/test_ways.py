@@ -73,6 +73,8 @@ def test_the_motion_leads_past_the_wall_where_the_direct_one_collides() -> None:
     assert not direct.report.ok
     assert made.chosen is not None
     assert made.chosen.lower_bound <= made.trajectory.duration < 1.0
+    assert [(one.name, one.kind) for one in made.segments] == [("here to there", "way")]
+    assert [one.kind for one in direct.segments] == ["free motion"]
 
 
 def test_the_same_task_gives_the_same_motion() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
+from knotwork import pipeline
 from knotwork.cli.logs import (
     LogOptions,
     log_beside_plan,
@@ -19,8 +22,10 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     DecidingArgument,
+    DecidingOption,
     GivenPath,
     PlanOptions,
+    bundled,
     full_option,
     html_option,
     json_option,
@@ -42,9 +47,46 @@ RECORDING = "if this is the recording of a robot, with noise, check it with --lo
 MANY_POINTS = 200
 
 
+@dataclass(frozen=True)
+class Alone:
+    """What a trajectory is checked against without a scenario.
+
+    Attributes:
+        robot: Its name or file, or `None` where the scene names it.
+        scene: A scenario file of which all but the waypoints counts, or `None`.
+        limits: YAML or a file, or `None`.
+    """
+
+    robot: str | None
+    scene: str | None
+    limits: str | None
+
+
+def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | None:
+    if robot is None and scene is None:
+        if limits is not None:
+            raise click.UsageError("--limits goes with --robot or --scene, not with a scenario")
+        return None
+    return Alone(robot, scene, limits)
+
+
+_option = functools.partial(click.option, cls=DecidingOption)
+alone_options = bundled("alone", _alone, (
+    _option("--limits", metavar="YAML|FILE",
+            help="Without a scenario: limits in place of the robot's, as "
+            "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
+    _option("--scene", metavar="FILE", type=GivenPath(),
+            help="Without a scenario: a file with what a scenario says but its waypoints: scene, "
+            "frames, tool, limits, units."),
+    _option("--robot", metavar="ROBOT",
+            help="Without a scenario: the robot, a shipped one's name, a URDF or a robot file."),
+))  # fmt: skip
+
+
 @click.command(epilog=EXIT_CODES)
 @click.argument("trajectory", cls=DecidingArgument, type=GivenPath(path_type=Path))
 @scenario_option("which it is checked against")
+@alone_options
 @log_options
 @package_path_option
 @full_option
@@ -57,14 +99,18 @@ def check(
     as_json: bool,
     log: LogOptions | None,
     other: OtherRobot | None,
+    alone: Alone | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
     TRAJECTORY is a trajectory.json, its folder, or another tool's file: CSV with headings,
-    JSON with joint_names, time and positions, or YAML of a ROS 2 JointTrajectory. Joints are
-    matched by name. Another tool's points are joined as a ROS 2 controller joins them: by quintics
+    JSON or NumPy's npz with joint_names, time and positions, YAML of a ROS 2 JointTrajectory or one
+    of MoveIt's messages around it, or of a PiecewisePolynomial of Drake. Joints are matched by
+    name. Another tool's points are joined as a ROS 2 controller joins them: by quintics
     if they have velocities and accelerations, by cubics if they have velocities, and by straight
     lines otherwise.
+
+    With --robot or --scene in place of a scenario it is checked for limits, collisions and jumps.
 
     With --log or --against TRAJECTORY is the log of a robot: headings of PlotJuggler, ROS bags and
     RTDE are understood, the noise is estimated, and failures smaller than the noise are undecided.
@@ -78,10 +124,16 @@ def check(
         if full or log is not None:
             raise click.UsageError("--with takes neither --full nor a log")
         return check_together(str(trajectory), reference, other, as_json=as_json)
-    if reference is None:
+    if alone is not None and (reference is not None or log is not None):
+        raise click.UsageError("--robot and --scene take neither a scenario nor a log")
+    if reference is None and alone is None:
         reference = planned_scenario(log) if log is not None else stated_path(trajectory)
     is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
-    if reference is not None:
+    if alone is not None:
+        made = (alone.robot, alone.scene, alone.limits)
+        motion, scenario, _, report = pipeline.check_alone(trajectory, *made)
+        pieces = len(motion.polynomial.x) - 1
+    elif reference is not None:
         try:
             checked = read_checked(trajectory, reference, log)
         except DocumentError as error:
@@ -93,7 +145,9 @@ def check(
     elif log is not None:
         report = compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances)
     else:
-        raise click.MissingParameter(param_hint="'--scenario' / '-s'", param_type="option")
+        raise click.MissingParameter(
+            param_hint="'--scenario' / '-s', or '--robot'", param_type="option"
+        )
     if as_json:
         echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     else:
@@ -104,7 +158,8 @@ def check(
         else:
             print_short(report)
             echo(f"the motion: {report.planner}")
-            print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
+            if alone is None:
+                print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
     if log is None and not report.ok and is_csv and pieces >= MANY_POINTS:
         echo(f"hint: {RECORDING}", err=True)
     return PASSED if report.ok else FAILED

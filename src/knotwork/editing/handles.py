@@ -30,7 +30,7 @@ class Handle:
     Attributes:
         at: Where the point, or the mapping with the position, is in the file.
         name: Of what is moved.
-        kind: `"waypoint"`, `"via"` or `"object"`.
+        kind: `"waypoint"`, `"via"`, `"object"` or `"frame"`.
         pose: In the axes of the URDF's root, `pin.SE3`.
         around: What the file's position and orientation are in: axes and origin, and axes.
         form: Key of the orientation; empty for none.
@@ -61,7 +61,7 @@ class Handle:
 
 
 def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
-    """Every waypoint, via point and object that stands still and is placed by numbers.
+    """Every waypoint, via point, object and frame that stands still and is placed by numbers.
 
     Args:
         scenario: The task.
@@ -80,14 +80,22 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         if not isinstance(one, JointWaypoint) and (one.frame or file.frame or "base") in still
         for handle in _of_waypoint(scenario, file, i, frame)
     ]
-    for name, thing in file.scene.objects.items():
-        if thing.parent in still:
-            around = frame(thing.parent)
-            own = placed(thing, scenario.places, ("scene", "objects", name))
-            at, given = ("scene", "objects", name), scenario.task.scene.objects[name].position
-            axes = around, around.rotation
-            form = _form(thing)[0] or "rpy", _form(thing)[1]
-            found.append(Handle(at, name, "object", around * own, axes, given, *form))
+    task = scenario.task
+    placed_things = (
+        (("scene", "objects"), file.scene.objects, task.scene.objects),
+        (("frames",), file.frames, task.frames),
+    )
+    for where, things, given in placed_things:
+        for name, thing in things.items():
+            if thing.parent not in still or (name not in still and where == ("frames",)):
+                continue
+            at, around = (*where, name), frame(thing.parent)
+            pose = around * placed(thing, scenario.places, at)
+            form, order = _form(thing)
+            axes, kind = (around, around.rotation), where[-1].removesuffix("s")
+            found.append(
+                Handle(at, name, kind, pose, axes, given[name].position, form or "rpy", order)
+            )
     return found
 
 

@@ -73,7 +73,7 @@ class Session:
         if self.draft.revision != revision:
             return None
         self.plan, self._planned = made, revision
-        return scene, made
+        return {**scene, "revision": revision}, made
 
     def _made(self, revision: int) -> tuple[Plan, dict[str, Any]]:
         document = self.draft.document()
@@ -86,27 +86,26 @@ class Session:
         made = plan(scenario, budget=self._budget, warm=self.plan)
         return made, scene_of(made, before=self.server.scene)
 
-    def _changing(self, change: Callable[[Asked], None]) -> Callable[[Asked], Answer]:
+    def _changing(self, change: Callable[[Asked], Answer | None]) -> Callable[[Asked], Answer]:
         """An action that changes the draft, and answers with the revision that there is then."""
 
         def done(asked: Asked) -> Answer:
-            change(asked)
-            return {"revision": self.draft.revision}
+            answer = change(asked) or {}
+            return {**answer, "revision": self.draft.revision}
 
         return done
 
     def _state(self) -> Answer:
         """What the page shows besides the scene."""
         shown = [one.to_dict() for one in self._handles]
-        revisions = {"planned": self._planned, "handled": self._handled}
-        return {"draft": {**self.draft.state(), **revisions, "handles": shown}}
+        return {"draft": {**self.draft.state(), "handled": self._handled, "handles": shown}}
 
     def _move(self, asked: Asked) -> None:
         """Move a handle."""
-        at = tuple(asked.get("at", ()))
-        handle = next((one for one in self._handles if one.at == at), None)
+        what = tuple(asked.get("at", ())), asked.get("name")
+        handle = next((one for one in self._handles if (one.at, one.name) == what), None)
         if handle is None or self._scenario is None:
-            raise InputError(f"there is nothing to move at {asked.get('at')!r}")
+            raise InputError(f"there is nothing to move at {asked.get('at')!r} now")
         sizes = {"position": 3, "quaternion": 4}
         given = {
             key: read_only(asked[key], (size,), key) for key, size in sizes.items() if key in asked
@@ -134,7 +133,7 @@ class Session:
             "quaternion": turned.tolist(),
         }
 
-    def _add(self, asked: Asked) -> None:
+    def _add(self, asked: Asked) -> Answer:
         """Add a waypoint where the arm stands, jogged or at a time of the motion; or a box."""
         if self.plan is None or self._planned != self.draft.revision:
             raise InputError("nothing can be added before the task is planned")
@@ -152,6 +151,7 @@ class Session:
             joints = asked.get("what") == "joints"
             changes = waypoint_here(asked_for, robot, q, after, share=share, joints=joints)
         self.draft.apply(changes)
+        return {"at": changes[-1]["at"]}
 
     def _arm(self, asked: Asked) -> tuple[Robot, FloatArray]:
         """The robot, and its joint positions: those given, or those at a time of the motion."""

@@ -16,7 +16,10 @@ NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
-"""Keys that hold a message: of an action goal, of a MoveIt RobotTrajectory."""
+"""Keys that hold a message: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
+
+_STEPS = ("dt", "interpolation_dt")
+"""Keys of one time between rows, in place of their times."""
 
 _NAMES = ("joint_names", "joints", "names", "name")
 _OTHER_MOTIONS = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
@@ -34,6 +37,11 @@ _UNUSED = (
     "component_path_tolerance",
     "component_goal_tolerance",
     "goal_time_tolerance",
+    # of MoveIt's messages around a trajectory
+    *("model_id", "trajectory_start", "group_name", "planning_time", "error_code"),
+    "controller_names",
+    # of cuRobo's JointState
+    *("knot", "knot_dt", "control_space", "aux_data", "device_cfg", "tensor_args"),
     *_OTHER_MOTIONS,
     *UNUSED_IN_POINT,
     "tool_position",
@@ -55,9 +63,9 @@ def read_points(
     """Read points from a mapping.
 
     Either as ROS 2 has them, `joint_names` and `points` with `positions`, `velocities`,
-    `accelerations` and `time_from_start` each (also inside a goal, or a MoveIt robot trajectory);
-    or as arrays, `joint_names`, `time`, `positions`, `velocities` and `accelerations`, a row for
-    each time.
+    `accelerations` and `time_from_start` each (also inside a goal, or MoveIt's RobotTrajectory or
+    DisplayTrajectory); or as arrays, `joint_names`, `time` (or `dt`), `positions`, `velocities` and
+    `accelerations`, a row for each time, also in a batch of one.
 
     Args:
         document: The mapping. Times are in s, or `{sec, nanosec}`.
@@ -116,7 +124,7 @@ def _inside(document: Document) -> tuple[list[Part], Part]:
             raise document.error(at, f"holds a {kind}", "a mapping with joint_names and points")
         if any(name in data for name in _NAMES) or "points" in data:
             break
-        held = [key for key in WRAPPERS if isinstance(data.get(key), dict)]
+        held = [key for key in WRAPPERS if isinstance(data.get(key), dict | list)]
         if not held:
             break
         key = held[0]
@@ -126,7 +134,12 @@ def _inside(document: Document) -> tuple[list[Part], Part]:
         _refuse_unknown(document, data, at, WRAPPERS + _UNUSED)
         outer.append((data, at))
         data, at = data[key], (*at, key)
-    rows = ("points",) if "points" in data else _ROWS
+        if isinstance(data, list):
+            if len(data) != 1:
+                fault = f"holds {len(data)} trajectories, and one motion is checked"
+                raise document.error(at, fault, "one")
+            data, at = data[0], (*at, 0)
+    rows = ("points",) if "points" in data else (*_ROWS, *_STEPS)
     _refuse_unknown(document, data, at, _NAMES + rows + _UNUSED)
     return outer, (data, at)
 
@@ -184,7 +197,10 @@ def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[li
             _refuse_unknown(document, point, (*where, i), _ROWS + UNUSED_IN_POINT)
             rows.append(_given(document, point, (*where, i), "must be given", 0))
         return rows, where
-    columns = _given(document, data, at, "time and positions, or points", 1)
+    columns = _given(
+        document, _with_times(document, data, at), at, "time and positions, or points", 1
+    )
+    columns = {name: of._replace(value=_of_batch(of.value)) for name, of in columns.items()}
     time = columns["time"]
     if not isinstance(time.value, list):
         raise document.error(time.where, f"is {time.value!r}", "a list of times in s")
@@ -198,6 +214,30 @@ def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[li
         for i in range(size)
     ]
     return rows, time.where
+
+
+def _of_batch(value: Any) -> Any:
+    """The rows of a batch of one; anything else as it is."""
+    while isinstance(value, list) and len(value) == 1 and isinstance(value[0], list):
+        if not (value[0] and isinstance(value[0][0], list)):
+            break
+        value = value[0]
+    return value
+
+
+def _with_times(document: Document, data: Mapping[str, Any], at: Location) -> Mapping[str, Any]:
+    """The mapping with times made of the step that it gives, if it gives no times."""
+    step = next((key for key in _STEPS if data.get(key) is not None), None)
+    if step is None or any(data.get(key) for key in KEYS["time"]):
+        return data
+    value, where = data[step], (*at, step)
+    value = value[0] if isinstance(value, list) and len(value) == 1 else value
+    size = _number(document, value, where)
+    if not 0.0 < size < np.inf:
+        raise document.error(where, f"is {size:g}", "a positive number of seconds")
+    rows = _of_batch(next((data[key] for key in KEYS["position"] if data.get(key)), []))
+    count = len(rows) if isinstance(rows, list) else 0
+    return {**data, "time_from_start": [i * size for i in range(count)]}
 
 
 def _given(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,8 +12,9 @@ import numpy as np
 from knotwork import documents, storage
 from knotwork.documents import Document
 from knotwork.errors import DocumentError, Problem
-from knotwork.foreign.csv_file import read_csv
+from knotwork.foreign.csv_file import MOST_BYTES, read_csv
 from knotwork.foreign.points import read_points
+from knotwork.foreign.polynomials import read_polynomials
 from knotwork.foreign.table import to_trajectory
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import FORMAT
@@ -23,7 +25,9 @@ RESOLUTION = 1.0000001e-9
 
 CSV = (".csv", ".tsv", ".txt")
 YAML = (".yaml", ".yml")
+NUMPY = ".npz"
 STORED = ("coefficients", "breaks")
+FOREIGN = ("csv", "points", "polynomials")
 POINTS = ("points", "trajectory", "joint_trajectory", "goal", "positions", "position", "q")
 
 
@@ -38,7 +42,8 @@ def read_trajectory(
     r"""Read a trajectory of ours or of another tool; its name and content say which.
 
     A file whose name ends in `.csv`, `.tsv` or `.txt` is CSV, in `.yaml` or `.yml` a ROS 2
-    message or goal; anything else is JSON, a stored trajectory or plain points.
+    message or goal, or a piecewise polynomial of Drake, in `.npz` arrays of NumPy; anything else is
+    JSON, a stored trajectory or plain points.
 
     Args:
         path: The file, or a folder with a `trajectory.json`.
@@ -66,7 +71,9 @@ def read_trajectory(
         table = read_csv(path, joint_names, joint_units, start_time=span[0], owner=owner)
         return to_trajectory(table, f"{path.name} (CSV)"), []
     document = _document(path)
-    kind = "ROS 2" if _suffix(path) in YAML else "JSON"
+    if _content(document) == "polynomials":
+        return read_polynomials(document, joint_names, joint_units, owner), []
+    kind = "ROS 2" if _suffix(path) in YAML else "NumPy" if _suffix(path) == NUMPY else "JSON"
     if kind == "JSON" and _content(document) != "points":
         stored = storage.trajectory_from_dict(document)
         fault = storage.knot_disagreement(document, stored)
@@ -85,7 +92,7 @@ def is_trajectory(path: Path | str) -> bool:
     suffix, kind = _suffix(Path(path)), _kind(Path(path))
     if suffix in (".json", "folder"):
         return kind != "scenario"
-    return kind in ("csv", "points") or (kind == "stored" and suffix not in YAML)
+    return kind in FOREIGN or (kind == "stored" and suffix not in YAML)
 
 
 def is_foreign(path: Path | str) -> bool:
@@ -95,7 +102,7 @@ def is_foreign(path: Path | str) -> bool:
     >>> is_foreign(path), is_foreign("missing.json")
     (True, False)
     """
-    return _kind(Path(path)) in ("csv", "points")
+    return _kind(Path(path)) in FOREIGN
 
 
 def _kind(path: Path) -> str:
@@ -107,10 +114,12 @@ def _kind(path: Path) -> str:
 
 
 def _content(document: Document) -> str:
-    """Whether plain data are a `"stored"` trajectory, a `"scenario"`, or `"points"` or samples."""
+    """Whether data are a `"stored"` trajectory, a `"scenario"`, `"points"` or `"polynomials"`."""
     data = document.data if isinstance(document.data, dict) else {}
     if data.get("format") == FORMAT:
         return "stored"
+    if "polynomials" in data and "breaks" in data:
+        return "polynomials"
     if "waypoints" in data and "format" not in data:
         return "scenario"
     points = any(key in data for key in POINTS) and not any(key in data for key in STORED)
@@ -122,7 +131,9 @@ def _suffix(path: Path) -> str:
 
 
 def _document(path: Path) -> Document:
-    """Plain data from YAML or JSON."""
+    """Plain data from YAML, JSON or arrays of NumPy."""
+    if _suffix(path) == NUMPY:
+        return _arrays(path)
     if _suffix(path) not in YAML:
         try:
             return storage.read_trajectory_document(path)
@@ -133,6 +144,20 @@ def _document(path: Path) -> Document:
             raise DocumentError(path, [Problem(None, "", f"is no trajectory; {kinds}")]) from None
     # `ros2 topic echo` ends a message with `---`
     return documents.parse(documents.read_text(path).rstrip().removesuffix("\n---"), path)
+
+
+def _arrays(path: Path) -> Document:
+    """The arrays of an npz as lists; no objects are loaded."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            sizes = sum(one.file_size for one in file.zip.infolist())
+            if sizes > MOST_BYTES:
+                raise DocumentError(
+                    path, [Problem(None, "", f"holds {sizes} bytes", "at most 5e8")]
+                )
+            return Document({name: file[name].tolist() for name in file.files}, path)
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, AttributeError) as error:
+        raise DocumentError(path, [Problem(None, "", "is no npz of arrays of NumPy")]) from error
 
 
 def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:

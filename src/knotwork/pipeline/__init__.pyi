@@ -1,3 +1,4 @@
+from .alone import check_alone as check_alone
 from .following import follow_path as follow_path
 from .planning import Plan as Plan
 from .planning import plan as plan

@@ -10,7 +10,6 @@ from typing import Any
 from xml.dom.minidom import Element
 
 import numpy as np
-import pinocchio as pin
 from pydantic import Field, model_validator
 
 from knotwork.documents import StrictModel, Text
@@ -99,6 +98,8 @@ def see_from(robot: Element, link: str) -> None:
         robot: The URDF, which is changed.
         link: One of its links.
     """
+    import pinocchio as pin  # the keys of robot files need none
+
     above = {link_of(one, "child"): one for one in child_elements(robot, "joint")}
     while link in above:
         joint, child = above[link], link

@@ -135,7 +135,7 @@ class Report:
         """How much is met, in a line; where all is, what uses most of its limit.
 
         >>> kw.plan("ur5_deburring").report.summary
-        '90 of 90 met; tightest 81 %: ...'
+        '102 of 102 met; tightest 81 %: ...'
         """
         met, required = self.counts
         tight = [one for one in self.tightest if (one.use or 0.0) >= NOTABLE]

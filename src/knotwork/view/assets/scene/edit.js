@@ -39,7 +39,7 @@ class Editing {
         button("save", "save", "save (Ctrl+S)", () => this.ask("save")),
         this.state),
       made("p", { id: "edit-error", role: "alert", hidden: true }),
-      made("details", { id: "edit-form", open: window.innerWidth > 700 }, made("summary", { textContent: "task" }),
+      made("details", { id: "edit-form", open: window.innerWidth > 700 }, made("summary", { id: "file", textContent: "task" }),
         made("div", { className: "tools" }, made("select", selects), button("own-axes", "own axes", "pull and turn along the tool's own axes", () => this.turnAxes())),
         made("div", { id: "rows" }),
         made("div", { className: "tools" },
@@ -55,30 +55,42 @@ class Editing {
   }
 
   // A newer state of the draft; where handles are known for an older one alone, they stay.
-  told({ draft, error, busy }) {
+  told(state) {
     const before = this.draft;
-    this.draft = draft;
-    this.known = draft.planned === draft.revision;
-    const words = [draft.unsaved ? "unsaved" : "saved", this.known ? "" : busy || !error ? "planning …" : "not planned"];
-    this.state.textContent = words.filter(Boolean).join(", ");
-    this.state.className = this.known ? "" : error && !busy ? "wrong" : "busy";
+    const { draft, error, busy } = state;
+    Object.assign(this, { draft, wrong: Boolean(error) && !busy });
+    this.say();
     for (const name of ["undo", "redo"]) byId(name).disabled = !draft[name];
     byId("save").disabled = !draft.unsaved;
-    byId("add-here").disabled = byId("add-box").disabled = !this.known;
-    if (draft.handled >= Math.max(this.sent, draft.planned) || (error && !busy)) this.show(draft.handles);
-    if (!before && this.gizmo.handles.length) this.choose(this.gizmo.handles[0].at);
+    byId("file").textContent = draft.file;
+    if (draft.handled >= this.sent || this.wrong) this.show(draft.handles);
+    if (!before && draft.handles.length) this.choose(draft.handles[0].at);
     else if (draft.data && (!before || before.revision !== draft.revision)) this.fill();
-    this.jog.told();
+  }
+
+  // Whether the motion that is shown is that of the text as it is now.
+  say() {
+    const { draft, wrong } = this;
+    this.known = this.stage.data.revision === draft.revision && !wrong;
+    const words = [draft.unsaved ? "unsaved" : "saved", this.known ? "" : wrong ? "not planned" : "planning …"];
+    this.state.textContent = words.filter(Boolean).join(", ");
+    this.state.className = this.known ? "" : wrong ? "wrong" : "busy";
+    for (const name of ["add-here", "add-box", "jog-pose", "jog-joints"]) byId(name).disabled = !this.known;
   }
 
   show(handles) {
     const jogged = this.jog.handle;
     this.gizmo.set(jogged ? [...handles, jogged] : handles);
+    const added = handles.find(({ at }) => `${at}`.startsWith(this.wanted ?? "-"));
+    if (!added) return;
+    delete this.wanted;
+    this.choose(added.at);
   }
 
   // Another scene is shown: what was moved along is in its new place.
   shown() {
     for (const { object } of this.stage.data.things) object.position.set(0, 0, 0), object.quaternion.identity();
+    if (this.draft) this.say();
     this.jog?.renew();
   }
 
@@ -108,8 +120,8 @@ class Editing {
 
   moved(handle, { use, gesture }) {
     if (handle.kind === "jog") return this.jog.reach(handle);
-    const { at, position, quaternion } = handle;
-    return this.ask("move", { at, gesture, ...(use === "turn" ? { quaternion } : { position }) });
+    const { at, name, position, quaternion } = handle;
+    return this.ask("move", { at, name, gesture, ...(use === "turn" ? { quaternion } : { position }) });
   }
 
   // While an object is dragged its shape goes along.
@@ -127,7 +139,7 @@ class Editing {
   async add(what, more = {}) {
     const time = this.stage.player.start + this.stage.player.time;
     const answer = await this.ask("add", { what, time, ...more });
-    if (answer.at) this.part = answer.at;
+    if (answer.at) this.wanted = String(answer.at);
   }
 
   key(event) {
@@ -150,8 +162,7 @@ class Editing {
   choose(at) {
     const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
     this.part = at.slice(0, size);
-    const handle = this.gizmo.handles.find((one) => same(one, { at }))
-      ?? this.gizmo.handles.find((one) => String(one.at.slice(0, size)) === String(this.part));
+    const handle = this.gizmo.handles.find((one) => same(one, { at })) ?? this.gizmo.handles.find((one) => String(one.at.slice(0, size)) === String(this.part));
     this.gizmo.choose(handle);
     if (at[0] !== "jog") this.fill();
   }
@@ -199,10 +210,6 @@ class Jog {
         button("jog-joints", "as joints", "the same, given by joint values", () => this.add("joints"))));
     editing.panel.append(this.panel);
     this.panel.addEventListener("toggle", () => (this.panel.open ? this.begin() : this.end()));
-  }
-
-  told() {
-    byId("jog-pose").disabled = byId("jog-joints").disabled = !this.editing.known;
   }
 
   // From where the arm is shown

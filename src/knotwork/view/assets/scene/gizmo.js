@@ -2,7 +2,7 @@
 
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 const PULLS = [0xd8343a, 0x2e9e44, 0x2f6fe0]; // along and about x, y, z
-const HANDLES = { waypoint: 0x2f6fe0, via: 0xe08a00, object: 0x7a6a45, jog: 0xd2671e };
+const HANDLES = { waypoint: 0x2f6fe0, via: 0xe08a00, object: 0x7a6a45, frame: 0x5b7f9c, jog: 0xd2671e };
 const REACH = 0.13; // of an arrow, as a part of the distance from the camera
 const HOLD = 120; // a hand that has not moved for so long rests [ms]
 
@@ -50,11 +50,11 @@ class Gizmo {
   set(handles) {
     const held = this.hand && this.held;
     this.handles = handles.map((one) => (held && same(one, held) ? held : { ...one }));
-    if (this.held) this.held = this.handles.find((one) => same(one, this.held)) ?? null;
+    this.choose(this.held);
     for (const ball of this.balls.children) ball.geometry.dispose();
     this.balls.clear();
     for (const handle of this.handles) {
-      const round = handle.kind !== "object";
+      const round = !["object", "frame"].includes(handle.kind);
       const form = round ? new THREE.SphereGeometry(1, 16, 12) : new THREE.BoxGeometry(1.6, 1.6, 1.6);
       const ball = new THREE.Mesh(form, onTop(HANDLES[handle.kind], 0.85));
       ball.userData = { handle };

@@ -1,0 +1,106 @@
+"""A motion judged without a task: by its robot, limits and surroundings alone."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from knotwork import documents
+from knotwork.documents import Document, validate
+from knotwork.errors import InputError
+from knotwork.foreign import read_trajectory
+from knotwork.pipeline.scene_then import by_joint
+from knotwork.robot import load_robot
+from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.task import Task
+from knotwork.task.places import read_document
+from knotwork.task.units import si_factors
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report, check
+
+PARTS = (
+    *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
+    *("continuity", "tolerances"),
+)
+"""Keys of a scenario file that say something of a motion without its waypoints."""
+
+
+def check_alone(
+    path: str | Path,
+    robot: str | Path | None = None,
+    scene: str | Path | None = None,
+    limits: Mapping[str, Any] | str | Path | None = None,
+) -> tuple[JointTrajectory, Scenario, JointSpace, Report]:
+    """Read a trajectory of any tool and check it for limits, collisions and continuity.
+
+    Args:
+        path: The trajectory.
+        robot: Name or file of its robot; left out, the scene names it.
+        scene: A scenario's name or file, of which all but the waypoints counts: surroundings, tool,
+            limits, units.
+        limits: In place of those of robot and scene, in the units of the scene: a mapping, the path
+            of a file, or YAML.
+
+    Raises:
+        InputError: A file can't be read or is wrong, or nothing names the robot.
+    """
+    surroundings = read_document(scene) if scene is not None else Document({})
+    if not isinstance(surroundings.data, dict):
+        raise surroundings.error((), "is no mapping", f"keys of a scenario: {', '.join(PARTS)}")
+    data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
+    if limits is not None:
+        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
+    if robot is not None:
+        data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
+    if not data.get("robot"):
+        raise InputError(f"{path} needs the robot it is for: give it with --robot or in the scene")
+    places = surroundings.places
+    given = data["robot"]
+    folder = None if places.file is None else places.file.parent
+    described = places.document(given, ("robot",)) if isinstance(given, dict) else given
+    moved = load_robot(described, relative_to=folder)
+    motion, defects = read_trajectory(
+        path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
+    )
+    if set(motion.joint_names) != set(moved.joint_names):
+        raise InputError(
+            f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
+            f"{', '.join(moved.joint_names)}"
+        )
+    # held objects are taken and left at waypoints, of which there are none
+    data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
+    task = validate(Task, Document(data, places.file, places.lines))
+    units = si_factors(task.units)
+    ends = [
+        {
+            "name": name,
+            "time": time,
+            "joints": by_joint(motion, motion(time), *units),
+            "velocity": by_joint(motion, motion(time, 1), *units),
+        }
+        for name, time in (("start", motion.start_time), ("end", motion.end_time))
+    ]
+    asked = resolved(task.replace(waypoints=ends, name=Path(path).name), places)
+    space = joint_space(asked)
+    report = check(motion, asked, space=space, defects=defects)
+    # the ends of the motion were asked of it as they are
+    found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
+    found = [one for one in found if one.quantity not in ("time_span", "no_start")]
+    return motion, asked, space, replace(report, findings=tuple(found))
+
+
+def _limits(given: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
+    """Limits from a mapping, a file or YAML."""
+    if isinstance(given, Mapping):
+        return given
+    is_file = Path(given).is_file()
+    found = (documents.read(Path(given)) if is_file else documents.parse(str(given), None)).data
+    found = found.get("limits", found) if isinstance(found, dict) else found
+    if not isinstance(found, dict):
+        accepted = "a file with limits, or YAML such as '{acceleration: 8, jerk: 400}'"
+        raise InputError(f"limits are {given!r}; accepted: {accepted}")
+    return found

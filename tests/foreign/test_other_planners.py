@@ -1,0 +1,138 @@
+"""Motions of MoveIt, Drake, cuRobo and roboplan as their own code has them, without a scenario."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import knotwork as kw
+from command_line import Command
+from knotwork.errors import InputError
+from knotwork.foreign import read_trajectory
+
+STEP = 0.02
+
+
+@pytest.fixture(scope="module")
+def motion() -> kw.JointTrajectory:
+    return kw.plan("panda_pick_place").trajectory
+
+
+def arrays(motion: kw.JointTrajectory, names: tuple[str, ...], *, batch: bool) -> dict[str, Any]:
+    time = np.arange(0.0, motion.end_time, STEP)
+    rows = [motion(time, nu).tolist() for nu in range(len(names))]
+    return dict(zip(names, ([one] if batch else one for one in rows), strict=True))
+
+
+def moveit(motion: kw.JointTrajectory) -> dict[str, Any]:
+    """`ros2 topic echo` of a DisplayTrajectory."""
+    empty = {"header": {"frame_id": ""}, "joint_names": [], "points": []}
+    robot = {
+        "joint_trajectory": yaml.safe_load(motion.to_ros2()),
+        "multi_dof_joint_trajectory": empty,
+    }
+    return {"model_id": "panda", "trajectory": [robot], "trajectory_start": {"is_diff": False}}
+
+
+def write(folder: Path, kind: str, motion: kw.JointTrajectory) -> Path:
+    names = list(motion.joint_names)
+    if kind == "drake":
+        drake = pytest.importorskip("pydrake.common.yaml")
+        text = drake.yaml_dump_typed(motion.to_drake())
+    elif kind == "moveit":
+        text = yaml.safe_dump(moveit(motion)) + "---\n"
+    elif kind == "curobo":  # the fields of its JointState
+        fields = arrays(motion, ("position", "velocity", "acceleration", "jerk"), batch=True)
+        text = json.dumps({**fields, "joint_names": names, "dt": [STEP], "knot": None})
+    else:  # the fields of roboplan's JointTrajectory
+        fields = arrays(motion, ("positions", "velocities", "accelerations"), batch=False)
+        fields["times"] = np.arange(0.0, motion.end_time, STEP).tolist()
+        if kind == "npz":
+            np.savez(folder / "motion.npz", joint_names=np.array(names), **fields)
+            return folder / "motion.npz"
+        text = json.dumps({**fields, "joint_names": names})
+    file = folder / f"motion.{'yaml' if kind in ('drake', 'moveit') else 'json'}"
+    file.write_text(text)
+    return file
+
+
+@pytest.mark.parametrize("kind", ["moveit", "drake", "curobo", "roboplan", "npz"])
+def test_what_planners_write_is_their_motion(
+    tmp_path: Path, motion: kw.JointTrajectory, kind: str
+) -> None:
+    file = write(tmp_path, kind, motion)
+    found, faults = read_trajectory(file, motion.joint_names[::-1], motion.joint_units)
+    if kind == "drake":  # it has no names
+        found, faults = read_trajectory(file, motion.joint_names, motion.joint_units)
+    assert not faults
+    found = found.reordered(motion.joint_names, motion.joint_units)
+    at = np.linspace(0.0, found.end_time, 301)
+    assert np.abs(found(at) - motion(at)).max() < 1e-8
+    assert np.abs(found(at, 1) - motion(at, 1)).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text", "words"),
+    [
+        ("npz", "nothing", "no npz"),
+        ("yaml", "breaks: [0, 1]\npolynomials: []", "holds 0 segments"),
+        ("yaml", "breaks: [0, 1]\npolynomials: [[[[1]]]]", "7 rows, one for each joint"),
+        ("yaml", "breaks: [0, x]\npolynomials: [[[[1]]]]", r"breaks\[1\]"),
+        ("yaml", "breaks: [1, 0]\npolynomials: [[" + "[[1]], " * 7 + "]]", "must be later"),
+        ("yaml", "breaks: [0, 1]\npolynomials: [[]]\njoint_names: [a]", "not those of"),
+        ("json", '{"joint_names": NAMES, "position": [[0]], "dt": -1}', "positive number"),
+        ("json", '{"joint_names": NAMES, "position": [[0]], "dt": "fast"}', "no number"),
+        ("json", '{"trajectory": [{}, {}]}', "holds 2 trajectories"),
+    ],
+)
+def test_what_is_none_of_their_motions_is_refused(
+    tmp_path: Path, motion: kw.JointTrajectory, suffix: str, text: str, words: str
+) -> None:
+    file = tmp_path / f"motion.{suffix}"
+    file.write_text(text.replace("NAMES", json.dumps(motion.joint_names)))
+    with pytest.raises(InputError, match=words):
+        read_trajectory(file, motion.joint_names, motion.joint_units)
+
+
+CELL = """
+robot: panda
+units: {length: mm}
+scene: {objects: {bench: {box: [600, 1000, 30], position: [500, 0, HEIGHT]}}}
+"""
+
+
+def test_a_motion_is_checked_without_a_scenario(
+    knotwork: Command, tmp_path: Path, motion: kw.JointTrajectory
+) -> None:
+    file = write(tmp_path, "moveit", motion)
+    cell, high = tmp_path / "cell.yaml", tmp_path / "high.yaml"
+    cell.write_text(CELL.replace("HEIGHT", "34"))
+    high.write_text(CELL.replace("HEIGHT", "200"))
+    accelerations = kw.plan("panda_pick_place").trajectory.extrema("acceleration").peak
+    for line, code, words in (
+        (("--robot", "panda"), 0, "PASSED motion.yaml"),
+        (("--scene", cell), 0, "Collisions"),
+        (("--scene", high), 1, "bench"),
+        (("--robot", "panda", "--limits", f"{{acceleration: {accelerations.max()}}}"), 0, "100 %"),
+        (("--robot", "panda", "--limits", f"{{acceleration: {accelerations.max() - 0.1}}}"), 1, ""),
+        (("--robot", "panda", "--limits", "fast"), 2, "limits are 'fast'"),
+        (("--robot", "ur5"), 2, "robot 'ur5' has no joint"),
+        (("--limits", "{jerk: 1}"), 2, "goes with --robot"),
+        (("--robot", "panda", "-s", "panda_pick_place"), 2, "neither a scenario"),
+        (("--scene", tmp_path / "none.yaml"), 2, "there is no file"),
+        ((), 2, "--robot"),
+    ):
+        ran = knotwork("check", file, *line)
+        assert ran.code == code, (line, ran)
+        assert words in ran.out + ran.err
+    # what is required of its ends, which are asked for as they are, is not counted
+    report = json.loads(knotwork("check", file, "--robot", "panda", "--json").out)
+    assert {one["subject"] for one in report["findings"]} == {"joint", "motion", "pair", "tool"}
+    for name in ("ur5_deburring", "paper_case"):
+        kw.plan(name).save(tmp_path / name)
+        assert knotwork("check", tmp_path / name, "--robot", "panda").code == 2
