@@ -12,13 +12,13 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots
-from knotwork.robot import Robot
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint import PathStart, TaskSolution
 from knotwork.waypoints import IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.robot import Robot
     from knotwork.scene.model import CollisionModel
     from knotwork.timing import Dynamics
 
@@ -77,7 +77,7 @@ class FreeTask:
         known = self.solution.starts.get(path.first)
         if known is not None:
             return known
-        robot = cast(Robot, self.space.robot)  # nothing else follows paths
+        robot = cast("Robot", self.space.robot)  # nothing else follows paths
         q = self.waypoints.position[self.rows[path.first]]
         return PathStart(robot, q, self.scenario.pull_to_middle)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from knotwork.kinematics.following.joint_field import Pull
-from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.kinematics.following.joint_field import Pull
+    from knotwork.robot import Robot
 
 Step: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
