@@ -104,6 +104,7 @@ class WaypointReader:
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
+                where += self.carriers.then(i, times[i], self.length)
                 open_here = freedoms[i]
                 if open_here is not None and open_here.moves and twist.vector.any():
                     raise self.places.error(
