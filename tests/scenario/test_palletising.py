@@ -38,6 +38,7 @@ def test_a_pallet_is_one_short_file_report_and_program(
     planned = knotwork("plan", path, "-o", tmp_path / "out")
     assert planned.code == 0, planned.out
     assert len(planned.out.splitlines()) <= 22
+    assert f"{boxes} turns" in planned.out
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["ok"]
     exported = knotwork(

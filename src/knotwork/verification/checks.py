@@ -8,6 +8,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, resolution
+from knotwork.verification.cycles import cycles
 from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.events import events, parts
 from knotwork.verification.finding import Finding
@@ -31,6 +32,7 @@ CHECKS: dict[str, Check] = {
     "waits": waits,
     "events": events,
     "segments": parts,
+    "cycles": cycles,
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
     "missing_limits": missing_limits,
