@@ -87,6 +87,15 @@ class Carriers:
                 )
         return found
 
+    def then(self, i: int, time: float, length: float) -> str:
+        """Where the frame of a waypoint is at its time [s], in a unit of length, for messages."""
+        frame = self.of(i)
+        if frame is None:
+            return ""
+        x, y, z = frame.at(time).translation / length
+        name = self._frame(i, self.file.waypoints[i])
+        return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
+
     def alongside(
         self, i: int, poses: Mapping[int, pin.SE3], times: Sequence[float]
     ) -> Mapping[int, pin.SE3]:
