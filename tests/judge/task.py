@@ -286,8 +286,8 @@ class Task:
         side = np.cross(-stretch.rotation[:, 2], stretch.curve.way)
         side /= np.linalg.norm(side)
         weave, start = one["weave"], stretch.start
-        width, allowed = self.length * weave["width"], self.tolerance("path")
-        added = weaving.across(weave, width, allowed, stretch.end - start)
+        width, rounding = (self.length * weave[key] for key in ("width", "rounding"))
+        added = weaving.across(weave, width, rounding, stretch.end - start)
         return lambda t: np.outer(added(np.clip(t, start, stretch.end) - start), side)
 
     def _speeds(
