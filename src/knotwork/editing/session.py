@@ -117,9 +117,7 @@ class Session:
         if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle has not norm 1")
         changes = moved(handle, si_factors(self._scenario.task.units), **given)
-        in_file = self._scenario.places.given
-        written = [{**one, "at": in_file(tuple(one["at"]))} for one in changes]
-        self.draft.apply(written, str(asked.get("gesture", "")))
+        self.draft.apply(changes, str(asked.get("gesture", "")))
 
     def _jog(self, asked: Asked) -> Answer:
         """Joint positions and the pose of the tool, of one of which the other follows."""
