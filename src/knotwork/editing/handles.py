@@ -179,6 +179,8 @@ def orientation(turn: FloatArray, form: str, angle: float = 1.0, order: str = ""
         angles = Rotation.from_matrix(turn).as_euler(order)
         return {"order": order, "angles": numbers(angles, angle, ANGLE_STEP)}
     vector = pin.rpy.matrixToRpy(turn) if form == "rpy" else pin.log3(turn)
+    if form == "rpy":  # half a turn is written as 180, not as -180
+        vector = np.where(vector < ANGLE_STEP - np.pi, -vector, vector)
     return numbers(vector, angle, ANGLE_STEP)
 
 
