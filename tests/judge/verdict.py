@@ -92,7 +92,7 @@ def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
         assert task.arm is not None
         assert one.pose is not None
         assert one.twist is not None
-        pose, twist = task.arm.poses(q)[0], task.arm.velocities(q, v)[0]
+        pose, twist = task.arm.poses(q, t)[0], task.arm.velocities(q, v, t=t)[0]
         turn, spin = pose.rotation, twist[3:] - one.twist[3:]
         if one.free:  # as far as its axis says
             turn = pin.Quaternion.FromTwoVectors(one.pose.rotation[:, 2], turn[:, 2]).matrix()

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
-from knotwork.task import AtMost, FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch
+from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch
 from knotwork.task.units import si_factors
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
@@ -143,20 +143,17 @@ def _read(
     return PoseFreedom((low, high), tilt, box, torch)
 
 
-def freedom_of(
-    path: ScenarioPath, freedoms: Freedoms, file: PlainTask, places: Places
-) -> PoseFreedom | None:
+def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFreedom | None:
     """What the poses along a path leave open.
 
     Args:
         path: A path, its first waypoint that of the file.
         freedoms: Of all waypoints.
-        file: What the file says.
         places: Of the file, for errors.
 
     Raises:
-        DocumentError: It is not the same all along, leaves the position open, the path begins free
-            and goes on fixed, or the speed is chosen.
+        DocumentError: It is not the same all along, leaves the position open, or the path begins
+            free and goes on fixed.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, one in enumerate(own, path.first + 1):
@@ -179,9 +176,4 @@ def freedom_of(
             "the path begins at a pose that is free, and is not free itself",
             "free: with the path, too, or free: none where it begins",
         )
-    for i, one in enumerate(own, path.first + 1):
-        if one is not None and isinstance(getattr(file.waypoints[i], "speed", None), str | AtMost):
-            raise places.error(
-                ("waypoints", i, "speed"), "is chosen, along a path that is free", "a speed"
-            )
     return own[0]

@@ -53,15 +53,15 @@ def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding
         (stored, asked, "the motion has it, and the scenario does not ask for it"),
         (asked, stored, "the scenario asks for it, and the motion does not have it"),
     ):
+        times: dict[Event, list[float]] = {}
+        for one in others:
+            times.setdefault(replace(one, time=0.0), []).append(one.time)
         for one in some:
-            if not any(_same(one, other) for other in others):
+            slack = SAME_TIME * max(1.0, one.time)
+            known = times.get(replace(one, time=0.0), [])
+            if not any(abs(one.time - time) <= slack for time in known):
                 said = f"{one.said} at {one.time:.3f} s: {fault}"
                 yield Finding(GROUP, "event", one.name, "event", "failed", said, time=one.time)
-
-
-def _same(one: Event, other: Event) -> bool:
-    apart = abs(one.time - other.time)
-    return replace(one, time=other.time) == other and apart <= SAME_TIME * max(1.0, one.time)
 
 
 def _place(asked: AskedEvent, scenario: Scenario) -> str:
