@@ -53,6 +53,7 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.timing import Dynamics, TimedMotion, TimingLimits, TimingProblem, solve, windows
 from knotwork.waypoints import FloatArray
 from results import Table
+from toppra_peer import toppra_duration
 
 KINDS = ("random", "smooth", "fast")
 STRETCHES = (1.0, 1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
@@ -149,24 +150,6 @@ def paper(problem: TimingProblem, durations: FloatArray) -> float:
     return np.inf
 
 
-def toppra_duration(problem: TimingProblem) -> float:
-    """TOPP-RA on the cubic spline through the waypoints, at rest at both ends."""
-    ta: Any = importlib.import_module("toppra")
-    constraint: Any = importlib.import_module("toppra.constraint")
-    algorithm: Any = importlib.import_module("toppra.algorithm")
-    ta.setup_logging("ERROR")
-    s = np.linspace(0.0, 1.0, len(problem.position))
-    path = ta.SplineInterpolator(s, problem.position, bc_type="clamped")
-    V, A = problem.limits.velocity, problem.limits.acceleration
-    limits = [
-        constraint.JointVelocityConstraint(np.stack((-V, V), axis=1)),
-        constraint.JointAccelerationConstraint(np.stack((-A, A), axis=1)),
-    ]
-    found = algorithm.TOPPRA(limits, path, parametrizer="ParametrizeConstAccel")
-    motion = found.compute_trajectory(0.0, 0.0)
-    return float(motion.duration) if motion is not None else np.inf
-
-
 def row(kind: str, problem: TimingProblem) -> dict[str, Any]:
     """Durations of all contenders relative to chained Ruckig, and what ours took."""
     durations = chained(problem)
@@ -182,7 +165,13 @@ def row(kind: str, problem: TimingProblem) -> dict[str, Any]:
         "knotwork": ours,
         "searched": searched(problem, durations),
         "paper": paper(problem, durations),
-        "toppra": toppra_duration(problem),
+        "toppra": toppra_duration(
+            np.linspace(0.0, 1.0, len(problem.position)),
+            problem.position,
+            problem.limits.velocity,
+            problem.limits.acceleration,
+            ends="clamped",
+        ),
     }
     ratios = {k: round(v / reference, 5) if np.isfinite(v) else None for k, v in found.items()}
     return {

@@ -43,6 +43,7 @@ import results
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 from motion_bench import FOLDER, KINDS, Problem, problems
+from toppra_peer import toppra_duration
 from ways_tables import tables
 
 STEP = 0.003
@@ -50,15 +51,11 @@ STEP = 0.003
 
 
 class Motion(NamedTuple):
-    """Samples every `STEP`: positions and accelerations, shape (n, d) each."""
+    """Samples every `STEP`: positions and accelerations, shape (n, d) each; duration [s]."""
 
     q: FloatArray
     a: FloatArray
-
-    @property
-    def duration(self) -> float:
-        """[s]."""
-        return STEP * (len(self.q) - 1)
+    duration: float
 
 
 @lru_cache(maxsize=1)
@@ -137,11 +134,11 @@ def knotwork(problem: Problem, row: dict[str, Any], peers: bool) -> Motion | Non
     if peers:
         (line,) = [one.line for one in plan.chosen.segments] if plan.chosen else [None]
         if line is not None:
-            row["line"] = round(toppra_duration(_dense(line)), 4)
-        along = motion.position(np.linspace(0.0, motion.end_time, 300))
-        row["curve"] = round(toppra_duration(along), 4)
+            row["line"] = round(along(_dense(line)), 4)
+        q = motion.position(np.linspace(0.0, motion.end_time, 300))
+        row["curve"] = round(along(q), 4)
     times = np.arange(0.0, motion.end_time + STEP, STEP).clip(max=motion.end_time)
-    return Motion(motion.position(times), motion.acceleration(times))
+    return Motion(motion.position(times), motion.acceleration(times), motion.end_time)
 
 
 def _dense(line: FloatArray) -> FloatArray:
@@ -153,24 +150,11 @@ def _dense(line: FloatArray) -> FloatArray:
     return np.concatenate(found)
 
 
-def toppra_duration(q: FloatArray) -> float:
+def along(q: FloatArray) -> float:
     """TOPP-RA along configurations, with limits of velocity and acceleration [s]."""
-    ta: Any = importlib.import_module("toppra")
-    constraint: Any = importlib.import_module("toppra.constraint")
-    algorithm: Any = importlib.import_module("toppra.algorithm")
-    ta.setup_logging("ERROR")
     q = q[np.append(True, np.linalg.norm(np.diff(q, axis=0), axis=1) > 1e-7)]
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
-    V, A = arm().velocity_limit, arm().acceleration_limit
-    limits = [
-        constraint.JointVelocityConstraint(np.stack((-V, V), axis=1)),
-        constraint.JointAccelerationConstraint(np.stack((-A, A), axis=1)),
-    ]
-    path = ta.SplineInterpolator(s, q)
-    found = algorithm.TOPPRA(
-        limits, path, gridpoints=np.linspace(0.0, s[-1], 400), parametrizer="ParametrizeConstAccel"
-    ).compute_trajectory(0.0, 0.0)
-    return float(found.duration) if found is not None else np.nan
+    return toppra_duration(s, q, arm().velocity_limit, arm().acceleration_limit, grid=400)
 
 
 def roboplan(problem: Problem) -> Motion | None:
@@ -194,7 +178,8 @@ def roboplan(problem: Problem) -> Motion | None:
         )
     except RuntimeError:
         return None
-    return Motion(np.array(timed.positions), np.array(timed.accelerations))
+    q = np.array(timed.positions)
+    return Motion(q, np.array(timed.accelerations), STEP * (len(q) - 1))
 
 
 def _roboplan_scene(core: Any, problem: Problem) -> tuple[Any, list[str]]:

@@ -92,6 +92,8 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.robot\.description\.)?(Description|VirtualJoint)"),
     (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?MovingFrame"),
+    (r"py:.*", r"(knotwork\.polynomial\.endless\.)?EndlessCurve"),
+    (r"py:.*", r"(knotwork\.waypoints\.)?TorchRanges"),
     (r"py:.*", r"EndAcceleration|Status"),
     (r"py:.*", r"(knotwork\.robot\.joint_tree\.)?JointTree"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),

@@ -35,7 +35,9 @@ def judged(plan: kw.Plan, given: Path | dict[str, Any]) -> list[Wrong]:
         if numbers.exists():
             given = numbers
         task = Task.read(given) if isinstance(given, Path) else Task(given, folder)
-        return judge(task, Motion.read(folder / "trajectory.json"))
+        still = task.arm is None or not (task.arm.moved or task.arm.ground or task.arm.on)
+        motion = Motion.read(folder / "trajectory.json")
+        return judge(task, motion, collisions=still)  # what moves is told apart in tests/moving
 
 
 def judged_joints(

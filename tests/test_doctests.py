@@ -91,6 +91,7 @@ PLAIN_DATA = {
     "interpolation.PlannerOptions": ("ChosenRun",),
     "interpolation.get_planner": ("Planner",),
     "scenario.joint_space.joint_space": ("JointSpace", "JointState"),
+    "recording.deviation_findings": ("Delay", "Tolerances"),
     "load_scenario": (
         "AskedEvent",
         "AskedTiming",

@@ -19,8 +19,8 @@ from knotwork.errors import DocumentError, InputError
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 
-ARCS = ("ur10_weld", "kinova_dispense", "xarm7_bead")
-SHIPPED = (*ARCS, "ur5_deburring", "panda_pick_place_fastest", "ur3_lid")
+ARCS = ("ur10_weld", "kinova_dispense")
+SHIPPED = (*ARCS, "panda_pick_place_fastest")
 
 
 def source_of(name: str) -> Path:
@@ -107,6 +107,57 @@ def test_lines_end_as_they_did(tmp_path: Path) -> None:
     draft.apply([{"at": ["rate"], "value": 200}])
     draft.save()
     assert file.read_bytes() == b"rate: 200 # Hz\r\nwaypoints: []\r\n"
+
+
+ADDED = [
+    *(("planar2_closed_form", 1.0, "pose"), ("ur5_deburring", 3.9, "pose")),
+    *(("ur10_weld", 14.2, "pose"), ("ur3_lid", 6.0, "joints")),
+]
+
+
+@pytest.mark.parametrize(("name", "time", "what"), ADDED)
+def test_a_waypoint_is_added_where_the_arm_is(
+    name: str, time: float, what: str, tmp_path: Path
+) -> None:
+    """The motion leads through the pose that the arm had, and all checks pass as before."""
+    made = Session(draft_in(tmp_path, name))
+    made.server.server_close()
+    assert made.renew() is not None
+    assert made.plan is not None
+    robot, before = made.plan.space.robot, made.plan
+    assert robot is not None
+    pose = robot.forward(before.trajectory.position(time))
+    add = made.server.actions["add"]
+    _, *place = add({"what": what, "time": time})["at"]
+    assert made.renew() is not None
+    assert made.plan.report.ok
+    scenario = made.plan.scenario
+    assert len(scenario.waypoints) == len(before.scenario.waypoints) + 1
+    at = scenario.waypoints[scenario.index.index(place[0])].time
+    there = robot.forward(made.plan.trajectory.position(at))
+    assert np.abs(there.translation - pose.translation).max() < 0.01  # on a line, it is blended
+    made.draft.apply([{"at": ["rate"], "value": 90}])
+    with pytest.raises(InputError, match="before the task is planned"):
+        add({"what": what, "time": time})
+
+
+def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
+    """The robot stands in its scene; a waypoint out of reach is brought back."""
+    draft = draft_in(tmp_path, "ur3_lid")
+    draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
+    made = Session(draft)
+    with pytest.raises(InputError, match="out of reach"):
+        made.renew()
+    state = made.server.state()["draft"]
+    assert made.server.scene is not None
+    assert made.server.scene["revision"] != state["revision"] == state["handled"]
+    high = next(one for one in state["handles"] if one["name"] == "above")
+    x, y, z = high["position"]
+    made.server.actions["move"]({**high, "position": [x, y, z - 1.94]})
+    renewed = made.renew()
+    assert renewed is not None
+    assert renewed[1].report.ok
+    made.server.server_close()
 
 
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,9 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
         turns.append(np.degrees(np.arctan2(x[1], x[0])))
     least, most = min(turns), max(turns)
     assert -100.1 < least < most < 10.1
+    (used,) = plan.report.select(group="Freedom")
+    assert f"turn {least:.3g} to {most:.3g} deg" in used.message
+    assert np.degrees(used.value) == pytest.approx(most - least, abs=0.1)
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
     (row,) = (one for one in found.findings if one.quantity == "path_turn")
     assert found.ok
@@ -350,8 +354,8 @@ def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> 
 
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
-    ("nothing", {}, "leaves nothing open; accepted: turn, turn and tilt, or position"),
-    ("a word", "turn", "must be a mapping with turn, tilt or position, or none"),
+    ("nothing", {}, "leaves nothing open; accepted: turn, turn and tilt, angles, or position"),
+    ("a word", "turn", "must be a mapping with turn, tilt, angles or position, or none"),
     ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
     ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
     ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),
@@ -400,6 +404,8 @@ def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
     assert -60.001 < x < 60.001
     assert abs(y) < 1e-3
     assert -0.001 < z < 20.001  # the tool's z axis points down
+    (used,) = plans[0].report.select(group="Freedom")
+    assert re.search(rf"x {x:.3g} mm, z {-z:.3g} mm", used.message)
     moved = pick(free)
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures
@@ -414,14 +420,40 @@ def test_a_position_is_free_only_where_the_tool_stops() -> None:
         kw.load_scenario(with_stops(arch(BOX)))
 
 
+def fastest(free: Any) -> dict[str, Any]:
+    task = with_stops(arch(free))
+    for k in (0, 2):
+        task["waypoints"][k]["after"] = "fastest"
+    task["waypoints"][1]["speed"] = "fastest"
+    return task | {"limits": {"acceleration": 300}}
+
+
+@pytest.mark.parametrize("free", [TURN, {"turn": [-30, 30]}])
+def test_speeds_and_times_are_chosen_frozen_swept_and_exported(
+    free: Any, tmp_path: Path, knotwork: Command
+) -> None:
+    path = written(fastest(free), tmp_path)
+    folders = [str(tmp_path / name) for name in ("out", "again", "study")]
+    frozen = str(tmp_path / "frozen.yaml")
+    done = knotwork("plan", str(path), "--out", folders[0], "--freeze", frozen)
+    assert done.code == 0, done.out + done.err
+    assert knotwork("plan", frozen, "--out", folders[1]).code == 0
+    first, again = (Path(one, "samples.csv").read_bytes() for one in folders[:2])
+    assert first == again
+    script = tmp_path / "motion.script"
+    assert knotwork("export", folders[0], "-f", "urscript", "-o", str(script)).code == 0
+    assert script.read_text().count("[") > 10
+    if free != TURN:
+        return
+    vary = "waypoints[1].pose.position[2]=200,220"
+    done = knotwork("sweep", str(path), "--vary", vary, "--workers", "0", "--out", folders[2])
+    assert (done.code, "2 pass" in done.out) == (0, True), done.out + done.err
+
+
 def test_what_is_not_supported_is_refused() -> None:
     task = with_stops(arch())
     task["waypoints"][1]["free"] = "none"
     with pytest.raises(kw.InputError, match=r"waypoints\[1\].*begins at a pose that is free"):
-        kw.load_scenario(task)
-    task = with_stops(arch())
-    task["waypoints"][1]["speed"] = "fastest"
-    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.speed.*chosen, along a path"):
         kw.load_scenario(task)
     task = with_stops(arch())
     task["branch"] = "keep"

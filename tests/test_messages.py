@@ -167,6 +167,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
                     "width": 0.003,
                     "frequency": 2,
                     "dwell": 0.1,
+                    "rounding": 0.0005,
                     "in": ["across"],
                     "normal": [0, 0, 1],
                 },

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -133,6 +133,26 @@ class ReadOnlyArrays:
         self.__dict__.update(state)
 
 
+class TorchRanges(NamedTuple):
+    """Ranges of a torch's angles, in the axes of its seam.
+
+    With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-about) in these axes, what is
+    free takes it to that of the pose by A Ry(travel - t) Rx(work - w) A', where t and w are the
+    pose's own angles and A = Rz(about) diag(1, -1, -1) Ry(t).
+
+    Attributes:
+        work: Least and greatest work angle, from that of the pose [rad].
+        travel: Least and greatest travel angle, from that of the pose [rad].
+        own: Travel angle of the pose [rad].
+        about: Angle about the tool's z axis of its axis that points along the seam [rad].
+    """
+
+    work: tuple[float, float]
+    travel: tuple[float, float]
+    own: float
+    about: float
+
+
 @dataclass(frozen=True)
 class PoseFreedom:
     """What a pose leaves open: a turn of the tool about its z axis, a tilt of that axis, its place.
@@ -141,6 +161,7 @@ class PoseFreedom:
         turn: Least and greatest turn from the pose [rad]; infinite where any will do.
         tilt: Greatest angle between the axis and that of the pose [rad].
         box: Least and greatest place along each axis of the pose [m].
+        torch: Ranges of its angles to a seam, or `None`.
 
     >>> kw.waypoints.PoseFreedom((-1.5, 1.5)).tilt
     0.0
@@ -149,6 +170,7 @@ class PoseFreedom:
     turn: tuple[float, float] = (0.0, 0.0)
     tilt: float = 0.0
     box: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * 3
+    torch: TorchRanges | None = None
 
     @property
     def moves(self) -> bool:

@@ -70,8 +70,18 @@ def test_outputs_are_switched_within_a_step_before(plan: kw.Plan) -> None:
 
 def test_a_program_names_its_segments(plan: kw.Plan) -> None:
     text = plan.trajectory.to_urscript()
-    named = re.findall(r"^  # (.*): (?:\w| )+, (\d+\.\d+) s to", text, re.MULTILINE)
+    named = re.findall(r"^  # (.*): (?:[a-z ]+, )?(\d+\.\d+) s to", text, re.MULTILINE)
     assert named == [(one.name, f"{one.start:.3f}") for one in plan.segments]
+
+
+def test_events_close_together_leave_the_motion_as_it_is() -> None:
+    near = do({"arc": "on", "at": 20}, {"gas": "on", "at": 20 + 1e-7}, {"arc": "off", "at": 20.05})
+    motion = kw.plan(weld(seam=near) | {"outputs": {"arc": 3, "gas": 4}}).trajectory
+    controller = Controller(motion.position(motion.start_time), 125.0)
+    controller.run(motion.to_urscript())
+    assert [value for *_, value in controller.switched] == [True, True, False]
+    time = np.clip(controller.time, motion.start_time, motion.end_time)
+    assert np.abs(controller.position - motion.position(time)).max() < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -166,6 +176,20 @@ def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
     said = [one.message for one in plan.report.select(group="Segments")]
     assert said == [one.said for one in plan.segments]
     assert any("output 17 on" in line.text for line in plan.report.brief())
+
+
+def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
+    first, second, *rest = plan.events
+    moved = replace(second, time=second.time + 1e-3)
+    motion = replace(plan.trajectory, events=(first, moved, *rest[:-1]))
+    failures = [one.message for one in kw.check(motion, plan.scenario).failures]
+    assert failures == [
+        "output 9 on at 3.001 s: the motion has it, and the scenario does not ask for it",
+        "output 9 on at 3.000 s: the scenario asks for it, and the motion does not have it",
+        f"{rest[-1].said} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
+        "not have it",
+    ]
+    assert kw.check(replace(motion, events=()), plan.scenario).ok
 
 
 def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:

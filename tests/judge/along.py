@@ -72,7 +72,7 @@ def _path(task: Task, motion: Motion, path: ToolPath, samples: int) -> Iterator[
     t = _times(path, samples)
     t = np.clip(t, motion.x[0], motion.x[-1])
     q = motion(t)
-    poses = arm.poses(q)
+    poses = arm.poses(q, t)
     points = np.array([pose.translation for pose in poses]) - path.woven(t)
     s = tracked(path, points, allowed["path"])
     P, T, _ = path.at(s)
@@ -109,7 +109,7 @@ def _speed(
 ) -> Iterator[Row]:
     """The velocity along the path: as asked in the window, no faster and not back in the ramps."""
     assert task.arm is not None
-    velocity = task.arm.velocities(motion(t), motion(t, 1))[:, :3]
+    velocity = task.arm.velocities(motion(t), motion(t, 1), t=t)[:, :3]
     velocity -= (path.woven(t + STEP) - path.woven(t - STEP)) / (2.0 * STEP)
     along = (velocity * T).sum(axis=1)
     speed = np.linalg.norm(velocity, axis=1)

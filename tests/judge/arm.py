@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from judge.placing import placement
 ROBOTS = Path(__file__).parents[2] / "robots"
 DATA = next(p for p in Path(pin.__file__).parents if p.name == "cmeel.prefix") / "share"
 EXAMPLES = "example-robot-data:"
+STEP = 1e-5
 KINDS = ("position", "velocity", "acceleration", "jerk", "effort")
 
 
@@ -23,6 +24,55 @@ def found(reference: str, folder: Path) -> Path:
     if reference.startswith(EXAMPLES):
         return DATA / "example-robot-data" / "robots" / reference.removeprefix(EXAMPLES)
     return folder / reference
+
+
+def with_axes(arm: Any, axes: Mapping[str, Any]) -> Any:
+    """A model with external axes: links `cell` and those of tables, and what carries the arm."""
+    first = pin.Model()
+    inertia = pin.Inertia.Zero()
+    links = {"cell": first.addFrame(pin.Frame("cell", 0, 0, pin.SE3.Identity(), pin.BODY))}
+    for name, one in axes.items():
+        parent = first.frames[links[one.get("in", "cell")]]
+        turn = pin.rpy.rpyToMatrix(*map(float, one.get("rpy", (0, 0, 0))))
+        at = pin.SE3(turn, np.array(one.get("position", (0, 0, 0)), dtype=float))
+        axis = np.array(one.get("turns") or one["slides"], dtype=float)
+        axis /= np.linalg.norm(axis)
+        kind = (
+            pin.JointModelRevoluteUnaligned
+            if one.get("turns")
+            else pin.JointModelPrismaticUnaligned
+        )
+        low, high = one.get("range") or (-np.inf, np.inf)
+        fast = float(one.get("velocity") or 0.0)
+        joint = first.addJoint(
+            parent.parentJoint,
+            kind(axis),
+            parent.placement * at,
+            name,
+            np.zeros(1),
+            np.array([fast]),
+            np.array([low]),
+            np.array([high]),
+        )
+        first.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+        link = one.get("carries") or name
+        links[link] = first.addFrame(pin.Frame(link, joint, 0, pin.SE3.Identity(), pin.BODY))
+    carrier = links.get("robot", links["cell"])
+    return pin.appendModel(first, arm, carrier, pin.SE3.Identity())
+
+
+def mass_of(given: Mapping[str, Any], length: float) -> pin.Inertia:
+    """The mass of a tool or of what it holds."""
+    moments = given.get("inertia") or {}
+    ixx, ixy, iyy, ixz, iyz, izz = (
+        float(moments.get(key, 0.0)) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+    )
+    centre = given.get("centre_of_mass", given.get("position", [0, 0, 0]))
+    return pin.Inertia(
+        float(given["mass"]),
+        length * np.array(centre, dtype=float),
+        np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]),
+    )
 
 
 class Arm:
@@ -35,7 +85,13 @@ class Arm:
         length: The scenario's unit of length [m].
         angle: Its unit of angle [rad].
         gravity: In the axes of the base [m/s²].
+        on: Link that poses are given in, if it is not the base.
+
+    Attributes:
+        ground: Where what poses are given in is at a time [s], seen from where it is at rest.
     """
+
+    ground: Callable[[float], pin.SE3] | None = None
 
     def __init__(
         self,
@@ -45,6 +101,7 @@ class Arm:
         length: float,
         angle: float,
         gravity: list[float] | None,
+        on: str | None = None,
     ) -> None:
         if isinstance(robot, str):
             path = folder / robot
@@ -59,7 +116,12 @@ class Arm:
         self.file, self.folder = robot, folder
         self.urdf = found(robot["urdf"], folder)
         self.model = pin.buildModelFromUrdf(str(self.urdf))
-        self.base_name = robot.get("base_frame") or self.model.frames[1].name
+        axes = robot.get("external_axes") or {}
+        if axes:
+            self.model = with_axes(self.model, axes)
+        root = "cell" if axes else self.model.frames[1].name
+        self.moved = bool(axes)
+        self.base_name, self.on = on or robot.get("base_frame") or root, on
         self.tool_name = tool.get("frame") or robot.get("tool_frame") or self.base_name
         offset = placement(tool.get("offset"), length, angle)
         carrier = self.model.frames[self.model.getFrameId(self.tool_name, pin.BODY)]
@@ -82,26 +144,17 @@ class Arm:
         self.limits = self._limits(robot.get("limits", {}))
 
     def _load(self, tool: Mapping[str, Any], length: float) -> None:
-        mass = tool.get("mass") or 0.0
-        if not mass:
-            return
-        given = tool.get("inertia") or {}
-        ixx, ixy, iyy, ixz, iyz, izz = (
-            float(given.get(key, 0.0)) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
-        )
-        moments = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        centre = length * np.array(tool["centre_of_mass"], dtype=float)
-        body = pin.Inertia(mass, centre, moments)
-        self.model.appendBodyToJoint(self.tool_joint, body, self.tool_placement)
+        if tool.get("mass"):
+            body = mass_of(tool, length)
+            self.model.appendBodyToJoint(self.tool_joint, body, self.tool_placement)
 
     def _chain(self, locked: Mapping[str, float]) -> None:
         """The joints that move the tool, and where all the others stand."""
         base = self.model.frames[self.model.getFrameId(self.base_name, pin.BODY)].parentJoint
-        chain, joint = [], self.tool_joint
-        while joint not in (0, base):
-            chain.append(joint)
-            joint = self.model.parents[joint]
-        assert joint == base, "the base does not carry the tool"
+        to_base, to_tool = (list(self.model.supports[joint]) for joint in (base, self.tool_joint))
+        chain = [joint for joint in to_tool[::-1] if joint not in to_base]
+        chain += [joint for joint in to_base if joint not in to_tool]
+        assert self.on or base in to_tool, "the base does not carry the tool"
         self.rest = pin.neutral(self.model)
         for name, value in locked.items():
             self._put(self.rest[None], self.model.getJointId(name), np.array([value]))
@@ -148,17 +201,40 @@ class Arm:
         full[:, self.rates] = v
         return full
 
-    def poses(self, q: np.ndarray) -> list[pin.SE3]:
-        """Of the tool centre point in the base, at positions of shape (k, d)."""
-        base = self.base.inverse()
-        found = []
-        for one in self.whole(q):
+    def poses(self, q: np.ndarray, t: np.ndarray | None = None) -> list[pin.SE3]:
+        """Of the tool centre point in the base, at positions of shape (k, d).
+
+        Times of shape (k,) are those at which what carries the poses is where it is.
+        """
+        base, found = self.base.inverse(), []
+        frame = self.model.getFrameId(self.base_name, pin.BODY)
+        for k, one in enumerate(self.whole(q)):
             pin.forwardKinematics(self.model, self.data, one)
-            found.append(base * pin.updateFramePlacement(self.model, self.data, self.tcp))
+            if self.on:
+                base = pin.updateFramePlacement(self.model, self.data, frame).inverse()
+            pose = base * pin.updateFramePlacement(self.model, self.data, self.tcp)
+            if self.ground is not None and t is not None:
+                pose = self.ground(float(t[k])).actInv(pose)
+            found.append(pose)
         return found
 
-    def velocities(self, q: np.ndarray, v: np.ndarray, link: str | None = None) -> np.ndarray:
+    def _seen_velocities(self, q: np.ndarray, v: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """By differences, as they are seen from what carries the poses."""
+        before, after = (self.poses(q + h * v, t + h) for h in (-STEP, STEP))
+        return np.array(
+            [
+                np.concatenate((b.translation - a.translation, pin.log3(b.rotation @ a.rotation.T)))
+                / (2 * STEP)
+                for a, b in zip(before, after, strict=True)
+            ]
+        )
+
+    def velocities(
+        self, q: np.ndarray, v: np.ndarray, link: str | None = None, t: np.ndarray | None = None
+    ) -> np.ndarray:
         """Linear and angular, of the tool centre point or a link's origin, in the base's axes."""
+        if link is None and t is not None and (self.on or self.ground is not None):
+            return self._seen_velocities(q, v, t)
         frame = self.tcp if link is None else self.model.getFrameId(link, pin.BODY)
         turn = self.base.rotation.T
         found = np.empty((len(q), 6))
@@ -186,6 +262,17 @@ class Arm:
         """Torques and forces of the joints, by inverse dynamics, shape (k, d)."""
         rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
         return np.array([pin.rnea(self.model, self.data, *row)[self.rates] for row in rows])
+
+    def efforts_of(
+        self, held: pin.Inertia, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> np.ndarray:
+        """What `efforts` are more with a body at the tool centre point."""
+        model = self.model.copy()
+        model.appendBodyToJoint(self.tool_joint, held, self.tcp_placement)
+        data = model.createData()
+        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
+        loaded = [pin.rnea(model, data, *row)[self.rates] for row in rows]
+        return np.reshape(loaded, np.shape(q)) - np.reshape(self.efforts(q, v, a), np.shape(q))
 
     def singular_values(self, q: np.ndarray) -> np.ndarray:
         """The smallest of the tool's Jacobian, shape (k,)."""

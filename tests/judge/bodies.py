@@ -74,10 +74,15 @@ class Surroundings:
         for name, one in ((self.task.data.get("scene") or {}).get("objects") or {}).items():
             if not one.get("visual"):
                 carrier = arm.base * self.task.frames[one.get("in", "base")]
-                bodies.append(Body(name, "object", 0, [self._shape(name, one, 0, carrier)]))
+                shapes = [self._shape(name, one, 0, carrier)]
+                bodies.append(Body(name, "object", 0, shapes, start=self._since(one)))
         for name, one in (tool.get("holds") or {}).items():
             bodies += self._held(name, one, motion)
         return bodies
+
+    def _since(self, one: Mapping[str, Any]) -> float:
+        """When an object appears."""
+        return next((w.time for w in self.task.waypoints if w.name == one.get("appears")), -np.inf)
 
     def _held(self, name: str, one: Mapping[str, Any], motion: Motion) -> list[Body]:
         """Standing before, in the tool, standing after; near the tool it may touch it."""
@@ -96,10 +101,10 @@ class Surroundings:
         gone = next((times[k] for k in range(leave + 1, len(given)) if away(k, leave)), np.inf)
         here, there = ([self._shape(name, one, 0, arm.base * poses[k])] for k in (take, leave))
         carried = [self._shape(name, one, arm.tool_joint, arm.tcp_placement)]
-        start, end = float(times[take]), float(times[leave])
+        start, end, since = float(times[take]), float(times[leave]), self._since(one)
         made = [
-            Body(name, "standing", 0, here, end=coming, apart=True),
-            Body(name, "standing", 0, here, coming, start),
+            Body(name, "standing", 0, here, since, coming, apart=True),
+            Body(name, "standing", 0, here, max(since, coming), start),
             Body(name, "held", arm.tool_joint, carried, start, end),
             Body(name, "standing", 0, there, end, gone),
             Body(name, "standing", 0, there, gone, apart=True),

@@ -62,7 +62,11 @@ class Task:
         if self.data.get("robot") is not None:
             tool = self.data.get("tool") or {}
             gravity = self.data.get("gravity")
-            self.arm = Arm(self.data["robot"], self.folder, tool, self.length, self.angle, gravity)
+            self.arm = Arm(
+                *(self.data["robot"], self.folder, tool, self.length, self.angle, gravity),
+                self._carrier("on"),
+            )
+            self._ride()
             self.names, self.units = self.arm.names, self.arm.units
         else:
             self.names = tuple(given[0]["joints"])
@@ -73,6 +77,39 @@ class Task:
         self._read_waypoints(given)
         self._read_waits()
         self._read_limits()
+
+    # --- what carries the poses
+
+    def _carrier(self, key: str) -> Any:
+        """What the frame of all poses, or one that it is in, says under a key."""
+        name = self.data.get("frame") or "base"
+        given = {  # YAML 1.1 takes a plain `on` for true
+            name: {"on" if word is True else word: value for word, value in one.items()}
+            for name, one in (self.data.get("frames") or {}).items()
+        }
+        while name in given:
+            if key in given[name]:
+                return given[name][key] if key == "on" else (name, given[name][key])
+            name = given[name].get("in", "base")
+        return None
+
+    def _ride(self) -> None:
+        """Take the poses along with a frame that moves at constant speeds."""
+        found = self._carrier("moves")
+        if found is None:
+            return
+        name, moves = found
+        rest = frames(self.data["frames"], self.length, self.angle)[name]
+        linear = self.length * np.array(moves.get("linear", (0, 0, 0)), dtype=float)
+        angular = self.angle * np.array(moves.get("angular", (0, 0, 0)), dtype=float)
+        begin = float(moves.get("at", 0.0))
+
+        def ground(t: float) -> pin.SE3:
+            moved = pin.SE3(pin.exp3((t - begin) * angular), (t - begin) * linear)
+            return rest * moved * rest.inverse()
+
+        assert self.arm is not None
+        self.arm.ground = ground
 
     @classmethod
     def read(cls, path: Path) -> Task:
@@ -249,8 +286,8 @@ class Task:
         side = np.cross(-stretch.rotation[:, 2], stretch.curve.way)
         side /= np.linalg.norm(side)
         weave, start = one["weave"], stretch.start
-        width, allowed = self.length * weave["width"], self.tolerance("path")
-        added = weaving.across(weave, width, allowed, stretch.end - start)
+        width, rounding = (self.length * weave[key] for key in ("width", "rounding"))
+        added = weaving.across(weave, width, rounding, stretch.end - start)
         return lambda t: np.outer(added(np.clip(t, start, stretch.end) - start), side)
 
     def _speeds(

@@ -12,14 +12,14 @@ import pytest
 import knotwork as kw
 from judge.arm import Arm
 from judged import judged
-from shipped import SCENARIO_FILES
-from sweeps import first_of
+from shipped import QUICK, SCENARIO_FILES
+from sweeps import first_of, mostly_exhaustive
 
 ARMS = ("ur3", "ur5", "ur10", "panda", "kinova", "xarm7", "z1")
 PLANNERS = ("modified-hermite", "cubic", "quintic", "septic")
 
 
-@pytest.mark.parametrize("name", SCENARIO_FILES)
+@pytest.mark.parametrize("name", mostly_exhaustive(SCENARIO_FILES, *QUICK))
 def test_the_judge_passes_every_shipped_scenario(name: str) -> None:
     plan = kw.plan(name)
     assert plan.report.ok

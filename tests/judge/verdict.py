@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from judge.along import path_wrongs
+from judge.arm import mass_of
 from judge.bodies import collision_wrongs
 from judge.motion import Motion
 from judge.placing import turn_between
@@ -91,7 +92,7 @@ def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
         assert task.arm is not None
         assert one.pose is not None
         assert one.twist is not None
-        pose, twist = task.arm.poses(q)[0], task.arm.velocities(q, v)[0]
+        pose, twist = task.arm.poses(q, t)[0], task.arm.velocities(q, v, t=t)[0]
         turn, spin = pose.rotation, twist[3:] - one.twist[3:]
         if one.free:  # as far as its axis says
             turn = pin.Quaternion.FromTwoVectors(one.pose.rotation[:, 2], turn[:, 2]).matrix()
@@ -146,6 +147,19 @@ def _joint_limits(task: Task, motion: Motion) -> Iterator[Wrong]:
                 yield Wrong(f"{kind} limit", name, float(low[i]), float(lower))
 
 
+def _efforts(task: Task, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Efforts, with what is held at each time."""
+    assert task.arm is not None
+    efforts = task.arm.efforts(q, v, a)
+    times = {one.name: one.time for one in task.waypoints}
+    for one in ((task.data.get("tool") or {}).get("holds") or {}).values():
+        if one.get("mass"):
+            there = (t >= times[one["from"]]) & (t <= times[one["to"]])
+            body = mass_of(one, task.length)
+            efforts[there] += task.arm.efforts_of(body, q[there], v[there], a[there])
+    return efforts
+
+
 def _sampled_limits(task: Task, motion: Motion, samples: int) -> Iterator[Wrong]:
     arm, limited = task.arm, np.isfinite(task.limits["effort"])
     assert arm is not None
@@ -155,8 +169,9 @@ def _sampled_limits(task: Task, motion: Motion, samples: int) -> Iterator[Wrong]
     if limited.any():
         # the acceleration from both sides of a break
         before = motion(motion.x, 2, side="left")
-        felt = np.abs(arm.efforts(q, v, a)).max(axis=0)
-        other = np.abs(arm.efforts(motion(motion.x), motion(motion.x, 1), before)).max(axis=0)
+        x = motion.x
+        felt = np.abs(_efforts(task, t, q, v, a)).max(axis=0)
+        other = np.abs(_efforts(task, x, motion(x), motion(x, 1), before)).max(axis=0)
         felt = np.maximum(felt, other)
         rows += [
             ("effort limit", name, felt[i], task.limits["effort"][i])

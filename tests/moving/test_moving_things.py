@@ -170,28 +170,56 @@ def refused(task: dict[str, Any]) -> str:
     return str(caught.value)
 
 
-def test_what_moving_frames_can_not_do_is_refused() -> None:
-    around = belt()
-    around["frames"]["belt"]["in"] = "tray"
-    assert "frames placed in a circle: belt in tray in belt" in refused(around)
-    free = belt()
-    free["waypoints"][0] |= {"after": "fastest"}
-    assert "is in frame 'tray', which moves" in refused(free)
-    waiting = belt()
-    del waiting["waypoints"][1]["stop"]
-    waiting["waypoints"][1]["wait"] = 1.0
-    assert "the arm can't stand still where frame 'tray' moves on" in refused(waiting)
-    left = belt()
-    left["waypoints"][0]["frame"] = left["waypoints"][1]["frame"] = "base"
-    assert "does not move with waypoint 3" in refused(left)
-    gone = belt()
-    gone["waypoints"][0]["after"] = 20
-    assert "waypoint" in refused(gone)
-    nothing = belt()
-    nothing["frames"]["belt"]["moves"] = {"at": 1}
-    assert "gives no motion" in refused(nothing)
-    plane = {"in": "belt", "half_space": {"normal": [0, 0, 1]}}
-    assert "moves with frame 'belt'" in refused(belt(scene={"objects": {"floor": plane}}))
+def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
+    """The task on the belt with one value changed; `None` takes it out."""
+    task = inner = belt()
+    for key in at[:-1]:
+        inner = inner[key]
+    if value is None:
+        del inner[at[-1]]
+    else:
+        inner[at[-1]] = value
+    return task
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "words"),
+    [
+        (("frames", "belt", "in"), "tray", "frames placed in a circle: belt in tray in belt"),
+        (("frames", "belt", "in"), "belt", "frames placed in a circle: belt in belt"),
+        (("frames", "belt", "moves"), {"at": 1}, "gives no motion; give linear, angular or both"),
+        (
+            ("waypoints", 0, "after"),
+            20,
+            "waypoints[0] (at 20 s frame 'tray' is at [0.3545, 3.379, 0.12]): waypoint "
+            "'waypoint 1': the pose is out of reach: the nearest point found is 2.456 m away",
+        ),
+        (("waypoints", 2, "speed"), 0.01, "waypoints[2] (at "),
+        (("waypoints", 2, "speed"), {"at_most": 0.1}, "is chosen, but frame 'tray' moves"),
+        (
+            ("waypoints", 0, "after"),
+            "fastest",
+            "is in frame 'tray', which moves, so that its pose depends on its time, and that is "
+            "chosen (time or after [s] here and at every waypoint before it",
+        ),
+        (
+            ("waypoints", 1),
+            {"pose": {"position": [0, 0, 0.1], **DOWN}, "after": 1, "wait": 1.0},
+            "the arm can't stand still where frame 'tray' moves on (stop: true, and another "
+            "waypoint in that frame, along: line, a little further)",
+        ),
+        (("waypoints", 1, "frame"), "base", "does not move with waypoint 3, to which the path"),
+        (
+            ("scene",),
+            {"objects": {"floor": {"in": "belt", "half_space": {"normal": [0, 0, 1]}}}},
+            "floor.half_space: moves with frame 'belt', seen from the poses, which it can't",
+        ),
+    ],
+)
+def test_what_moving_frames_can_not_do_is_refused(
+    at: tuple[Any, ...], value: Any, words: str
+) -> None:
+    assert words in refused(changed(at, value))
 
 
 def test_robots_that_can_not_be_followed_are_refused(tmp_path: Path) -> None:

@@ -82,6 +82,18 @@ def rows(kind: str) -> tuple[list[str], list[list[str]], str]:
                 for i in n
             ]
             return head, body, ";"
+        case "controller state":  # of ROS 2's joint_trajectory_controller
+            head = ["header.stamp.sec", "header.stamp.nanosec", "joint_names[0]", "joint_names[1]"]
+            for group in ("reference", "feedback", "error", "output"):
+                head += [
+                    f"{group}.{what}[{k}]" for what in ("positions", "velocities") for k in (0, 1)
+                ]
+            nothing = ["9"] * 4
+            body = [
+                [*ros_stamp(TIME[i]), "lift_joint", "pan", *nothing, *q[i][::-1], *v[i][::-1],
+                 *nothing, *nothing] for i in n
+            ]  # fmt: skip
+            return head, body, ","
         case "counted from one":
             return (
                 ["t", "q1", "q2", "qd1", "qd2"],
@@ -100,6 +112,7 @@ def rows(kind: str) -> tuple[list[str], list[list[str]], str]:
         "PlotJuggler",
         "flattened message",
         "rostopic echo",
+        "controller state",
         "RTDE",
         "spreadsheet",
         "counted from one",

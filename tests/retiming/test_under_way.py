@@ -96,6 +96,17 @@ def test_a_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_pa
         assert now.duration <= deburring.stop(at).trajectory.duration * (1 + 1e-9)
 
 
+def test_an_override_above_1_fails_where_it_exceeds_a_limit(deburring: kw.Plan) -> None:
+    fast = deburring.scaled({0: 2.5})
+    assert fast.trajectory.duration == pytest.approx(deburring.trajectory.duration / 2.5)
+    failed = {one.quantity for one in fast.report.failures}
+    assert failed >= {"acceleration", "tool_speed"}
+    peaks = {
+        one: two.trajectory.extrema("acceleration").peak for one, two in ((1, deburring), (2, fast))
+    }
+    assert peaks[2] == pytest.approx(2.5**2 * peaks[1], rel=1e-4)
+
+
 HOME = {"robot": "ur5", "limits": {"acceleration": 6, "jerk": 60}}
 GOAL = {**HOME, "waypoints": [{"joints": "home", "after": "fastest"}]}
 

@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+import yaml
 
 import knotwork as kw
+from judge.motion import Motion
+from judge.task import Task as JudgesTask
+from judge.verdict import judge
 from knotwork import storage
 from knotwork.errors import DocumentError, InputError
 from urscript_controller import Controller
@@ -85,6 +89,21 @@ def test_torque_knows_what_is_held(mass: float, centre: Any, inertia: Any) -> No
     assert plan.report.ok
 
 
+def test_a_heavier_box_breaks_the_limits(tmp_path: Path) -> None:
+    """For the check, and for the judge, which shares nothing with it."""
+    plan = kw.plan(stacking(BOX | {"mass": 4.0}))
+    plan.save(tmp_path)
+    motion = Motion.read(tmp_path / "trajectory.json")
+    text = (tmp_path / "scenario.yaml").read_text()
+    for mass, joints in (("4.0", set()), ("4.5", {"shoulder_lift_joint"})):
+        data = yaml.safe_load(text.replace("mass: 4.0", f"mass: {mass}"))
+        found = kw.check(plan.trajectory, kw.load_scenario(data)).failures
+        assert {one.quantity for one in found} <= {"effort"}
+        assert {one.name for one in found} >= joints
+        wrong = judge(JudgesTask(data, tmp_path), motion)
+        assert {one.where for one in wrong} == {one.name for one in found}
+
+
 def test_a_load_costs_time_only_while_it_is_held() -> None:
     spans = {}
     for mass in (0.0, 4.0):
@@ -135,6 +154,7 @@ def test_a_box_that_appears_is_not_there_before() -> None:
         found = kw.plan(task).report
         pair = [one for one in found.failures if {"box", "box 2"} == set(one.name.split(", "))]
         assert (not pair) == ok, found
+        assert ok or "box 2 is there from the start; appears: NAME" in pair[0].message
 
 
 @pytest.mark.parametrize(

@@ -232,6 +232,16 @@ def test_names_that_are_given_twice() -> None:
         assert words in str(caught.value)
 
 
+def test_an_error_lists_some_of_many_names() -> None:
+    task = palletising()
+    task["frames"]["pallet"]["grid"] = {"counts": [30], "pitches": [0.01]}
+    task["waypoints"][1]["holds"]["box"] = BOX | {"appears": "pick 31"}
+    with pytest.raises(DocumentError) as caught:
+        kw.load_scenario(task)
+    assert "(did you mean 'pick 3" in str(caught.value)
+    assert str(caught.value).endswith("and 112 more)")
+
+
 def test_an_error_has_the_line_of_the_block(tmp_path: Path) -> None:
     file = kw.Task.load(palletising()).save(tmp_path / "task.yaml")
     lines = file.read_text().splitlines()

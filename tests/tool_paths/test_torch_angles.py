@@ -22,6 +22,7 @@ def welded(*path: dict[str, Any], before: dict[str, Any] | None = None) -> dict[
     return {
         "robot": "ur10",
         "start": "home",
+        "path": {"acceleration": 0.1},
         "waypoints": [
             {"after": 3, "pose": {"position": [0.6, -0.2, 0.3], **angles}, "stop": True},
             {"after": 1, "pose": {"position": START, **(before or {})}, "stop": True},
@@ -131,6 +132,67 @@ def test_angles_to_nothing_are_refused(
 ) -> None:
     line = LINE if orientation is None else {**LINE, "orientation": orientation}
     with pytest.raises(kw.errors.InputError) as caught:
-        kw.plan(welded(line, before=before))
+        kw.load_scenario(welded(line, before=before))
     assert place in str(caught.value)
     assert words in str(caught.value)
+
+
+def free_angles(free: dict[str, Any] | None) -> dict[str, Any]:
+    line = {"along": "line", "speed": 0.02, "pose": {"position": END}}
+    line["orientation"] = {"normal": UP, **ANGLES}
+    task = welded(line, ARC)
+    for one in task["waypoints"][1:]:
+        one["free"] = free or "none"
+    return task
+
+
+WIDE = {"work_angle": [0.2, 0.5], "travel_angle": [-0.3, 0.0]}
+
+
+@pytest.mark.parametrize("turn", [{}, {"turn": "z"}])
+def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
+    plan, fixed = kw.plan(free_angles({**WIDE, **turn})), kw.plan(free_angles(None))
+    assert plan.report.ok, plan.report
+    motion = plan.scenario.paths[0].motion
+    corner = plan.scenario.paths[0].stretches[0].end
+    worst = []
+    for t in np.linspace(motion.start_time, motion.end_time, 60):
+        pose = leant(plan, float(t))
+        turned = pose.translation - [0.66, -0.17, 0.25]
+        seam = np.array([-turned[1], turned[0], 0.0]) if t > corner else np.array([1.0, 0, 0])
+        seam /= np.linalg.norm(seam)
+        work, travel = angles_of(pose.rotation[:, 2], seam, np.array(UP))
+        worst.append(max(0.2 - work, work - 0.5, -0.3 - travel, travel))
+    # the path's own tangent passes smoothly from line to arc
+    assert max(worst) < np.radians(0.1) + 0.025 * np.pi / 2
+    times = np.linspace(motion.start_time, motion.end_time, 300)
+    moved = [np.abs(np.diff(one.trajectory(times), axis=0)).sum() for one in (plan, fixed)]
+    assert moved[0] < 0.97 * moved[1]
+    rows = plan.report.select(quantity="path_turn")
+    assert [row.proof for row in rows] == ["bounded", "bounded"]
+    narrow = {"work_angle": [WORK - 0.01, WORK + 0.01], "travel_angle": [TRAVEL - 0.01, TRAVEL]}
+    scenario = kw.load_scenario(free_angles({**narrow, **turn}))
+    failed = {one.quantity for one in kw.check(plan.trajectory, scenario).failures}
+    assert "path_turn" in failed
+
+
+@pytest.mark.parametrize(
+    ("free", "words"),
+    [
+        ({"work_angle": [0.4, 0.5]}, "the pose's own 0.349066 is in"),
+        ({"work_angle": [0.2, 1.6]}, "below a quarter of a turn"),
+        ({"work_angle": [0.2, 0.5], "turn": "z", "tilt": 0.1}, "given together with angles"),
+        ({}, "leaves nothing open"),
+    ],
+)
+def test_ranges_of_angles_that_can_not_be_are_refused(free: dict[str, Any], words: str) -> None:
+    with pytest.raises(kw.errors.InputError, match=words):
+        kw.load_scenario(free_angles(free) if free else {**free_angles(None), "tool": {"free": {}}})
+
+
+def test_ranges_of_angles_need_a_seam() -> None:
+    task = welded({**LINE, "free": WIDE}, before={"rpy": [np.pi, 0, 0]})
+    with pytest.raises(
+        kw.errors.InputError, match="gives angles to a seam, and the pose is at none"
+    ):
+        kw.plan(task)

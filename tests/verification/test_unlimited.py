@@ -16,8 +16,8 @@ from judge.cases import bumped
 from judge.motion import Motion
 from judged import judged
 from knotwork.verification import Finding
-from shipped import SCENARIO_FILES
-from sweeps import examples
+from shipped import QUICK, SCENARIO_FILES
+from sweeps import examples, mostly_exhaustive
 
 ARM = kw.load_robot("ur5")
 TURNED = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
@@ -127,7 +127,7 @@ def spikes(report: kw.Report) -> list[Finding]:
     return [*report.select(quantity="acceleration_spike"), *report.select(quantity="jerk_spike")]
 
 
-@pytest.mark.parametrize("name", SCENARIO_FILES)
+@pytest.mark.parametrize("name", mostly_exhaustive(SCENARIO_FILES, *QUICK))
 def test_no_shipped_motion_has_a_spike(name: str) -> None:
     """Nor the fastest ones, whose acceleration changes its sign within milliseconds."""
     assert not spikes(kw.plan(SCENARIO_FILES[name]).report)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -105,10 +106,11 @@ def test_the_plot_of_the_tool_has_a_row_of_clearance_with_the_margin_as_limit() 
     assert "limit 5 mm" in notes(figure)[-1]
 
 
-def test_the_scene_has_the_way_and_says_so_in_the_legend() -> None:
-    page = made().view()
-    assert [one["name"] for one in scene(page)["things"]].count("way") == 1
-    assert "▪▪▪ way" in page.html
+def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None:
+    for plan in (made(), kw.plan(made().freeze(tmp_path / "frozen.yaml"))):
+        page = plan.view()
+        assert [one["name"] for one in scene(page)["things"]].count("way") == 1
+        assert "▪▪▪ way" in page.html
     other = kw.plan("ur5_deburring").view()
     assert "way" not in [one["name"] for one in scene(other)["things"]]
     assert "▪▪▪ way" not in other.html

@@ -69,13 +69,31 @@ def test_a_motion_whose_time_is_chosen_finds_its_way_where_the_fastest_collides(
     plan = kw.plan(fastest(at("back", -250)))
     assert plan.report.ok
     (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")
-    assert "to 'there' and 'back' collide, so way: clear was taken there" in line
+    assert "the fastest motion collides, so way: clear was taken at 'there' and 'back'" in line
     asked = fastest(at("back", -250, way="clear"))
     asked["waypoints"][1]["way"] = "clear"
     assert plan.trajectory.duration == kw.plan(asked).trajectory.duration
     frozen = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert frozen.report.ok
     assert frozen.trajectory.duration == plan.trajectory.duration
+
+
+def test_a_motion_that_bows_into_something_finds_its_way_through_all_that_it_passes() -> None:
+    over = [
+        {"name": name, "pose": {"position": [450, y, 460], "rpy": DOWN}, "velocity": "free"}
+        for name, y in (("over", -60), ("beyond", 60))
+    ]
+    given = fastest(duration=3)
+    given["waypoints"][1:1] = over
+    given["scene"]["margin"] = 5
+    given["scene"]["objects"] = {
+        "wall": {"box": [500, 30, 360], "position": [450, 0, 170]},
+        "beam": {"box": [500, 200, 100], "position": [450, 0, 780]},
+    }
+    plan = kw.plan(given)
+    plan.report.raise_if_failed()
+    (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")
+    assert "way: clear was taken at 'over' and 'beyond' and 'there'" in line
 
 
 def test_where_no_way_is_found_that_is_told() -> None:

@@ -93,6 +93,22 @@ def test_a_frozen_way_gives_the_same_motion(tmp_path: Path) -> None:
     assert [one.kind for one in again.trajectory.segments] == ["way"]
 
 
+def test_a_straight_motion_is_not_said_to_rest_between_waypoints() -> None:
+    ends = [{"joints": OUTSIDE | {"shoulder_pan_joint": q}} for q in (0, 90)]
+    made = planned({**past({}), "waypoints": [ends[0], ends[1] | {"way": "clear"}]})
+    assert made.chosen is not None
+    assert made.chosen.status == "optimal"
+
+
+def test_a_rest_between_ways_is_no_way() -> None:
+    """The time between equal stops is given; nothing is to be found there."""
+    for more in ({"way": "clear"}, {}):
+        given = past(None, {"name": "still", "after": 0.5, "stop": True, **more}, ways="clear")
+        given["waypoints"][2]["pose"] = given["waypoints"][1]["pose"]
+        made = planned(given)
+        assert [one.kind for one in made.trajectory.segments] == ["way", "free motion"]
+
+
 def test_ways_of_the_file_are_ways_at_every_waypoint() -> None:
     given = past(ways="clear")
     del given["waypoints"][1]["way"]
@@ -220,8 +236,8 @@ def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
 
 def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
     given = past()
-    given["limits"] = {**given["limits"], "tool_speed": 800}
-    assert planned(given).trajectory.duration > kw.plan(past()).trajectory.duration
+    given["limits"] = {**given["limits"], "tool_speed": 600}
+    assert kw.plan(past()).trajectory.duration < planned(given).trajectory.duration < 2.5
 
 
 def test_limits_of_torque_are_kept() -> None:
@@ -412,6 +428,14 @@ def test_a_velocity_that_is_chosen_is_refused_at_an_end_of_a_way() -> None:
     del given["waypoints"][1]["stop"]
     with pytest.raises(InputError, match="a way begins or ends here"):
         kw.plan(given)
+
+
+@pytest.mark.parametrize("more", [{"speed": "fastest"}, {"velocity": "free", "after": 2}])
+def test_what_ways_can_not_be_led_through_is_refused_with_what_they_can(
+    more: dict[str, Any],
+) -> None:
+    with pytest.raises(InputError, match="if both ways have the same options and no times"):
+        kw.plan(through(**more))
 
 
 def test_a_short_budget_gives_a_motion_that_is_proved() -> None:

@@ -36,13 +36,13 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
             positions[segment.rows] = motion.trajectory.position(motion.time)
     for k, near in _solutions(task, positions, units):
         waypoints[k]["near"] = near
+    for i in free.ways:
+        waypoints[scenario.index[i]]["way"] = None
     for segment, motion in found:
         for place, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
             if place and free.duration[i - 1]:
                 changes["after"] = float(motion.time[place] - motion.time[place - 1])
-            if place and segment.way is not None:
-                changes["way"] = None
             q = positions[segment.rows[place]]
             changes |= _speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"

@@ -112,7 +112,9 @@ def _timed(
         velocity,
         acceleration,
         least,
-        status="resting" if way.duration >= way.resting else "optimal",
+        status="resting"
+        if way.duration >= way.resting and len(way.line) > len(time)
+        else "optimal",
         binding=binding_limits(problem, time, curve),
         objective=terms(problem, curve),
         line=way.line,

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.choosing.task import FreeTask
+from knotwork.kinematics.following.joint_field import Guide
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
@@ -168,10 +169,10 @@ class SharesAlongPath:
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        pull = task.scenario.pull_to_middle / full_speed
-        start = task.waypoints.position[task.rows[path.first]]
-        curve = JointsOnPath(shares.robot, unit, start, pull).curve
-        self._s, q, d1, d2, d3 = _states(curve)
+        robot, start, pull = task.start(path)
+        pull = pull if isinstance(pull, Guide) else pull / full_speed
+        self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
+        q, d1, d2, d3 = (one[:, : shares.robot.dof] for one in states)
         none = np.zeros_like(q)
         rest = shares.components(q, none, none, none)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛

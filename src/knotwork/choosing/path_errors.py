@@ -130,6 +130,11 @@ def speed_errors(
         exceeded: What is exceeded, in words, by index of the stretch.
         other: What else is accepted.
     """
+    if path.motion.carrier is not None:  # a lower speed slows neither weave nor frame
+        own = next(iter(exceeded))
+        woven = path.stretches[own].kind.startswith("woven")
+        other = "a narrower weave, a lower frequency" if woven else "a slower frame"
+        return [_error(task, path, own, exceeded[own], other)]
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
     try:

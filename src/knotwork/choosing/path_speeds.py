@@ -262,23 +262,22 @@ class PathSpeeds:
 
     def _planned(self, speeds: Speeds) -> FloatArray | None:
         """The shares that the planned motion uses on each stretch; `None` if it can't be made."""
-        scenario, path, robot = self.task.scenario, self._timed(speeds), self.shares.robot
+        scenario, path, own = self.task.scenario, self._timed(speeds), self.shares.robot
+        robot, start, pull = self.task.start(path)
         knots, times = knots_of(scenario), path.motion.start_time + parts(path.motion.timing)
-        start = self.task.waypoints.position[self.task.rows[path.first]]
         ends = times[[0, *range(3, len(times), 3)]]
         try:
-            way = continue_along(
-                robot, path.motion, start[None], ends, pull=scenario.pull_to_middle
-            )
-            time, _, q, v, a, _ = followed_path(scenario, robot, path, start, knots, way)
+            way = continue_along(robot, path.motion, start[None], ends, pull=pull)
+            time, _, *states, _ = followed_path(scenario, robot, path, start, knots, way, pull)
         except (PathError, FollowingError):
             return None
+        q, v, a = (one[:, : own.dof] for one in states)
         curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
         used = self.shares.of_curve(curve, times)
         # where a start is chosen, velocities are compared on the way, too
         fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0]) / robot.velocity_limit
         steps = greatest_of_each(fast, 0.5 * (way.time[1:] + way.time[:-1]), times)
-        np.maximum(used[:, : robot.dof], steps, out=used[:, : robot.dof])
+        np.maximum(used[:, : own.dof], steps[:, : own.dof], out=used[:, : own.dof])
         return used
 
     def _timed(self, speeds: Speeds) -> ScenarioPath:

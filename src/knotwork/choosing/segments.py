@@ -59,7 +59,10 @@ def find_segments(task: FreeTask) -> list[Segment]:
                 )
     for i, why in task.still_points.items():
         if free.speed[i] != "given":
-            message = f"the velocity is chosen, but {why} here; accepted: stop, or a velocity"
+            accepted = "stop, or a velocity"
+            if i in free.ways and i + 1 in free.ways:
+                accepted += ", or velocity: free if both ways have the same options and no times"
+            message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise task.located(InputError(message), i)
     for path in scenario.paths:
         closed.update(range(path.first, path.last))

@@ -6,18 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots
-from knotwork.scenario import FreeTimes, Scenario, resolved
+from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.task_to_joint import TaskSolution
+from knotwork.task_to_joint import PathStart, TaskSolution
 from knotwork.waypoints import IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.robot import Robot
     from knotwork.scene.model import CollisionModel
     from knotwork.timing import Dynamics
 
@@ -70,6 +71,15 @@ class FreeTask:
     def rows(self) -> IndexArray:
         """Which of them are those of the scenario, by index, shape (n,)."""
         return np.array(self.waypoints.asked)
+
+    def start(self, path: ScenarioPath) -> PathStart:
+        """How the arm comes onto a path, with the virtual joints of what its poses leave open."""
+        known = self.solution.starts.get(path.first)
+        if known is not None:
+            return known
+        robot = cast("Robot", self.space.robot)  # nothing else follows paths
+        q = self.waypoints.position[self.rows[path.first]]
+        return PathStart(robot, q, self.scenario.pull_to_middle)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:

@@ -108,9 +108,10 @@ def view(
         checked_page_path(out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
+    given: dict[str, Any] = {"--html": out, "--watch": watch or None}
+    given |= {"--compare": compare, "--beside": beside}
     if meshcat is not None:
-        given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
-        refuse({**given, "--beside": beside}, "--meshcat plays in Meshcat's own page")
+        refuse({**given, "--port": port}, "--meshcat plays in Meshcat's own page")
         shown = read_motions(source, reference, options, log=log)
         print_failures(shown)
         if not checked(shown[:1]):
@@ -129,11 +130,7 @@ def view(
         return _scene(source, shown, arm, before), shown[0]
 
     if is_study(source):
-        options_given = {"--html": out, "--watch": watch or None, "--compare": compare}
-        refuse(
-            {**options_given, "--beside": beside},
-            f"{source} is the folder of a study, whose map is served",
-        )
+        refuse(given, f"{source} is the folder of a study, whose map is served")
         return _map(source, port, no_open)
     if beside is not None:
         refuse({"--watch": watch or None, "--compare": compare}, "--beside shows two motions")

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import pinocchio as pin
 
-from knotwork.documents import Location
 from knotwork.editing.handles import ANGLE_STEP, LENGTH_STEP, numbers, orientation
+from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.task import JointWaypoint, PathWaypoint, PlainTask, Task
+from knotwork.task import PathWaypoint, Task
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.units import si_factors
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 Change = Mapping[str, Any]
+BLEND = 0.01
+"""Of a corner that is added on a line [m]."""
+ON_LINE, SNAP = 1e-9, 1e-3
+"""What is nearer to a line than the second is put on it, and rounded to the first [m]."""
+_POSE = 6  # numbers that a pose is; arms of fewer joints do not reach a rounded one
 
 
 def waypoint_here(
@@ -34,75 +40,101 @@ def waypoint_here(
         scenario: The task.
         robot: Its robot.
         q: Joint positions, joints in the robot's order, shape (d,).
-        after: Index in the file of the waypoint before it; -1 for the start.
+        after: Index in `scenario.task` of the waypoint before it; -1 for the start.
         share: Part of the time between the two that the arm takes to it.
-        joints: Give it by joint values, not by the pose of the tool.
+        joints: Give it by joint values, as an arm of few joints needs it, not by the tool's pose.
+
+    Raises:
+        InputError: It would be on a tool path other than a line, or on a line by joint values.
     """
     task = scenario.task
     length, angle = si_factors(task.units)
     beside = task.waypoints[max(after, 0)]
-    following = after + 1 < len(task.waypoints)
-    added, changes = _timing(task, after, share)
-    if joints:
+    added, changes = _timing(scenario, after, share)
+    line = "along" in added
+    if joints and line:
+        raise InputError("on a tool path a waypoint can't be given by joint values")
+    if joints or robot.dof < _POSE:
         steps = {"rad": (angle, ANGLE_STEP), "m": (length, LENGTH_STEP)}
         added["joints"] = {
             name: numbers([value], *steps[unit])[0]
             for name, unit, value in zip(robot.joint_names, robot.joint_units, q, strict=True)
         }
-        added.pop("along", None)
     else:
-        own = None if isinstance(beside, JointWaypoint) else beside.frame
-        name = own or task.frame or "base"
-        around = scenario.frames.get(name)
-        pose = robot.forward(q) if around is None else around.actInv(robot.forward(q))
-        given = None if isinstance(beside, JointWaypoint) else beside.pose
+        own = getattr(beside, "frame", None)
+        around = scenario.frames.get(own or task.frame or "base", pin.SE3.Identity())
+        pose = robot.forward(q)
+        if line:
+            _snap(scenario, after, pose)
+        pose = around.actInv(pose)
+        given = getattr(beside, "pose", None)
         form = next((one for one in ORIENTATIONS if getattr(given, one, None) is not None), "rpy")
         form = "rpy" if form == "euler" else form
-        if own is not None:
-            added["frame"] = own
-        added["pose"] = {"position": numbers(pose.translation, length, LENGTH_STEP)}
-        if "along" not in added:
-            added["pose"][form] = orientation(pose.rotation, form, angle)
-    if following and "along" not in added:
-        added["velocity"] = "free"
-    item = {"at": ("waypoints", after + 1), "value": added, "insert": True}
-    return [*changes, item]
+        added |= {"frame": own} if own is not None else {}
+        step = ON_LINE if line else LENGTH_STEP
+        added["pose"] = {"position": numbers(pose.translation, length, step)}
+        added["pose"] |= {} if line else {form: orientation(pose.rotation, form, angle)}
+    where = scenario.places.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
+    at = (*where[:-1], int(where[-1]) + 1)
+    return [*changes, {"at": at, "value": added, "insert": True}]
 
 
-def _timing(task: PlainTask, after: int, share: float) -> tuple[dict[str, Any], list[Change]]:
-    """When a new waypoint is passed, and what changes for the next; or the last, which stops."""
-    added: dict[str, Any] = {}
+def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
+    """Move a pose onto the line between two waypoints, if it is near."""
+    ends = (scenario.waypoints[scenario.index.index(i)] for i in (after, after + 1))
+    start, end = (cast(CartesianWaypoint, one).pose.translation for one in ends)
+    along = (end - start) / np.linalg.norm(end - start)
+    nearest = start + along * (along @ (pose.translation - start))
+    if np.linalg.norm(nearest - pose.translation) < SNAP:
+        pose.translation = nearest
+
+
+def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any], list[Change]]:
+    """When and how fast a new waypoint is passed, and what changes for those next to it."""
+    task = scenario.task
     if after + 1 == len(task.waypoints):
-        last = task.waypoints[after]
-        passing = isinstance(last, PathWaypoint) or last.stop or last.wait
-        moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)
-        at: Location = ("waypoints", after, "stop")
-        if task.times is None:
-            given = last.after if isinstance(last.after, float) else 1.0
-            added["after"] = given if last.after in (None, given) else "fastest"
-        return added, [] if moves else [{"at": at, "value": True}]
+        return _at_the_end(scenario, after)
     following = task.waypoints[after + 1]
-    at = ("waypoints", after + 1)
+    added: dict[str, Any] = {} if task.ways or following.way else {"velocity": "free"}
+    if not added:
+        added["stop"] = True
     changes: list[Change] = []
-    if isinstance(following, PathWaypoint) and following.along == "line":
-        added = {"along": "line"}
-        if following.speed is not None:
-            added["speed"] = following.to_dict()["speed"]
+    if isinstance(following, PathWaypoint):
+        if following.along != "line":
+            raise InputError(
+                f"no waypoint can be added on the path to {following.name or after + 2!r}, which "
+                "is no line; choose a time before or after it"
+            )
+        given = following.to_dict()
+        added = {key: given[key] for key in ("along", "speed") if key in given}
+        added["blend"] = numbers([BLEND], si_factors(task.units)[0], LENGTH_STEP)[0]
     if isinstance(following.after, float):
         first = round(share * following.after, 3)
         added["after"] = first
-        changes = [{"at": (*at, "after"), "value": round(following.after - first, 6)}]
+        left = round(following.after - first, 6)
+        changes = [
+            {"at": (*scenario.places.given(("waypoints", after + 1)), "after"), "value": left}
+        ]
     elif following.time is not None:
         before = task.waypoints[after].time if after >= 0 else 0.0
-        if before is None:  # what the times between add up to is not written anywhere
-            added["after"] = 1.0
-        else:
-            added["time"] = round(before + share * (following.time - before), 3)
+        timed = (
+            {} if before is None else {"time": round(before + share * (following.time - before), 3)}
+        )
+        added |= timed or {"after": 1.0}
     elif following.after is not None:
         added["after"] = "fastest"
-    elif "along" not in added and task.times is None and task.ways is None:
-        added["after"] = 1.0
     return added, changes
+
+
+def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Change]]:
+    """A new last waypoint takes as long as the one before, which stops."""
+    task = scenario.task
+    last = task.waypoints[after]
+    passing = isinstance(last, PathWaypoint) or last.stop or last.wait
+    moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)
+    stop = {"at": (*scenario.places.given(("waypoints", after)), "stop"), "value": True}
+    added = {"after": last.after if isinstance(last.after, float) else 1.0}
+    return added, [] if moves else [stop]
 
 
 def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
@@ -114,7 +146,7 @@ def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
         size: Its edge [m].
     """
     length, _ = si_factors(task.units)
-    taken = task.scene.objects
+    taken = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}
     names = ("box", *(f"box {k}" for k in range(2, len(taken) + 3)))
     name = next(one for one in names if one not in taken)
     value = {

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.documents import validate
+from knotwork.documents.items import part_of
 from knotwork.editing.additions import box_at, waypoint_here
 from knotwork.editing.draft import Draft
 from knotwork.editing.handles import Handle, handles, moved
@@ -22,6 +23,7 @@ from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task.units import si_factors
 from knotwork.view.edit_server import EditServer
+from knotwork.view.scene import make_scene
 from knotwork.view.show import scene_of
 from knotwork.waypoints import FloatArray, read_only
 
@@ -80,9 +82,16 @@ class Session:
         scenario = resolved(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
         if robot is not None:
-            self._scenario, self._handles = scenario, handles(scenario, robot)
+            self._scenario = scenario
+            # of what is repeated the first turn has handles
+            found = {one.at: one for one in reversed(handles(scenario, robot))}
+            there = (one for one in found.values() if part_of(document.data, one.at))
+            self._handles = [*there][::-1]
             self._handled = revision
             self.server.start()
+            if self.server.scene is None:
+                self.server.show({**_standing(scenario, robot), "revision": -1})
+                self.server.start()
         made = plan(scenario, budget=self._budget, warm=self.plan)
         return made, scene_of(made, before=self.server.scene)
 
@@ -113,9 +122,7 @@ class Session:
         if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle has not norm 1")
         changes = moved(handle, si_factors(self._scenario.task.units), **given)
-        in_file = self._scenario.places.given
-        written = [{**one, "at": in_file(tuple(one["at"]))} for one in changes]
-        self.draft.apply(written, str(asked.get("gesture", "")))
+        self.draft.apply(changes, str(asked.get("gesture", "")))
 
     def _jog(self, asked: Asked) -> Answer:
         """Joint positions and the pose of the tool, of one of which the other follows."""
@@ -135,21 +142,23 @@ class Session:
 
     def _add(self, asked: Asked) -> Answer:
         """Add a waypoint where the arm stands, jogged or at a time of the motion; or a box."""
-        if self.plan is None or self._planned != self.draft.revision:
+        scenario = self._scenario
+        if self.plan is None or scenario is None or self._planned != self.draft.revision:
             raise InputError("nothing can be added before the task is planned")
         robot, q = self._arm(asked)
-        scenario, after, share = self.plan.scenario, int(asked.get("after", -2)), 0.5
+        planned, task, count = self.plan.scenario, scenario.task, len(scenario.task.waypoints)
         if asked.get("what") == "box":
             point = robot.forward(q).translation
-            changes = box_at(scenario.task, 1.3 * point, 0.1 * self.server.scene_size)
+            changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
         else:
-            if after == -2:
-                after, share = _between(scenario, float(asked["time"]))
-            if scenario.places.origins:
-                raise InputError("a waypoint can't be added by hand to a task with repeat")
-            asked_for = self.plan.chosen.scenario if self.plan.chosen is not None else scenario
+            after, share = _between(planned, float(asked.get("time", 0.0)))
+            if "after" in asked:
+                part, share = tuple(asked["after"]), 0.5
+                places = map(scenario.places.given, (("waypoints", i) for i in range(count)))
+                inside = [i for i, one in enumerate(places) if one[: len(part)] == part]
+                after = max(inside, default=after)
             joints = asked.get("what") == "joints"
-            changes = waypoint_here(asked_for, robot, q, after, share=share, joints=joints)
+            changes = waypoint_here(scenario, robot, q, after, share=share, joints=joints)
         self.draft.apply(changes)
         return {"at": changes[-1]["at"]}
 
@@ -164,6 +173,18 @@ class Session:
         return robot, np.asarray(curve(np.clip(float(asked["time"]), curve.x[0], curve.x[-1])))
 
 
+def _standing(scenario: Scenario, robot: Robot) -> dict[str, Any]:
+    """The scene of a task before it is planned: the robot stands still."""
+    q = robot.configurations.get(
+        "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    )
+    joints = dict(zip(robot.joint_names, q.tolist(), strict=True))
+    units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
+    rest = [{"joints": joints}, {"joints": joints, "after": 1}]
+    motion = plan({"joint_units": units, "waypoints": rest}).trajectory
+    return make_scene(robot, motion, scenario=scenario, space=joint_space(scenario))
+
+
 def _between(scenario: Scenario, time: float) -> tuple[int, float]:
     """Index in the file of the last waypoint before a time, and the part that has passed since."""
     times = np.array(scenario.times)
@@ -171,7 +192,7 @@ def _between(scenario: Scenario, time: float) -> tuple[int, float]:
     if i + 1 == len(times):
         return scenario.index[i], 1.0
     share = (time - times[i]) / (times[i + 1] - times[i])
-    return scenario.index[i], float(np.clip(share, 0.05, 0.95))
+    return scenario.index[i], float(np.clip(share, 0.2, 0.8))
 
 
 def _changes(asked: Asked) -> list[Mapping[str, Any]]:

@@ -56,6 +56,10 @@ def together(errors: Sequence[AnyInputError]) -> AnyInputError:
     return first
 
 
+MOST_LISTED = 40
+"""Names that an error lists."""
+
+
 def did_you_mean(name: object, available: Iterable[object]) -> str:
     """Say which of the available names is near the given one in any case, or list them all.
 
@@ -63,7 +67,8 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
         A clause such as `did you mean 'ur5'? Accepted: panda, ur5`.
     """
     names = [str(choice) for choice in available]
-    listing = f"accepted: {', '.join(names)}" if names else "none is available"
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    listing = f"accepted: {', '.join(names[:MOST_LISTED])}{more}" if names else "none is available"
     import difflib
 
     written = {choice.casefold(): choice for choice in names}

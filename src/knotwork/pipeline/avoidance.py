@@ -197,7 +197,8 @@ def _worth(plan: Any) -> tuple[int, int]:
 def _possible_ways(plan: Any) -> list[int]:
     """Waypoints to which a motion collides that could find its way, by index.
 
-    It lies between two waypoints that collide with nothing, and is no tool path.
+    It lies between two waypoints that collide with nothing, and is no tool path. What is passed at
+    a free velocity is passed at one by ways, too: they lead to it and on from it.
     """
     scenario = plan.scenario
     asked = scenario if plan.chosen is None else plan.chosen.asked
@@ -211,7 +212,12 @@ def _possible_ways(plan: Any) -> list[int]:
         first, last = np.searchsorted(scenario.times, (start - AT_WAYPOINT, end + AT_WAYPOINT))
         hit.add(int(first) - 1)
         fixed.update(range(int(first) - 1, int(last)) if last > first else ())
-    return [i + 1 for i in sorted(hit - fixed)]
+    ends = {i + 1 for i in hit - fixed}
+    passed = [i for i, kind in enumerate(asked.free.speed if asked.free else ()) if kind == "free"]
+    for i in (*passed, *reversed(passed)):
+        if ends & {i, i + 1}:
+            ends |= {i, i + 1}
+    return sorted(ends)
 
 
 def _with_chosen_time(plan: Any, ends: Sequence[int]) -> list[int]:
@@ -233,9 +239,7 @@ def _proposal(plan: Any, ends: Sequence[int]) -> str:
 
 def _taken(plan: Any, ends: Sequence[int]) -> str:
     """That motions find their way though they were not asked to, in words."""
-    motions = "the fastest motion" if len(ends) == 1 else "the fastest motions"
-    verb = "collides" if len(ends) == 1 else "collide"
-    return f"{motions} to {_named(plan, ends)} {verb}, so way: clear was taken there"
+    return f"the fastest motion collides, so way: clear was taken at {_named(plan, ends)}"
 
 
 def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:

@@ -141,7 +141,9 @@ class UnderWay:
     ) -> Self:
         ends = f"stop from {span[0]:g} s", "stopped"
         task = scene_from(self.scenario, self.space.robot, self.trajectory, span, ends)
-        return self._with_motion(motion, clock, task, ends)
+        plan = self._with_motion(motion, clock, task, ends)
+        carried = tuple(one for one in plan.trajectory.loads if one.time < motion.x[-1])
+        return replace(plan, trajectory=replace(plan.trajectory, loads=carried))  # type: ignore[type-var]
 
     def _with_motion(
         self,

@@ -19,7 +19,7 @@ PREFERRED = "joint_states"
 
 _INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
 _MEASURED = ("actual", "measured", "state")
-_ASKED = ("target", "desired", "reference", "command", "commanded", "error")
+_ASKED = ("target", "desired", "reference", "command", "commanded", "error", "output")
 
 
 @dataclass(frozen=True)
@@ -139,9 +139,11 @@ def _numbered(
             group = (topic, "/".join([topic, *kind]), str(quantity))
             counted.setdefault(group, []).append((number, index))
     for (topic, group_name, quantity), columns in counted.items():
-        if topic not in named and len(columns) != len(names):
+        # of a controller's state the names stand beside the groups of values
+        own = named.get(topic, named.get(topic.rpartition("/")[0]))
+        if own is None and len(columns) != len(names):
             continue
-        order = named.get(topic, dict(enumerate(names, min(columns)[0])))
+        order = own or dict(enumerate(names, min(columns)[0]))
         for number, index in columns:
             if order.get(number) in names:
                 joint = list(names).index(order[number])
@@ -168,7 +170,8 @@ def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None
             "order",
         )
     preferred = [name for name in whole if name.rpartition("/")[2] == PREFERRED]
-    preferred = preferred or [n for n in whole if set(words(n)) & set(_MEASURED)] or whole
+    is_own = [n for n in whole if not set(words(n.rpartition("/")[2])) & set(_ASKED)] or whole
+    preferred = preferred or [n for n in is_own if set(words(n)) & set(_MEASURED)] or is_own
     if len(preferred) > 1:
         raise HeadingError(
             f"{len(preferred)} topics have positions of all joints: {', '.join(preferred)}",

@@ -53,10 +53,11 @@ class ChainKinematics:
                 body = pin.Inertia(one.mass, one.centre_of_mass, one.inertia)
                 model.appendBodyToJoint(carrier, body, axes)
             for joint in virtual:
-                carrier = model.addJoint(
-                    carrier, _VIRTUAL[joint.unit][joint.axis](), placement, joint.name
-                )
-                placement = pin.SE3.Identity()
+                axes = pin.SE3.Identity()
+                axes.rotation = axes.rotation if joint.axes is None else joint.axes
+                kind = _VIRTUAL[joint.unit][joint.axis]()
+                carrier = model.addJoint(carrier, kind, placement * axes, joint.name)
+                placement = axes.inverse()
             frame = pin.Frame(_TCP, carrier, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)
         if gravity is not None:

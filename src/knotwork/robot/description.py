@@ -25,6 +25,7 @@ class VirtualJoint:
             before leave it.
         lower, upper: Limits of its position [rad or m], which may be infinite.
         unit: `"rad"`, or `"m"` if it slides.
+        axes: Rotation of the axes that it turns about, in those of the TCP; or `None`.
         ease: How much easier than others it moves in the least norm of joint velocities.
     """
 
@@ -33,6 +34,7 @@ class VirtualJoint:
     lower: float
     upper: float
     unit: str = "rad"
+    axes: Any = None
     ease: float = 30.0
 
 

@@ -43,7 +43,7 @@ class Carriers:
 
     @cached_property
     def link(self) -> str:
-        """Link of the robot that carries all poses; empty for the base.
+        """Link of the robot that carries all poses, else the file's frame; empty for the base.
 
         Raises:
             DocumentError: They are on several.
@@ -62,7 +62,7 @@ class Carriers:
                     f"{posed[0][1]!r}, {_on(links[0])}",
                     "poses in frames on one link",
                 )
-        return links[0] if links else ""
+        return links[0] if links else self.frames.moving[self.file.frame or "base"].link
 
     def of(self, i: int) -> MovingFrame | None:
         """What carries the pose of a waypoint; `None` if it stands or is given by joint values."""
@@ -86,6 +86,15 @@ class Carriers:
                     "a path whose waypoints are in one frame, where it begins too",
                 )
         return found
+
+    def then(self, i: int, time: float, length: float) -> str:
+        """Where the frame of a waypoint is at its time [s], in a unit of length, for messages."""
+        frame = self.of(i)
+        if frame is None:
+            return ""
+        x, y, z = frame.at(time).translation / length
+        name = self._frame(i, self.file.waypoints[i])
+        return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
 
     def alongside(
         self, i: int, poses: Mapping[int, pin.SE3], times: Sequence[float]

@@ -7,9 +7,9 @@ from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
-from knotwork.task import AtMost, FreePose, JointWaypoint, PlainTask
+from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch
 from knotwork.task.units import si_factors
-from knotwork.waypoints import PoseFreedom
+from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
 
@@ -27,7 +27,6 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
             from that of another waypoint; or a tilt is too large, or given with a range.
     """
     tool = None if file.tool is None else file.tool.free
-    general = None if tool is None else _read(tool, places, ("tool", "free"), file)
     found: Freedoms = []
     for i, waypoint in enumerate(file.waypoints):
         own = None if isinstance(waypoint, JointWaypoint) else waypoint.free
@@ -39,11 +38,11 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
             )
         if isinstance(waypoint, JointWaypoint) or own == "none":
             found.append(None)
-        elif own is None:
-            implied = PoseFreedom((-math.inf, math.inf)) if i in normals else None
-            found.append(general or implied)
+        elif own is None and tool is None:
+            found.append(PoseFreedom((-math.inf, math.inf)) if i in normals else None)
         else:
-            found.append(_read(own, places, ("waypoints", i, "free"), file))
+            place: Location = ("waypoints", i, "free") if own is not None else ("tool", "free")
+            found.append(_read(own or tool, places, place, file, _torch_at(file, i)))  # type: ignore[arg-type]
     known = [one for one in found if one is not None]
     for i, one in enumerate(found):
         if one is not None and one != known[0]:
@@ -55,7 +54,51 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
     return found
 
 
-def _read(given: FreePose, places: Places, location: Location, file: PlainTask) -> PoseFreedom:
+def _torch_at(file: PlainTask, i: int) -> Torch | None:
+    """The angles to a seam that a pose is at, given there or by the path that it is on."""
+    waypoint, onward = file.waypoints[i], file.waypoints[i + 1 : i + 2]
+    if isinstance(waypoint, JointWaypoint):
+        return None
+    if waypoint.pose.torch is not None:
+        return waypoint.pose.torch
+    along = (waypoint, *onward) if isinstance(waypoint, PathWaypoint) else onward
+    for one in along:
+        if isinstance(one, PathWaypoint) and isinstance(one.orientation, Torch):
+            return one.orientation
+    goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.turned and i > 0
+    return _torch_at(file, i - 1) if goes_on else None
+
+
+def _torch_ranges(
+    given: FreePose, torch: Torch | None, places: Places, location: Location, file: PlainTask
+) -> TorchRanges:
+    """Ranges of a torch's angles, from those of its pose."""
+    from knotwork.tool_paths.seam import TOOL_AXES
+
+    unit = si_factors(file.units)[1]
+    if torch is None:
+        raise places.error(
+            location,
+            "gives angles to a seam, and the pose is at none",
+            "torch: {seam, normal, …} in the pose, or orientation: {normal, …} along the path",
+        )
+    ranges = []
+    for name in ("work_angle", "travel_angle"):
+        own = getattr(torch, name)
+        low, high = getattr(given, name) or (own, own)
+        if not -0.5 * math.pi < low <= own <= high < 0.5 * math.pi:
+            raise places.error(
+                (*location, name),
+                f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",
+                f"a range that the pose's own {own / unit:g} is in, below a quarter of a turn",
+            )
+        ranges.append((low - own, high - own))
+    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, TOOL_AXES[torch.tangent])
+
+
+def _read(
+    given: FreePose, places: Places, location: Location, file: PlainTask, own_torch: Torch | None
+) -> PoseFreedom:
     unit = si_factors(file.units)[1]
     if given.tilt is not None and given.tilt >= 0.5 * math.pi:
         raise places.error(
@@ -76,10 +119,14 @@ def _read(given: FreePose, places: Places, location: Location, file: PlainTask) 
             )
     box = tuple((0.0, 0.0) if own is None else (own[0], own[1]) for own in ranges)
     box = box or PoseFreedom.box
+    torch, tilt = None, given.tilt or 0.0
+    if given.work_angle is not None or given.travel_angle is not None:
+        torch = _torch_ranges(given, own_torch, places, location, file)
+        tilt = sum(max(-low, high) for low, high in (torch.work, torch.travel))
     if given.turn is None:
-        return PoseFreedom(box=box)
+        return PoseFreedom((0.0, 0.0), tilt, box, torch)
     if given.turn == "z":
-        return PoseFreedom((-math.inf, math.inf), given.tilt or 0.0, box)
+        return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
     if given.tilt is not None:
         raise places.error(
             (*location, "tilt"), "is given together with a range of turns", "tilt with turn: z"
@@ -93,23 +140,20 @@ def _read(given: FreePose, places: Places, location: Location, file: PlainTask) 
             f"turns from the pose: a least one from -{half} to 0, and a greatest one from 0 to "
             f"{half}; or z, for any turn",
         )
-    return PoseFreedom((low, high), box=box)
+    return PoseFreedom((low, high), tilt, box, torch)
 
 
-def freedom_of(
-    path: ScenarioPath, freedoms: Freedoms, file: PlainTask, places: Places
-) -> PoseFreedom | None:
+def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFreedom | None:
     """What the poses along a path leave open.
 
     Args:
         path: A path, its first waypoint that of the file.
         freedoms: Of all waypoints.
-        file: What the file says.
         places: Of the file, for errors.
 
     Raises:
-        DocumentError: It is not the same all along, leaves the position open, the path begins free
-            and goes on fixed, or the speed is chosen.
+        DocumentError: It is not the same all along, leaves the position open, or the path begins
+            free and goes on fixed.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, one in enumerate(own, path.first + 1):
@@ -132,9 +176,4 @@ def freedom_of(
             "the path begins at a pose that is free, and is not free itself",
             "free: with the path, too, or free: none where it begins",
         )
-    for i, one in enumerate(own, path.first + 1):
-        if one is not None and isinstance(getattr(file.waypoints[i], "speed", None), str | AtMost):
-            raise places.error(
-                ("waypoints", i, "speed"), "is chosen, along a path that is free", "a speed"
-            )
     return own[0]

@@ -74,7 +74,7 @@ class Carrying:
         Args:
             start: When the motion starts [s].
         """
-        found = []
+        found = {}
         for time, robot in zip(self.start.tolist(), self.robots, strict=True):
             bodies = [(one.mass, robot.tool_offset * one.centre_of_mass) for one in robot.held]
             if robot.payload is not None:
@@ -82,8 +82,9 @@ class Carrying:
             mass = sum(one for one, _ in bodies)
             moment = sum((one * centre for one, centre in bodies), np.zeros(3))
             x, y, z = (moment / mass if mass else moment).tolist()
-            found.append(Load(max(time, start), mass, (x, y, z), robot.tool_frame or ""))
-        return tuple(found) if any(one.mass for one in found) else ()
+            time = max(time, start)
+            found[time] = Load(time, mass, (x, y, z), robot.tool_frame or "")
+        return tuple(found.values()) if any(one.mass for one in found.values()) else ()
 
 
 def carrying(scenario: Scenario, robot: Robot) -> Carrying:

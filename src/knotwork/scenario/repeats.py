@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.errors import did_you_mean
+from knotwork.scenario.model import Scenario
 from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.tool_paths.points_file import read_points
 
@@ -43,6 +44,16 @@ def expanded(task: Task, places: Places | None = None) -> tuple[PlainTask, Place
     if any(isinstance(one, Repeat) for one in task.waypoints):
         return _Expansion(task, places).result()
     return PlainTask.model_construct(task.model_fields_set, **dict(task)), places
+
+
+def turns(scenario: Scenario) -> list[list[int]]:
+    """The first waypoints of the turns of each block of a scenario, by index."""
+    found: dict[Location, list[int]] = {}
+    for i, k in enumerate(scenario.index):
+        given = scenario.places.given(("waypoints", k))
+        if given[2:] == ("repeat", 0) and (not i or scenario.index[i - 1] != k):
+            found.setdefault(given[:2], []).append(i)
+    return list(found.values())
 
 
 class _Expansion:
@@ -93,7 +104,7 @@ class _Expansion:
         known = [PLACE, "base", *self.task.frames]
         for j, given in enumerate(block.repeat):
             own = getattr(given, "frame", None)
-            if own is not None and own not in known:
+            if own is not None and own not in (*known, *self.frames):
                 raise self._unknown(own, (*place, "repeat", j, "frame"), known)
         for turn, frame in enumerate(frames, start=1):
             for j, given in enumerate(block.repeat):

@@ -84,7 +84,7 @@ class WaypointReader:
         poses = self._poses()
         times, paths = self._times(poses)
         freedoms = read_freedoms(self.file, self.places, self._normals)
-        open_ = (freedom_of(one, freedoms, self.file, self.places) for one in paths)
+        open_ = (freedom_of(one, freedoms, self.places) for one in paths)
         paths = [replace(one, freedom=free) for one, free in zip(paths, open_, strict=True)]
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
         index: dict[int, int] = {}
@@ -104,6 +104,7 @@ class WaypointReader:
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
+                where += self.carriers.then(i, times[i], self.length)
                 open_here = freedoms[i]
                 if open_here is not None and open_here.moves and twist.vector.any():
                     raise self.places.error(

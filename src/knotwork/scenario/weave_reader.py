@@ -16,7 +16,7 @@ from knotwork.scenario.path_curves import PathCurves
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath
-from knotwork.tool_paths.weave import AXES, Weave, woven
+from knotwork.tool_paths.weave import AXES, SAME, Weave, woven
 from knotwork.waypoints import FloatArray
 
 LEAST_PERIODS, MOST_PERIODS = 2, 10_000
@@ -56,10 +56,10 @@ class WeaveReader:
             weave, normal = self._weave(low, asked, end - begin)
             with self.curves.errors(self.first + 1 + low, "weave", "normal"):
                 t, state = woven(weave, path, timing, begin, normal)
-            skipped = int(t[0] <= times[-1][-1])
+            skipped = int(t[0] <= times[-1][-1] + SAME)
             times.append(t[skipped:])
             states.append(state[:, skipped:])
-            breaks.append(begin + weave.breaks)
+            breaks.append(begin + weave.breaks())
         x, found = np.concatenate(times), np.concatenate(states, axis=1)
         curve = PiecewisePolynomial(two_point_coefficients(x, (found[0], found[1], found[2])), x)
         return EndlessCurve(curve, delay=start), np.concatenate(breaks)
@@ -111,7 +111,7 @@ class WeaveReader:
             given.frequency,
             tuple(AXES.index(one) for one in axes),
             given.dwell or 0.0,
-            allowed,
+            given.rounding or allowed,
             duration,
         )
         if given.normal is None:

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Tag,
+    WithJsonSchema,
+    model_validator,
+)
 
 from knotwork.documents.values import LARGEST, Items, Number, Positive, by_kind
 from knotwork.task.part import TaskPart
@@ -29,6 +37,12 @@ def switched(value: Any) -> Any:
 
 
 Output = Annotated[int, Field(strict=True, ge=0, le=65535)]
+Switched = Annotated[
+    bool,
+    Field(strict=True),
+    BeforeValidator(switched),
+    WithJsonSchema({"anyOf": [{"type": "boolean"}, {"enum": ["on", "off"]}]}),
+]
 Value = Annotated[Any, AfterValidator(_a_value)]
 
 
@@ -42,9 +56,7 @@ class Action(TaskPart):
     output: Output | None = Field(
         default=None, description="Number of a digital output, which takes the value"
     )
-    value: Annotated[bool, Field(strict=True), BeforeValidator(switched)] | None = Field(
-        default=None, description="Of the output; or on, off"
-    )
+    value: Switched | None = Field(default=None, description="Of the output")
     wait: Wait | None = Field(
         default=None,
         description="The arm stands still for so long [s], before what comes next in the list",

@@ -73,6 +73,12 @@ class FreePose(TaskPart):
     tilt: Positive | None = Field(
         default=None, description="The z axis may be this far from that of the pose [angle]"
     )
+    work_angle: Interval | None = Field(
+        default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
+    )
+    travel_angle: Interval | None = Field(
+        default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
+    )
     position: FreePosition | None = Field(
         default=None, description="Where the tool stops it may be anywhere in a box"
     )
@@ -84,14 +90,19 @@ class FreePose(TaskPart):
             raise ValueError("position leaves nothing open; accepted: x, y or z, a range each")
         if self.tilt is not None and self.turn is None:
             raise ValueError("tilt is given without a turn; accepted: turn: z with it")
-        if self.turn is None and box is None:
-            raise ValueError("leaves nothing open; accepted: turn, turn and tilt, or position")
+        leaning = self.work_angle is not None or self.travel_angle is not None
+        if self.tilt is not None and leaning:
+            raise ValueError("tilt is given together with angles to a seam; accepted: one of them")
+        if self.turn is None and box is None and not leaning:
+            raise ValueError(
+                "leaves nothing open; accepted: turn, turn and tilt, angles, or position"
+            )
         return self
 
 
 Free = Annotated[
     Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
-    by_kind("a mapping with turn, tilt or position, or none", ["none"]),
+    by_kind("a mapping with turn, tilt, angles or position, or none", ["none"]),
 ]
 
 

@@ -21,6 +21,11 @@ class Weave(TaskPart):
     dwell: Positive | None = Field(
         default=None, description="For sine and triangle: how long each edge is held [s]"
     )
+    rounding: Positive | None = Field(
+        default=None,
+        description="How far a triangle may be from one with sharp corners, up to a quarter of its "
+        "width [length]; left out: the tolerance of the path",
+    )
     axes: (
         Annotated[Items[Literal["across", "normal", "along"]], Field(min_length=1, max_length=2)]
         | None
@@ -48,6 +53,10 @@ class Weave(TaskPart):
         loop = self.loop
         if loop and self.dwell is not None:
             raise ValueError(f"gives dwell, but a {self.shape} has no edges; leave it out")
+        if self.rounding is not None and self.shape != "triangle":
+            raise ValueError(f"gives rounding, but a {self.shape} has no corners; leave it out")
+        if self.rounding is not None and 4.0 * self.rounding > self.width:
+            raise ValueError(f"gives rounding above {0.25 * self.width:g}, a quarter of its width")
         if self.dwell is not None and 2.0 * self.dwell * self.frequency >= 1.0:
             raise ValueError(
                 f"holds both edges for {2.0 * self.dwell:g} s of a period of "

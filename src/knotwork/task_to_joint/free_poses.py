@@ -20,10 +20,14 @@ from knotwork.robot.description import VirtualJoint
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.task_to_joint.solution import TaskSolution
-from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+from knotwork.tool_paths.rotations import exponentials
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+INSIDE = 0.95
+"""Part of a torch's ranges that its joints have: between waypoints they may go beyond a little."""
 
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
@@ -74,18 +78,31 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
 
 def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
     """From the tool to the pose: what is free goes the other way. Slides are along its axes."""
-    joints = []
-    if free.tilt:
+    joints, axes = [], None
+    turned: list[tuple[str, str, tuple[float, float]]] = []
+    if free.torch is not None:
+        axes = _torch_axes(free.torch)
+        turned = [("travel angle", "y", free.torch.travel), ("work angle", "x", free.torch.work)]
+    elif free.tilt:
         # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
         most = free.tilt / np.sqrt(2.0)
         joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
     least, greatest = free.turn
     if least < greatest:
         joints.append(VirtualJoint("free turn", "z", -greatest, -least))
+    for name, axis, (low, high) in turned:
+        if low < high:
+            joints.append(VirtualJoint(name, axis, INSIDE * low, INSIDE * high, axes=axes))
     for k, (low, high) in zip("xyz", free.box, strict=True):
         if low < high:
             joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
     return joints
+
+
+def _torch_axes(torch: TorchRanges) -> FloatArray:
+    """Axes in those of the TCP in which a torch's angles are turns: see `TorchRanges`."""
+    turned, leant = exponentials(np.array([[0.0, 0.0, torch.about], [0.0, torch.own, 0.0]]))
+    return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
 
 
 def longer(values: FloatArray, count: int) -> FloatArray:
@@ -104,16 +121,23 @@ def _solutions(
     for i, q in given.items():
         waypoint, found[i] = scenario.waypoints[i], longer(q, count)
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            left = _left(robot.forward(q), waypoint.pose)
+            left = _left(robot.forward(q), waypoint.pose, waypoint.freedom.torch)
             found[i][-count:] = [left[one.unit, one.axis] for one in joints]
     return found
 
 
-def _left(tool: pin.SE3, pose: pin.SE3) -> dict[tuple[str, str], float]:
-    """What takes a tool to a pose: turns about x, y, z in this order [rad], then slides [m]."""
+def _left(tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None) -> dict[tuple[str, str], float]:
+    """What takes a tool to a pose: turns about x, y, z in this order [rad], then slides [m].
+
+    Turns of a torch are about z and then about y and x of its own axes.
+    """
     R = tool.rotation.T @ pose.rotation
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
     turns = x, y, np.arctan2(-R[0, 1], R[0, 0])
+    if torch is not None:
+        M = _torch_axes(torch._replace(own=0.0)).T @ R @ _torch_axes(torch)
+        y = np.arctan2(-M[2, 0], np.hypot(M[0, 0], M[1, 0])) - torch.own
+        turns = np.arctan2(M[2, 1], M[2, 2]), y, np.arctan2(-M[1, 0], M[0, 0])
     slides = pose.rotation.T @ (pose.translation - tool.translation)
     return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {
         ("m", k): float(v) for k, v in zip("xyz", slides, strict=True)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any, TypeAlias
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from knotwork.waypoints import FloatArray, JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.kinematics.following.joint_field import Pull
+    from knotwork.robot import Robot
 
 Step: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
@@ -72,6 +77,20 @@ class Infeasibility:
         return self.sentence
 
 
+class PathStart(NamedTuple):
+    """How the arm comes onto a path.
+
+    Attributes:
+        robot: With the virtual joints of what its poses leave open, which are the last.
+        q: Joint positions where it begins [rad or m], shape (d,).
+        pull: What self-motion follows along it.
+    """
+
+    robot: Robot
+    q: FloatArray
+    pull: Pull
+
+
 @dataclass(frozen=True, eq=False)
 class TaskSolution:
     """Waypoints at the joints, and how they were chosen.
@@ -82,12 +101,14 @@ class TaskSolution:
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions chosen among the candidates at the scenario's waypoints
             [rad or m], shape (n, d); `None` if no other ones may be feasible and clear.
+        starts: Of tool paths that begin at a pose, by their first waypoint.
     """
 
     waypoints: JointWaypoints
     infeasibilities: tuple[Infeasibility, ...] = ()
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
+    starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the choices and infeasibilities as plain data, ready for JSON."""

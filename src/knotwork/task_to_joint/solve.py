@@ -12,7 +12,7 @@ from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
-from knotwork.task_to_joint.solution import Step, TaskSolution
+from knotwork.task_to_joint.solution import PathStart, Step, TaskSolution
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -103,6 +103,14 @@ def _best(search: Search, knots: Any) -> TaskSolution:
         infeasibilities,
         describe_choices(search, found),
         None if hopeless else found.sequence.q,
+        {
+            path.first: PathStart(
+                search.robot,
+                found.positions[path.first],
+                search.dependent.pull(path, path.motion.start_time, found.positions[path.first]),
+            )
+            for path in search.scenario.paths
+        },
     )
 
 

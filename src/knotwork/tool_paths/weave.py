@@ -37,8 +37,8 @@ AXES = ("along", "across", "normal")
 WIDEST_TURN = 0.5
 """Greatest part of a crossing in which its speed rises, and likewise falls."""
 
-DIGITS = 6
-"""Breaks are rounded to this many digits of a second: so none is next to another."""
+DIGITS, SAME = 6, 1e-6
+"""Breaks are rounded to so many digits of a second, so that none is next to another [s]."""
 
 FINE = 8
 """Quintic pieces between two breaks of a weave. They are off a sine by 1e-7 of its width."""
@@ -79,19 +79,18 @@ class Weave:
         part = WIDEST_TURN if self.shape == "sine" else 2.0 * self.rounding / self.width
         return min(part, WIDEST_TURN) * self.crossing
 
-    @property
-    def breaks(self) -> FloatArray:
-        """Times at which a part of it begins anew, from 0 to its duration [s]."""
+    def breaks(self, *others: FloatArray) -> FloatArray:
+        """Times at which a part of it begins anew, from 0 to its duration, others included [s]."""
         half, marks = 0.5 / self.frequency, np.array([0.0, 0.25 / self.frequency])
         if self.turn:
             marks = np.array([0.0, self.turn, self.crossing - self.turn, self.crossing])
             marks -= 0.5 * self.crossing
         halves = np.arange(math.ceil(self.duration / half) + 1)
-        inner = (halves[:, None] * half + marks).ravel()
-        inner = inner[(inner > 0.0) & (inner < self.duration)]
-        ramps = 1.0 / self.frequency, self.duration - 1.0 / self.frequency
-        marks = np.round(np.append(inner, ramps), DIGITS)
-        return distinct(marks[marks < self.duration], 0.0, self.duration)
+        ramps = np.array([1.0, self.duration * self.frequency - 1.0]) / self.frequency
+        inner = np.concatenate(((halves[:, None] * half + marks).ravel(), ramps, *others))
+        inner = np.round(inner, DIGITS)
+        inside = (inner > SAME) & (inner < self.duration - SAME)
+        return distinct(inner[inside], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:
         """Offset from the seam, velocity and acceleration in its axes [m, m/s, m/s²].
@@ -179,9 +178,7 @@ def woven(
     R = seam.rotation(s0)
     about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
     others = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
-    inner = np.concatenate(others) - start
-    inner = inner[(inner > 0.0) & (inner < weave.duration)]
-    marks = distinct(weave.breaks, np.round(inner, DIGITS))
+    marks = weave.breaks(*(times - start for times in others))
     t = np.interp(np.arange((len(marks) - 1) * FINE + 1) / FINE, np.arange(len(marks)), marks)
     s, ds, dds = (timing(start + t, order) for order in range(3))
     rate, change = seam.rate(s), seam.rate(s, 1)

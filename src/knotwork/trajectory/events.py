@@ -80,7 +80,8 @@ class Segment:
     @property
     def said(self) -> str:
         """All of it in words."""
-        return f"{self.name}: {self.kind}, {self.start:.3f} s to {self.end:.3f} s"
+        kind = "" if self.kind == "wait" else f"{self.kind}, "  # its name says so
+        return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""

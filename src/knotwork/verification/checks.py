@@ -8,9 +8,11 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, resolution
+from knotwork.verification.cycles import cycles
 from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.events import events, parts
 from knotwork.verification.finding import Finding
+from knotwork.verification.freedoms import freedoms_used
 from knotwork.verification.limits import joint_limits
 from knotwork.verification.motion import Motion
 from knotwork.verification.paths import tool_paths
@@ -28,9 +30,11 @@ CHECKS: dict[str, Check] = {
     "tool_at_waypoints": tool_at_waypoints,
     "joints_at_waypoints": joints_at_waypoints,
     "tool_paths": tool_paths,
+    "freedoms": freedoms_used,
     "waits": waits,
     "events": events,
     "segments": parts,
+    "cycles": cycles,
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
     "missing_limits": missing_limits,

@@ -162,14 +162,19 @@ def _finding(found: Clearance, scenario: Scenario, robot: Robot, *, detail: bool
         detail=detail and clear,
         around=found.around,
         bodies=(found.second.name, found.first.name),
-    ).with_remedy(_waypoint_inside(found, scenario))
+    ).with_remedy(_why_no_way(found, scenario))
 
 
-def _waypoint_inside(found: Clearance, scenario: Scenario) -> str:
-    """Say which waypoint is in the worst contact, so that no other way to it helps."""
+def _why_no_way(found: Clearance, scenario: Scenario) -> str:
+    """Say why no other way helps: what is hit comes later, or a waypoint is in the contact."""
     if found.verdict != "collides" or found.interval is None:
         return ""
     start, end = found.interval[0] - AT_WAYPOINT, found.interval[1] + AT_WAYPOINT
+    held = {one.name: one for one in scenario.scene.held}
+    for body, other in ((found.first, found.second), (found.second, found.first)):
+        waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
+        if waits and body.kind == "object" and other.name in held:
+            return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
     inside = [one.name for one in scenario.waypoints if start <= one.time <= end]
     return f"waypoint {inside[0]!r} itself collides" if inside else ""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,9 +11,10 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.events import segments
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scenario.model import AskedEvent
+from knotwork.trajectory.events import Event
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
-from knotwork.verification.waypoints import TIME_ROUNDING
+from knotwork.verification.waypoints import TIME_ROUNDING as SAME_TIME
 
 GROUP = "Events"
 MOST_NAMED = 4
@@ -26,7 +28,7 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
     more = f" and {len(asked) - MOST_NAMED} more" if len(asked) > MOST_NAMED else ""
     for i, one in enumerate(asked):
         event = one.event
-        inside = event.time <= motion.end_time + TIME_ROUNDING * max(1.0, motion.end_time)
+        inside = event.time <= motion.end_time + SAME_TIME * max(1.0, motion.end_time)
         late = "" if inside else f", but the motion ends at {motion.end_time:.3f} s"
         yield Finding(
             GROUP,
@@ -40,6 +42,26 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
         )
         if inside and one.path is not None:
             yield _on_path(one, motion, scenario, space)
+    yield from _stored(motion.trajectory.events, [one.event for one in asked])
+
+
+def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding]:
+    """Differences between events that a motion brings along, if any, and those asked for."""
+    if not stored:
+        return
+    for some, others, fault in (
+        (stored, asked, "the motion has it, and the scenario does not ask for it"),
+        (asked, stored, "the scenario asks for it, and the motion does not have it"),
+    ):
+        times: dict[Event, list[float]] = {}
+        for one in others:
+            times.setdefault(replace(one, time=0.0), []).append(one.time)
+        for one in some:
+            slack = SAME_TIME * max(1.0, one.time)
+            known = times.get(replace(one, time=0.0), [])
+            if not any(abs(one.time - time) <= slack for time in known):
+                said = f"{one.said} at {one.time:.3f} s: {fault}"
+                yield Finding(GROUP, "event", one.name, "event", "failed", said, time=one.time)
 
 
 def _place(asked: AskedEvent, scenario: Scenario) -> str:

@@ -9,6 +9,7 @@ from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
+from knotwork.waypoints import PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -49,15 +50,13 @@ def _stretch(
     from knotwork.verification.bounds.path import PathLimits, path_bounds
 
     allowed = scenario.tolerances
-    tilt = 0.0 if path.freedom is None else path.freedom.tilt
-    turned = allowed.path_orientation + tilt
-    limits = PathLimits(allowed.path, turned, allowed.path_speed * stretch.speed)
+    limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
     interval, full = (stretch.start, stretch.end), stretch.full_speed
     asked = path.motion, interval, full, stretch.speed
     found = path_bounds(robot, motion.curve, *asked, limits, freedom=path.freedom)
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
     name = f"{begin} to {end}"
-    for row in _rows(found, limits, scenario, stretch):
+    for row in _rows(found, limits, scenario, stretch, path.freedom):
         bound, text = row.bound, row.text
         if bound is None:
             continue
@@ -98,9 +97,17 @@ def _stretch(
 
 
 def _rows(
-    found: StretchBounds, limits: PathLimits, scenario: Scenario, stretch: Stretch
+    found: StretchBounds,
+    limits: PathLimits,
+    scenario: Scenario,
+    stretch: Stretch,
+    freedom: PoseFreedom | None,
 ) -> Iterator[_Row]:
     """What is judged on a stretch, and the text about it."""
+    turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
+    angle = "turn is beyond its range"
+    if freedom is not None and freedom.torch is not None:
+        angle = "angles to the seam are beyond their ranges"
     allowed, units = scenario.tolerances, scenario.units
     scale, length = scenario.shown_length
     whole, full, kind = (stretch.start, stretch.end), stretch.full_speed, stretch.kind
@@ -110,14 +117,14 @@ def _rows(
         f"{scale * limits.position:.3g} {length}",
     )  # fmt: skip
     yield _Row(
-        "path_orientation", found.orientation, limits.orientation, "rad", whole,
+        "path_orientation", found.orientation, turned, "rad", whole,
         f"the tool is turned off by {units.text(found.orientation.value, 'rad', '.3g')}, tolerance "
-        f"{units.text(limits.orientation, 'rad', '.3g')}",
+        f"{units.text(turned, 'rad', '.3g')}",
     )  # fmt: skip
     if found.turn is not None:
         yield _Row(
             "path_turn", found.turn, limits.orientation, "rad", whole,
-            f"the tool's turn is beyond its range by {units.text(found.turn.value, 'rad', '.3g')} "
+            f"the tool's {angle} by {units.text(found.turn.value, 'rad', '.3g')} "
             f"(negative: inside), tolerance {units.text(limits.orientation, 'rad', '.3g')}",
         )  # fmt: skip
     yield _Row(

@@ -129,7 +129,7 @@ def _tool_findings(
         turn = _beyond(waypoint.freedom, rotation, pose.rotation)
         place = rotation.T @ (pose.translation - waypoint.position)
         off = float(np.linalg.norm(place - np.clip(place, *np.transpose(waypoint.freedom.box))))
-    if moving is not None and moving.turn[0] < moving.turn[1]:
+    if moving is not None and (moving.turn[0] < moving.turn[1] or moving.tilt):
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
         if moving.tilt:

@@ -13,13 +13,13 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.tightening import exceeded, outside, too_fast
+from knotwork.timing.tightening import BETWEEN, exceeded, outside, too_fast
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.program import MotionProgram, Start
 from knotwork.ways.proof import not_clear
-from knotwork.ways.states import Row, States, states_of
+from knotwork.ways.states import Row, States, slowed, states_of
 from knotwork.ways.use_of_limits import rows_of_use
 
 PLACES = (0.0, 1 / 3, 2 / 3)
@@ -36,7 +36,7 @@ RADIUS = 0.6
 LEAST_RADIUS = 0.01
 """Trust region: how far breaks may be from the reference [rad or m], first and at last."""
 
-GAIN = 0.01
+GAIN = 0.003
 """It ends where a round makes the motion shorter by less than this part."""
 
 LOST = 2e-4
@@ -86,6 +86,8 @@ class Exchange:
         self.program = MotionProgram(problem)
         self.best = states_of(first)
         self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
+        ends = problem.velocity[[0, -1]], problem.acceleration[[0, -1]]
+        self._rests = not np.any(ends)
         self._improved = False
 
     def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
@@ -115,7 +117,9 @@ class Exchange:
             if found.duration > beat:
                 break  # rows only make it longer
             hits = not_clear(self.space.model, found.curve, self.resolution)
-            over = exceeded(self.problem, found.curve) is not None
+            over = exceeded(self.problem, found.curve)
+            if over and not hits and (slower := self._slower(found, float(over[1].max()))):
+                found, over = slower, None
             if not hits and not over:
                 gain = 1.0 - found.duration / self._reference.duration
                 if found.duration < self.best.duration:
@@ -130,13 +134,18 @@ class Exchange:
                 break  # rows only make it longer
             else:
                 new, tried = self._rows_at_contacts(found, hits), tried + 1
-                if over:
+                if over and not (hits and self._rests):
                     new = new + rows_of_use(self.problem, found)
                 cuts = cuts + new
                 if tried == 3:
                     radius, cuts, tried, found = 0.5 * radius, new, 0, self._reference
             guess, start = found, Start.NEAR
         return self.best.curve
+
+    def _slower(self, states: States, share: float) -> States | None:
+        """The same motion, slower by a factor, if it then keeps limits of effort and tool speed."""
+        slower = states_of(slowed(states.curve, (1.0 + BETWEEN) * share))
+        return slower if self._rests and not exceeded(self.problem, slower.curve) else None
 
     def _inside(self, curve: PiecewisePolynomial) -> bool:
         """Whether a motion keeps the limits of joints; the program gets those it has left out."""

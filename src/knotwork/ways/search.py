@@ -19,6 +19,7 @@ from knotwork.ways.exchange import Exchange
 from knotwork.ways.problem import NoWayError, Way, WayProblem
 from knotwork.ways.proof import not_clear, too_near
 from knotwork.ways.rrt import connect, shortened
+from knotwork.ways.states import slowed
 
 
 class Care(NamedTuple):
@@ -91,9 +92,7 @@ def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
     """
     timing = problem.timing
     if not timing.velocity[[0, -1]].any() and not timing.acceleration[[0, -1]].any():
-        slower = duration / way.duration
-        scale = slower ** -np.arange(3.0, -1.0, -1.0)
-        return PiecewisePolynomial(way.curve.c * scale[:, None, None], slower * way.curve.x)
+        return slowed(way.curve, duration / way.duration)
     rests = resting(replace(way.through, total=duration), "resting")
     if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
         return None

@@ -64,3 +64,9 @@ def states_of(curve: PiecewisePolynomial) -> States:
     """The states at the breaks of a cubic motion that begins at time 0."""
     last = np.minimum(curve.x, curve.x[-1])
     return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)
+
+
+def slowed(curve: PiecewisePolynomial, factor: float) -> PiecewisePolynomial:
+    """A cubic motion that begins at time 0, all along slower by a factor."""
+    scale = factor ** -np.arange(3.0, -1.0, -1.0)
+    return PiecewisePolynomial(curve.c * scale[:, None, None], factor * curve.x)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import BoolArray, turning_limits, whole_turns
 from knotwork.kinematics.chain.velocity import joint_scales
 from knotwork.kinematics.following.joint_field import Guide
-from knotwork.kinematics.sequence.nearness import weights
+from knotwork.kinematics.sequence.nearness import LIMIT_MARGIN, singular_nearness
 from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
@@ -72,37 +73,44 @@ class Ladder:
     def __init__(
         self, robot: Robot, paths: Sequence[TimedPath], starts: FloatArray, clear: Clear | None
     ) -> None:
-        self.robot, self.paths = robot, paths
+        self.robot = robot
         self.clear: Clear = clear or (lambda q, time: np.ones(len(q), dtype=bool))
         self.scale = joint_scales(robot)
         lower, upper = turning_limits(robot)
         self.limits = lower + INSIDE, upper - INSIDE
         self.around = joint_axes(robot).revolute & ~np.isfinite(lower)
-        self.times = [_rung_times(path) for path in paths]
-        self.time = np.concatenate([self.times[0][:1], *(one[1:] for one in self.times)])
-        self.targets = Targets.of(
-            [
-                path.pose(float(t))
-                for k, (path, times) in enumerate(zip(paths, self.times, strict=True))
-                for t in times[1 if k else 0 :]
-            ]
-        )
+        self.places = [_places(path) for path in paths]
+        placed = [
+            (path, s, min(path.start_time + t, path.end_time))
+            for k, (path, own) in enumerate(zip(paths, self.places, strict=True))
+            for s, t in zip(own[k > 0 :], path.timing.time_of(own[k > 0 :]), strict=True)
+        ]
+        self.time = np.array([time for _, _, time in placed])
+        self.targets = Targets.of([_pose(*one) for one in placed])
         self.rungs = self._sampled(starts)
 
     def _sampled(self, starts: FloatArray) -> list[_Rung]:
         fresh = sample_self_motion(self.robot, self.targets)
         cost = np.where(self.clear(starts, float(self.time[0])), 0.0, np.inf)
         rungs = [_Rung(starts, cost + self._nearness(starts))]
+        # the rungs above do not hang on the starts, so that from each the way is always the same
+        before = farthest_apart(self.robot, fresh[0], SAMPLES)
         for i in range(1, len(self.targets)):
-            before = rungs[-1].q
             led, came = self._brought(np.full(len(before), i), before)
             q = farthest_apart(self.robot, np.vstack([led[came], fresh[i]]), SAMPLES)
             q = q[self.clear(q, float(self.time[i]))]
             rungs.append(_Rung(q, self._nearness(q)))
+            before = q
         return rungs
 
     def _nearness(self, q: FloatArray) -> FloatArray:
-        return NEARNESS * (weights(self.robot, q) - 1.0) if len(q) else np.zeros(0)
+        """What limits and singularities cost; limits that whole turns lead away from do not."""
+        if not len(q):
+            return np.zeros(0)
+        room = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
+        near = np.clip(1.0 - room / LIMIT_MARGIN, 0.0, 1.0) ** 2
+        singular = singular_nearness(joint_axes(self.robot).jacobians(q))
+        return np.asarray(NEARNESS * (near + singular))
 
     def _brought(self, rungs: IndexArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Configurations brought onto the poses of rungs, and which of them come there."""
@@ -184,23 +192,25 @@ class Ladder:
         from scipy.interpolate import CubicSpline
 
         guides, first = [], 0
-        for path, times in zip(self.paths, self.times, strict=True):
-            own = q[first : first + len(times)]
-            first += len(times) - 1
-            curve = CubicSpline(path.arc_length(times), own, bc_type="natural")
+        for places in self.places:
+            own = q[first : first + len(places)]
+            first += len(places) - 1
+            curve = CubicSpline(places, own, bc_type="natural")
             guides.append(Guide(PiecewisePolynomial(curve.c, curve.x)))
         return guides
 
 
-def _rung_times(path: TimedPath) -> FloatArray:
-    """Times of rungs along a path, evenly spread over its length and what the tool turns."""
-    whole = np.linspace(0.0, path.path.length, PLACES)
-    times = path.start_time + path.timing.time_of(whole)
-    times[[0, -1]] = path.start_time, path.end_time
-    R = path.state(times)[1]
-    turned = angle_of(np.linalg.norm(np.diff(R, axis=0), axis=(1, 2)))
-    far = np.cumsum(np.append(0.0, np.diff(whole) / APART[0] + turned / APART[1]))
+def _places(path: TimedPath) -> FloatArray:
+    """Arc lengths of rungs, evenly spread over lengths and turns of a path whatever its speed."""
+    s = np.linspace(0.0, path.path.length, PLACES)
+    turned = angle_of(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
+    far = np.cumsum(np.append(0.0, np.diff(s) / APART[0] + turned / APART[1]))
     count = int(np.clip(np.ceil(far[-1]), FEWEST, MOST))
-    found = np.interp(np.linspace(0.0, far[-1], count + 1), far, times)
-    found[[0, -1]] = path.start_time, path.end_time
+    found = np.interp(np.linspace(0.0, far[-1], count + 1), far, s)
+    found[-1] = s[-1]
     return np.asarray(found)
+
+
+def _pose(path: TimedPath, s: float, time: float) -> Any:
+    """Pose of the tool; what carries nothing does not hang on rounded times."""
+    return path.path.pose(s) if path.carrier is None else path.pose(time)

@@ -150,14 +150,14 @@ def path_bounds(
         limits: Verdicts are decided against these.
         budget: How many samples may be taken.
         freedom: What the poses leave open, so that of the orientation only the tool's z axis is
-            compared.
+            compared; its tilt is added to the limit.
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom)
     t = _first_times(curve, interval, full_speed)
     if budget >= BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
-    angle = gap_of(limits.orientation)
+    angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
     most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
     # the bounds alone tell how fine the samples must be, before any is taken
     sizes = stretch.sizes(t)
@@ -170,7 +170,7 @@ def path_bounds(
         t, sizes = finer, stretch.sizes(finer)
     found = stretch.sample(t)
     for left in range(ROUNDS, -1, -1):
-        rows = path_rows(motion.path, found, t, sizes, full_speed, speed)
+        rows = path_rows(motion.path, found, t, sizes, full_speed, speed, freedom)
         is_open = (rows.upper > most[:, None]) & ~(rows.ends.max(axis=1) > most)[:, None]
         if not left or not is_open.any():
             break

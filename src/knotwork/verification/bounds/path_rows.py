@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from knotwork.tool_paths.path import SHARP
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import ToolPath
@@ -46,6 +46,7 @@ def path_rows(
     sizes: PathSizes,
     full: tuple[float, float],
     speed: float,
+    freedom: PoseFreedom | None = None,
 ) -> PathRows:
     """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
 
@@ -56,6 +57,7 @@ def path_rows(
         sizes: Bounds on the intervals between them.
         full: From when to when the speed is asked for in full [s].
         speed: That speed [m/s].
+        freedom: What the poses leave open.
     """
     square = np.diff(t) ** 2
     bend = path.bend(found.s[:-1], found.s[1:])
@@ -73,7 +75,7 @@ def path_rows(
             ends[0] + (square * sizes.acceleration + bend) / 8.0 + sizes.rounding,
             ends[1] + (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding,
             np.maximum(greatest - speed, floors - least),
-            _most_beyond(path, found, t, sizes),
+            _most_beyond(path, found, t, sizes, freedom),
         )
     )
     rows = np.ones(upper.shape, dtype=bool)
@@ -86,16 +88,28 @@ def path_rows(
     return PathRows(samples, ends, upper, least, greatest, rows)
 
 
-def _most_beyond(path: ToolPath, found: PathSamples, t: FloatArray, sizes: PathSizes) -> FloatArray:
+def _most_beyond(
+    path: ToolPath,
+    found: PathSamples,
+    t: FloatArray,
+    sizes: PathSizes,
+    freedom: PoseFreedom | None,
+) -> FloatArray:
     """Bound how far the turn is beyond its range on each interval [rad], shape (n,).
 
     It changes no faster than tool and path turn, see `turned_beyond`: so no time is above the mean
     of both ends by more than half of what both turn. Axes are compared in a row of their own.
+    Turn and work angle of a torch change by 1/cos(travel angle) of that.
     """
     low, high = np.minimum(found.s[:-1], found.s[1:]), np.maximum(found.s[:-1], found.s[1:])
     turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     apart = np.maximum(found.gap[:-1], found.gap[1:]) + turned * np.sqrt(2.0)
     slower = np.sqrt(np.maximum(1.0 - apart**2 / 8.0, 1e-12))  # cos(φ/2)
+    if freedom is not None and freedom.torch is not None:
+        most = freedom.torch.own + np.array(freedom.torch.travel)
+        over = np.maximum(np.maximum(found.beyond[:-1], found.beyond[1:]), 0.0)
+        steep = np.abs(most).max() + over + turned
+        slower = np.maximum(np.cos(np.minimum(steep, 0.5 * np.pi)), 1e-12)
     mean = 0.5 * (found.beyond[:-1] + found.beyond[1:])
     return np.asarray(mean + 0.5 * turned / slower + sizes.rounding)
 

@@ -303,7 +303,7 @@ class Jog {
 
   add(what) {
     const { part } = this.editing;
-    const after = part[0] === "waypoints" ? part[1] : this.editing.draft.data.waypoints.length - 1;
+    const after = part[0] === "waypoints" ? part : ["waypoints", this.editing.draft.data.waypoints.length - 1];
     return this.editing.add(what, { q: this.q, after });
   }
 }

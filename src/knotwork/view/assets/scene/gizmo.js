@@ -101,7 +101,8 @@ class Gizmo {
     this.arrange();
     const ray = this.rayAt(event);
     const hit = (group) => this.ray.intersectObjects(group.children).filter(({ object }) => object.visible);
-    const pulled = this.held ? hit(this.tool)[0]?.object.userData : null;
+    const hits = this.held ? hit(this.tool).map(({ object }) => object.userData) : [];
+    const pulled = hits.find(({ use }) => use === "pull") ?? hits[0]; // an arrow before a ring
     const near = (ball) => this.distance(ball, event);
     const [ball] = this.balls.children.filter((one) => near(one) < 14).sort((a, b) => near(a) - near(b));
     if (!pulled && !ball) return;

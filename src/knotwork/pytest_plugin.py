@@ -1,0 +1,136 @@
+"""For pytest: the fixture `knotwork`, which checks scenarios and trajectories in tests.
+
+def test_cell(knotwork):
+    knotwork.check("*.yaml")
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from knotwork.verification import Report
+
+
+class Checks:
+    """What the fixture `knotwork` gives.
+
+    Args:
+        folder: That of the test; paths are relative to it.
+        subtests: The fixture of pytest 9, or `None`.
+    """
+
+    def __init__(self, folder: Path, subtests: Any = None) -> None:
+        self._folder, self._subtests = folder, subtests
+        self._failures: list[str] = []
+
+    def check(
+        self,
+        *patterns: str,
+        scenario: str | None = None,
+        robot: str | None = None,
+        scene: str | None = None,
+        limits: Any = None,
+    ) -> list[Report]:
+        """Plan scenarios, or read trajectories, and check them.
+
+        Each group of requirements is a subtest, which fails with the words of the report; before
+        pytest 9 all of them are one failure.
+
+        Args:
+            patterns: Files, with `*` and `**`, or names of shipped scenarios.
+            scenario: For trajectories: what they are checked against; left out, what the report
+                next to them names.
+            robot: For trajectories without a scenario: name or file of the robot.
+            scene: For them: a scenario file of which all but the waypoints counts.
+            limits: For them: in place of those of robot and scene.
+
+        Returns:
+            The reports, in the order of the files.
+        """
+        reports: list[Report] = []
+        for file in [one for pattern in patterns for one in self._matching(pattern)]:
+            name = Path(file).name
+            with self._part(name):
+                reports.append(self._judged(file, scenario, robot, scene, limits))
+                groups = reports[-1].groups
+                for group, found in groups.items():
+                    if any(one.required for one in found):
+                        with self._part(f"{name}: {group}"):
+                            _fail_if_any(found)
+        failures, self._failures = self._failures, []
+        if failures:
+            pytest.fail("\n".join(failures), pytrace=False)
+        return reports
+
+    @contextmanager
+    def _part(self, name: str) -> Iterator[None]:
+        """A part of the test that fails by itself."""
+        if self._subtests is not None:
+            with self._subtests.test(msg=name):
+                yield
+            return
+        try:
+            yield
+        except pytest.fail.Exception as failure:
+            self._failures.append(f"{name}: {failure}")
+
+    def _matching(self, pattern: str) -> list[str]:
+        from knotwork.documents import resources
+
+        found = sorted(self._folder.glob(pattern))
+        if not found and pattern not in resources.names("scenarios"):
+            pytest.fail(f"no file matches {pattern!r} in {self._folder}", pytrace=False)
+        return [str(one) for one in found] or [pattern]
+
+    def _judged(
+        self, file: str, scenario: str | None, robot: str | None, scene: str | None, limits: Any
+    ) -> Report:
+        from knotwork import pipeline
+        from knotwork.cli.logs import stated_path
+        from knotwork.cli.sources import read_checked
+        from knotwork.errors import InputError
+        from knotwork.foreign import is_trajectory
+
+        scenario, robot, scene = (self._place(one) for one in (scenario, robot, scene))
+        try:
+            if robot is not None or scene is not None:
+                return pipeline.check_alone(file, robot, scene, limits)[-1]
+            if scenario is None and not is_trajectory(file):
+                return pipeline.plan(file).report
+            reference = scenario or stated_path(Path(file))
+            if reference is None:
+                raise InputError(f"{file} needs the scenario it is for, or robot, or scene")
+            return read_checked(file, reference).report
+        except InputError as error:
+            fault = str(error)
+        pytest.fail(fault, pytrace=False)
+
+    def _place(self, name: str | None) -> str | None:
+        """A path relative to the test, or a name."""
+        path = None if name is None else self._folder / name
+        return str(path) if path is not None and path.is_file() else name
+
+
+def _fail_if_any(findings: Any) -> None:
+    from knotwork.verification.worst import failure_lines
+
+    failed = [one for one in findings if not one.ok]
+    if failed:
+        pytest.fail("\n".join(failure_lines(failed)), pytrace=False)
+
+
+@pytest.fixture
+def knotwork(request: pytest.FixtureRequest) -> Checks:
+    """Check scenarios and trajectories next to a test: `knotwork.check("*.yaml")`."""
+    try:
+        subtests = request.getfixturevalue("subtests")
+    except pytest.FixtureLookupError:
+        subtests = None
+    return Checks(request.path.parent, subtests)

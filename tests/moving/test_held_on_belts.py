@@ -1,0 +1,141 @@
+"""Parts that are taken from one belt and put on another, and ways among what moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import drawn
+import knotwork as kw
+from moving.moving_truth import frame, links, sampled
+from moving.test_moving_things import DOWN, refused, tool, two_arms
+from moving.test_positioners import on_table
+from moving.test_shown import placed, scene_of, times
+
+SIZE = (0.05, 0.06, 0.07)
+OFFSET = pin.SE3(np.eye(3), np.array([0, 0, 0.136]))
+PICK, PLACE = 3.5, 8.5
+
+
+def carry() -> dict[str, Any]:
+    def pose(z: float) -> dict[str, Any]:
+        return {"position": [0, 0, z], **DOWN}
+
+    def over(where: str, speed: float, after: float) -> dict[str, Any]:
+        return {
+            "frame": where,
+            "pose": pose(0.2),
+            "after": after,
+            "velocity": {"linear": [0, 0, speed]},
+        }
+
+    def at(where: str, name: str) -> dict[str, Any]:
+        return {"frame": where, "name": name, "pose": pose(0.06), "after": 1.5, "stop": True}
+
+    return {
+        "robot": "ur5",
+        "start": "home",
+        "frames": {
+            "belt": {"position": [0.45, -0.5, 0.1], "moves": {"linear": [0, 0.1, 0]}},
+            "out": {
+                "position": [0.45, 0.35, 0.1],
+                "moves": {"linear": [0, 0.05, 0], "angular": [0, 0, 0.1], "at": 8},
+            },
+        },
+        "tool": {
+            "offset": {"position": [0, 0, 0.1]},
+            "holds": {
+                "box": {"from": "pick", "to": "place", "box": SIZE, "position": [0, 0, 0.036]}
+            },
+        },
+        "waypoints": [
+            over("belt", -0.05, 2),
+            at("belt", "pick"),
+            over("belt", 0.05, 1),
+            over("out", -0.05, 2.5),
+            at("out", "place"),
+            {"joints": "home", "after": 2},
+        ],
+    }
+
+
+def box(plan: kw.Plan, t: float) -> pin.SE3:
+    """Where the box is: on the belt, in the tool, on the other belt."""
+
+    def belt(s: float) -> pin.SE3:
+        return frame([0.45, -0.5, 0.1], [0, 0.1, 0], [0, 0, 0], s)
+
+    def out(s: float) -> pin.SE3:
+        return frame([0.45, 0.35, 0.1], [0, 0.05, 0], [0, 0, 0.1], s - 8.0)
+
+    if t < PICK:
+        return belt(t) * belt(PICK).actInv(tool(plan, PICK)[0] * OFFSET)
+    if t < PLACE:
+        return tool(plan, t)[0] * OFFSET
+    return out(t) * out(PLACE).actInv(tool(plan, PLACE)[0] * OFFSET)
+
+
+def test_a_part_goes_from_belt_to_belt() -> None:
+    plan = kw.plan(carry())
+    assert plan.report.ok, plan.report
+    waypoints = {one.name: one.time for one in plan.scenario.waypoints}
+    assert (waypoints["pick"], waypoints["place"]) == (PICK, PLACE)
+    moments = np.linspace(0.0, plan.trajectory.end_time, 150)
+    rows = sampled(
+        links(plan.trajectory, pin.SE3.Identity()),
+        lambda t: {"box": [(coal.Box(*SIZE), box(plan, t))]},
+        moments,
+    )
+    checked = 0
+    for (link, _), row in rows.items():
+        found = [
+            one
+            for one in plan.report.select(subject="pair")
+            if set(one.name.split(", ")) == {link, "box"}
+        ]
+        if link in ("base_link", "shoulder_link", "upper_arm_link", "forearm_link"):
+            assert found, link
+        if found:
+            checked += 1
+            least = min(one.value - one.excess for one in found if one.value is not None)
+            assert row.min() >= least - 1e-6, link
+            nearest = min(one.value for one in found if one.value is not None)
+            assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
+    assert checked >= 4
+
+
+def test_the_part_is_drawn_where_it_is() -> None:
+    plan = kw.plan(carry())
+    scene = scene_of(plan)
+    time = times(scene)
+    held = [one for one in scene["things"] if one["name"] == "held"]
+    for t in (0.5, 3.0, 5.0, 9.5):
+        k = int(np.searchsorted(time, t))
+        (here,) = (
+            one
+            for one in held
+            if (one["between"][0] is None or t >= one["between"][0])
+            and (one["between"][1] is None or t < one["between"][1])
+        )
+        at = placed(scene, k)[here.get("carrier", 0)]
+        corners = drawn.vertices(here["mesh"]) @ at.rotation.T + at.translation
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        assert middle == pytest.approx(box(plan, float(time[k])).translation, abs=2e-5)
+
+
+def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_path: Path) -> None:
+    post = {"objects": {"post": {"box": [0.06, 0.06, 0.5], "position": [0.35, -0.2, 0.25]}}}
+    way = {"pose": {"position": [0, -0.1, 0.2], **DOWN}, "way": "clear", "stop": True}
+    plan = kw.plan(on_table(limits={"acceleration": 5}, scene=post, waypoints=[way]))
+    assert plan.report.ok, plan.report
+    (found,) = plan.report.select(quantity="way")
+    assert "least clearance" in found.message
+    task = two_arms(tmp_path, delay=0.5)
+    task["limits"] = {"acceleration": 5}
+    task["waypoints"] = [{**way, "pose": {"position": [0.4, 0.3, 0.3], **DOWN}}]
+    assert "finds no way among what moves: its times are not known yet" in refused(task)
