@@ -141,6 +141,25 @@ def test_a_waypoint_is_added_where_the_arm_is(
         add({"what": what, "time": time})
 
 
+def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
+    """The robot stands in its scene; a waypoint out of reach is brought back."""
+    draft = draft_in(tmp_path, "ur3_lid")
+    draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
+    made = Session(draft)
+    with pytest.raises(InputError, match="out of reach"):
+        made.renew()
+    state = made.server.state()["draft"]
+    assert made.server.scene is not None
+    assert made.server.scene["revision"] != state["revision"] == state["handled"]
+    high = next(one for one in state["handles"] if one["name"] == "above")
+    x, y, z = high["position"]
+    made.server.actions["move"]({**high, "position": [x, y, z - 1.94]})
+    renewed = made.renew()
+    assert renewed is not None
+    assert renewed[1].report.ok
+    made.server.server_close()
+
+
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both the motion and the error of an older text: the newer one alone is shown."""
     made = Session(draft_in(tmp_path, "planar2_closed_form"))

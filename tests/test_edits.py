@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from knotwork.documents import REMOVED, Document, edited, edited_text, parse
+from knotwork.documents.items import changed_text
 from knotwork.errors import InputError
 
 TEXT = """\
@@ -185,6 +186,49 @@ def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | N
         assert len(around) == len(edits) - 1
         return
     assert parse(result).data == edited(Document(found.data), edits).data
+
+
+@pytest.mark.parametrize("flow", [True, False])
+@settings(max_examples=60)
+@given(st.lists(PLAIN | st.dictionaries(st.sampled_from("xyz"), PLAIN), min_size=1), st.data())
+def test_items_are_put_in_and_taken_out(flow: bool, items: list[Any], data: Any) -> None:
+    text = yaml.safe_dump({"a": items}, default_flow_style=flow, allow_unicode=True, width=1000)
+    try:
+        assume(parse(text).data == {"a": items})
+    except InputError:
+        return
+    if not flow:  # behind each line that ends an item, and above all
+        text = f"# above\n{text}# below\n"
+    i = data.draw(st.integers(0, len(items)))
+    more = changed_text(text, ("a", i), {"x": 0.5, "y": [1, 2]}, insert=True)
+    assert parse(more).data == {"a": [*items[:i], {"x": 0.5, "y": [1, 2]}, *items[i:]]}
+    less = changed_text(more, ("a", i), REMOVED)
+    assert parse(less).data == {"a": items}
+    assert [line for line in less.splitlines() if "#" in line] == [
+        line for line in text.splitlines() if "#" in line
+    ]
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "insert", "wanted"),
+    [
+        (("b", "c"), 1, False, "a: [1] # it\nb: {c: 1}\n"),  # what is around it is made
+        (("b",), 2, True, None),
+        (("a", 2), 2, False, None),
+        (("a", 0), REMOVED, False, "a: [] # it\n"),
+        (("a", "x"), 1, False, None),
+        (("b",), REMOVED, False, None),
+    ],
+)
+def test_a_change_is_made_where_there_is_a_place_for_it(
+    place: Any, value: Any, insert: bool, wanted: str | None
+) -> None:
+    text = "a: [1] # it\n"
+    if wanted is None:
+        with pytest.raises(InputError, match="not there"):
+            changed_text(text, place, value, insert=insert)
+    else:
+        assert changed_text(text, place, value, insert=insert) == wanted
 
 
 def test_long_values_are_put_into_lists_in_flow_style_as_lines_that_can_be_read() -> None:

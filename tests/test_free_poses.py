@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,9 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
         turns.append(np.degrees(np.arctan2(x[1], x[0])))
     least, most = min(turns), max(turns)
     assert -100.1 < least < most < 10.1
+    (used,) = plan.report.select(group="Freedom")
+    assert f"turn {least:.3g} to {most:.3g} deg" in used.message
+    assert np.degrees(used.value) == pytest.approx(most - least, abs=0.1)
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
     (row,) = (one for one in found.findings if one.quantity == "path_turn")
     assert found.ok
@@ -400,6 +404,8 @@ def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
     assert -60.001 < x < 60.001
     assert abs(y) < 1e-3
     assert -0.001 < z < 20.001  # the tool's z axis points down
+    (used,) = plans[0].report.select(group="Freedom")
+    assert re.search(rf"x {x:.3g} mm, z {-z:.3g} mm", used.message)
     moved = pick(free)
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures

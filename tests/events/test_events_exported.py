@@ -74,6 +74,16 @@ def test_a_program_names_its_segments(plan: kw.Plan) -> None:
     assert named == [(one.name, f"{one.start:.3f}") for one in plan.segments]
 
 
+def test_events_close_together_leave_the_motion_as_it_is() -> None:
+    near = do({"arc": "on", "at": 20}, {"gas": "on", "at": 20 + 1e-7}, {"arc": "off", "at": 20.05})
+    motion = kw.plan(weld(seam=near) | {"outputs": {"arc": 3, "gas": 4}}).trajectory
+    controller = Controller(motion.position(motion.start_time), 125.0)
+    controller.run(motion.to_urscript())
+    assert [value for *_, value in controller.switched] == [True, True, False]
+    time = np.clip(controller.time, motion.start_time, motion.end_time)
+    assert np.abs(controller.position - motion.position(time)).max() < 1e-4
+
+
 @pytest.mark.parametrize(
     ("action", "said"),
     [

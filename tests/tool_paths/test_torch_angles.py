@@ -22,6 +22,7 @@ def welded(*path: dict[str, Any], before: dict[str, Any] | None = None) -> dict[
     return {
         "robot": "ur10",
         "start": "home",
+        "path": {"acceleration": 0.1},
         "waypoints": [
             {"after": 3, "pose": {"position": [0.6, -0.2, 0.3], **angles}, "stop": True},
             {"after": 1, "pose": {"position": START, **(before or {})}, "stop": True},
@@ -131,7 +132,7 @@ def test_angles_to_nothing_are_refused(
 ) -> None:
     line = LINE if orientation is None else {**LINE, "orientation": orientation}
     with pytest.raises(kw.errors.InputError) as caught:
-        kw.plan(welded(line, before=before))
+        kw.load_scenario(welded(line, before=before))
     assert place in str(caught.value)
     assert words in str(caught.value)
 
@@ -166,7 +167,7 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
     assert max(worst) < np.radians(0.1) + 0.025 * np.pi / 2
     times = np.linspace(motion.start_time, motion.end_time, 300)
     moved = [np.abs(np.diff(one.trajectory(times), axis=0)).sum() for one in (plan, fixed)]
-    assert moved[0] < 0.9 * moved[1]
+    assert moved[0] < 0.97 * moved[1]
     rows = plan.report.select(quantity="path_turn")
     assert [row.proof for row in rows] == ["bounded", "bounded"]
     narrow = {"work_angle": [WORK - 0.01, WORK + 0.01], "travel_angle": [TRAVEL - 0.01, TRAVEL]}
@@ -186,7 +187,7 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
 )
 def test_ranges_of_angles_that_can_not_be_are_refused(free: dict[str, Any], words: str) -> None:
     with pytest.raises(kw.errors.InputError, match=words):
-        kw.plan(free_angles(free) if free else {**free_angles(None), "tool": {"free": {}}})
+        kw.load_scenario(free_angles(free) if free else {**free_angles(None), "tool": {"free": {}}})
 
 
 def test_ranges_of_angles_need_a_seam() -> None:

@@ -22,7 +22,7 @@ BLEND = 0.01
 """Of a corner that is added on a line [m]."""
 ON_LINE, SNAP = 1e-9, 1e-3
 """What is nearer to a line than the second is put on it, and rounded to the first [m]."""
-_POSE = 6
+_POSE = 6  # numbers that a pose is; arms of fewer joints do not reach a rounded one
 
 
 def waypoint_here(

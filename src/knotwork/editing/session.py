@@ -23,6 +23,7 @@ from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task.units import si_factors
 from knotwork.view.edit_server import EditServer
+from knotwork.view.scene import make_scene
 from knotwork.view.show import scene_of
 from knotwork.waypoints import FloatArray, read_only
 
@@ -43,6 +44,7 @@ class Session:
         self.draft, self._budget = draft, budget
         self.plan: Plan | None = None
         self._planned = self._handled = -1
+        self._verdict: Answer = {}
         self._scenario: Scenario | None = None
         self._handles: list[Handle] = []
         actions: dict[str, Callable[[Asked], Answer]] = {
@@ -84,10 +86,16 @@ class Session:
             self._scenario = scenario
             # of what is repeated the first turn has handles
             found = {one.at: one for one in reversed(handles(scenario, robot))}
-            self._handles = [one for one in found.values() if part_of(document.data, one.at)]
+            there = (one for one in found.values() if part_of(document.data, one.at))
+            self._handles = [*there][::-1]
             self._handled = revision
             self.server.start()
+            if self.server.scene is None:
+                self.server.show({**_standing(scenario, robot), "revision": -1})
+                self.server.start()
         made = plan(scenario, budget=self._budget, warm=self.plan)
+        self._verdict = {"revision": revision, "ok": made.report.ok}
+        self.server.notify()  # before the scene is drawn
         return made, scene_of(made, before=self.server.scene)
 
     def _changing(self, change: Callable[[Asked], Answer | None]) -> Callable[[Asked], Answer]:
@@ -102,7 +110,8 @@ class Session:
     def _state(self) -> Answer:
         """What the page shows besides the scene."""
         shown = [one.to_dict() for one in self._handles]
-        return {"draft": {**self.draft.state(), "handled": self._handled, "handles": shown}}
+        known = {"handled": self._handled, "handles": shown, "verdict": self._verdict}
+        return {"draft": {**self.draft.state(), **known}}
 
     def _move(self, asked: Asked) -> None:
         """Move a handle."""
@@ -117,9 +126,7 @@ class Session:
         if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle has not norm 1")
         changes = moved(handle, si_factors(self._scenario.task.units), **given)
-        in_file = self._scenario.places.given
-        written = [{**one, "at": in_file(tuple(one["at"]))} for one in changes]
-        self.draft.apply(written, str(asked.get("gesture", "")))
+        self.draft.apply(changes, str(asked.get("gesture", "")))
 
     def _jog(self, asked: Asked) -> Answer:
         """Joint positions and the pose of the tool, of one of which the other follows."""
@@ -168,6 +175,18 @@ class Session:
             return robot, read_only(asked["q"], (robot.dof,), "q")
         curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
         return robot, np.asarray(curve(np.clip(float(asked["time"]), curve.x[0], curve.x[-1])))
+
+
+def _standing(scenario: Scenario, robot: Robot) -> dict[str, Any]:
+    """The scene of a task before it is planned: the robot stands still."""
+    q = robot.configurations.get(
+        "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    )
+    joints = dict(zip(robot.joint_names, q.tolist(), strict=True))
+    units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
+    rest = [{"joints": joints}, {"joints": joints, "after": 1}]
+    motion = plan({"joint_units": units, "waypoints": rest}).trajectory
+    return make_scene(robot, motion, scenario=scenario, space=joint_space(scenario))
 
 
 def _between(scenario: Scenario, time: float) -> tuple[int, float]:

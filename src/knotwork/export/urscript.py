@@ -47,8 +47,9 @@ OUTPUTS = (
 FLANGE = "tool0"
 """The link whose axes are those of the controller's flange; a prefix may stand before it."""
 
-SAME_TIME = 1e-9
-"""An event so near to a knot is at the knot [s]."""
+SHORTEST = 1e-4
+"""An event so near to a knot is at the knot [s]: the program extrapolates a piece by up to a step,
+which magnifies its rounding by the cube of the step over the duration."""
 
 LARGEST_ERROR = 0.05
 """The program stops the arm if a joint's target is off its motion by more [rad]. At 125 Hz a joint
@@ -156,10 +157,11 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
     position, velocity = (trajectory(time, nu)[:, order] for nu in range(2))
     velocity[[0, -1]] = 0.0
     durations = increments(np.asarray(time - time[0]))
-    pieces = _between(trajectory, time, 0)
+    between = _between(trajectory, time)
+    pieces = between[0]
     for i in range(1, len(durations)):
         ends = f"{_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])}"
-        pieces += [f"kw_cubic({ends})", *_between(trajectory, time, i)]
+        pieces += [f"kw_cubic({ends})", *between[i]]
     about = [
         f"A motion of {trajectory.duration:.6g} s for an arm of Universal Robots.",
         f"{points.describe()}.",
@@ -180,23 +182,25 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
 
 def _with_events(trajectory: JointTrajectory) -> FloatArray:
     """Times of the knots, and of events and loads between: a cubic is the same in two parts [s]."""
-    knots = trajectory.knots.time
-    times = [one.time for one in trajectory.events] + [one.time for one in trajectory.loads]
-    apart = np.abs(np.array(times)[:, None] - knots).min(axis=1, initial=np.inf) > SAME_TIME
-    return np.unique(np.concatenate((knots, np.array(times)[apart])))
+    time: FloatArray = trajectory.knots.time
+    events = [one.time for one in trajectory.events]
+    for moment in (*events, *(one.time for one in trajectory.loads)):
+        if np.abs(time - moment).min() > SHORTEST:
+            time = np.sort(np.append(time, moment))
+    return time
 
 
-def _between(trajectory: JointTrajectory, time: FloatArray, i: int) -> list[str]:
-    """What stands between two pieces: what is set there, and which segment begins."""
-
-    def here(one: Event | Load) -> bool:
-        return bool(np.abs(time - one.time).argmin() == i)
-
-    end = time[i + 1] if i + 1 < len(time) else np.inf
-    switched = [_switch(one) for one in trajectory.events if here(one)]
-    loads = [_load(one) for one in trajectory.loads if here(one)]
-    begun = [one for one in trajectory.segments if time[i] <= one.start < end]
-    return [*switched, *loads, *(f"# {_comment(one.said)}" for one in begun)]
+def _between(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
+    """What stands before the piece from each time on: what is set, and which segment begins."""
+    lines: list[list[str]] = [[] for _ in time]
+    for event in trajectory.events:
+        lines[int(np.abs(time - event.time).argmin())].append(_switch(event))
+    for load in trajectory.loads:
+        lines[int(np.abs(time - load.time).argmin())].append(_load(load))
+    for segment in trajectory.segments:
+        i = int(np.searchsorted(time, segment.start, "right")) - 1
+        lines[max(i, 0)].append(f"# {_comment(segment.said)}")
+    return lines
 
 
 def _load(load: Load) -> str:

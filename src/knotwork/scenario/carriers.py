@@ -43,7 +43,7 @@ class Carriers:
 
     @cached_property
     def link(self) -> str:
-        """Link of the robot that carries all poses; empty for the base.
+        """Link of the robot that carries all poses, else the file's frame; empty for the base.
 
         Raises:
             DocumentError: They are on several.
@@ -62,7 +62,7 @@ class Carriers:
                     f"{posed[0][1]!r}, {_on(links[0])}",
                     "poses in frames on one link",
                 )
-        return links[0] if links else ""
+        return links[0] if links else self.frames.moving[self.file.frame or "base"].link
 
     def of(self, i: int) -> MovingFrame | None:
         """What carries the pose of a waypoint; `None` if it stands or is given by joint values."""

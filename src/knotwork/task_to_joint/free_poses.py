@@ -26,6 +26,9 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, Torch
 if TYPE_CHECKING:
     import pinocchio as pin
 
+INSIDE = 0.95
+"""Part of a torch's ranges that its joints have: between waypoints they may go beyond a little."""
+
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
     """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
@@ -89,7 +92,7 @@ def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
         joints.append(VirtualJoint("free turn", "z", -greatest, -least))
     for name, axis, (low, high) in turned:
         if low < high:
-            joints.append(VirtualJoint(name, axis, low, high, axes=axes))
+            joints.append(VirtualJoint(name, axis, INSIDE * low, INSIDE * high, axes=axes))
     for k, (low, high) in zip("xyz", free.box, strict=True):
         if low < high:
             joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))

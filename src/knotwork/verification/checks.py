@@ -12,6 +12,7 @@ from knotwork.verification.cycles import cycles
 from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.events import events, parts
 from knotwork.verification.finding import Finding
+from knotwork.verification.freedoms import freedoms_used
 from knotwork.verification.limits import joint_limits
 from knotwork.verification.motion import Motion
 from knotwork.verification.paths import tool_paths
@@ -29,6 +30,7 @@ CHECKS: dict[str, Check] = {
     "tool_at_waypoints": tool_at_waypoints,
     "joints_at_waypoints": joints_at_waypoints,
     "tool_paths": tool_paths,
+    "freedoms": freedoms_used,
     "waits": waits,
     "events": events,
     "segments": parts,

@@ -53,15 +53,15 @@ def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding
         (stored, asked, "the motion has it, and the scenario does not ask for it"),
         (asked, stored, "the scenario asks for it, and the motion does not have it"),
     ):
+        times: dict[Event, list[float]] = {}
+        for one in others:
+            times.setdefault(replace(one, time=0.0), []).append(one.time)
         for one in some:
-            if not any(_same(one, other) for other in others):
+            slack = SAME_TIME * max(1.0, one.time)
+            known = times.get(replace(one, time=0.0), [])
+            if not any(abs(one.time - time) <= slack for time in known):
                 said = f"{one.said} at {one.time:.3f} s: {fault}"
                 yield Finding(GROUP, "event", one.name, "event", "failed", said, time=one.time)
-
-
-def _same(one: Event, other: Event) -> bool:
-    apart = abs(one.time - other.time)
-    return replace(one, time=other.time) == other and apart <= SAME_TIME * max(1.0, one.time)
 
 
 def _place(asked: AskedEvent, scenario: Scenario) -> str:
@@ -70,8 +70,7 @@ def _place(asked: AskedEvent, scenario: Scenario) -> str:
     if asked.path is not None:
         far = scenario.units.text(abs(asked.distance), "m", ".6g")
         return f"{far} {'after' if asked.distance > 0.0 else 'before'} {waypoint!r}"
-    arrival = next(one.time for one in scenario.waypoints if one.name == waypoint)
-    later = asked.event.time - arrival
+    later = asked.delay
     moment = f"{abs(later):.6g} s {'after' if later > 0.0 else 'before'} " if later else "at "
     return f"{moment}{waypoint!r}"
 
