@@ -74,12 +74,11 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     def frame(name: str | None) -> pin.SE3:
         return robot.base_placement * frames[name or "base"]
 
-    found = [
-        handle
-        for i, one in enumerate(file.waypoints)
-        if not isinstance(one, JointWaypoint) and (one.frame or file.frame or "base") in still
-        for handle in _of_waypoint(scenario, file, i, frame)
-    ]
+    found: dict[Location, Handle] = {}
+    for i, one in enumerate(file.waypoints):
+        if not isinstance(one, JointWaypoint) and (one.frame or file.frame or "base") in still:
+            for handle in _of_waypoint(scenario, file, i, frame):
+                found.setdefault(handle.at, handle)  # of a repeat those of the first turn
     task = scenario.task
     placed_things = (
         (("scene", "objects"), file.scene.objects, task.scene.objects),
@@ -90,13 +89,14 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             if thing.parent not in still or (name not in still and where == ("frames",)):
                 continue
             at, around = (*where, name), frame(thing.parent)
+            if scenario.places.given(at) != at:
+                continue  # the place of a turn of a repeat
             pose = around * placed(thing, scenario.places, at)
             form, order = _form(thing)
             axes, kind = (around, around.rotation), where[-1].removesuffix("s")
-            found.append(
-                Handle(at, name, kind, pose, axes, given[name].position, form or "rpy", order)
-            )
-    return found
+            numbered = given[name].position, form or "rpy", order
+            found[at] = Handle(at, name, kind, pose, axes, *numbered)
+    return list(found.values())
 
 
 def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator[Handle]:

@@ -177,7 +177,8 @@ class Robot(ChainKinematics):
         """
         changes: dict[str, Any] = {}
         if frame is not None and frame != self.tool_frame:
-            changes = {"tool_frame": frame, "tool_offset": pin.SE3.Identity(), "payload": None}
+            changes = {"tool_frame": frame, "tool_offset": pin.SE3.Identity()}
+            changes |= {"payload": None, "held": ()}
         if offset is not None:
             finite = isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()
             if not finite:
