@@ -50,8 +50,9 @@ def planners() -> dict[str, Any]:
 def path_benchmarks() -> dict[str, Any]:
     """What the page on tool paths and other curves shows."""
     data = results.load("paths")
-    proved, *curves, long = paths.tables(data)
-    return {"proved": proved, "curves": curves, "long": long, "last": data["long"][-1]}
+    proved, *curves, long, free = paths.tables(data)
+    last = data["long"][-1]
+    return {"proved": proved, "curves": curves, "long": long, "last": last, "free": free}
 
 
 def collision_benchmarks() -> dict[str, Any]:

@@ -1,10 +1,11 @@
-"""CppFlow's paths for redundant arms as scenarios; see cppflow/README.md."""
+"""CppFlow's paths for redundant arms as scenarios, and a dome; see cppflow/README.md."""
 
 from __future__ import annotations
 
 import csv
 import io
 import tarfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import yaml
+
+import knotwork as kw
 
 FOLDER = Path(__file__).parent / "cppflow"
 SPEED = 0.05
@@ -88,4 +91,51 @@ def scenario(name: str, given: Any, path: str, arm: Arm) -> dict[str, Any]:
         "scene": {"objects": objects},
         "tolerances": TOLERANCES,
         "waypoints": waypoints,
+    }
+
+
+def dome(folder: Path, *, free: bool) -> Any:
+    """The shipped dome, or one whose points have rotations, so that nothing is free."""
+    shipped = kw.load_scenario("ur5_dome")
+    if free or shipped.source is None:
+        return shipped
+    given = yaml.safe_load(shipped.source.read_text(encoding="utf-8"))
+    del given["tool"]["free"]
+    path = shipped.paths[0].motion.path
+    frame = shipped.frames["top"]
+    s = np.linspace(0.0, path.length, 500)
+    turns = [pin.Quaternion(frame.rotation.T @ R).coeffs() for R in path.rotation(s)]
+    points = (path.position(s) - frame.translation) @ frame.rotation * 1000.0
+    lines = [",".join(f"{x:.9f}" for x in (*a, *b)) for a, b in zip(points, turns, strict=True)]
+    (folder / "points.csv").write_text("x,y,z,qx,qy,qz,qw\n" + "\n".join(lines), encoding="utf-8")
+    given["waypoints"][2]["along"]["points"] = "points.csv"
+    for k, R in ((2, path.rotation(s[-1:])[0]), (3, path.rotation(s[-1:])[0])):
+        place = {"position": given["waypoints"][k]["pose"]["position"]}
+        given["waypoints"][k]["pose"] = place | {"rotation_matrix": (frame.rotation.T @ R).tolist()}
+    (folder / "dome.yaml").write_text(yaml.safe_dump(given), encoding="utf-8")
+    return kw.load_scenario(folder / "dome.yaml")
+
+
+def measured(case: str, task: Any) -> dict[str, Any]:
+    """A plan: what is proved of its path [mm, deg], what its last joint does there, CPU seconds."""
+    task = kw.load_scenario(task) if isinstance(task, dict) else task
+    begun = time.process_time()
+    plan = kw.plan(task)
+    taken = time.process_time() - begun
+    found = plan.report.select(group="Tool paths")
+    bounds = {
+        quantity: max((one.value or 0.0) + one.excess for one in found if one.quantity == quantity)
+        for quantity in ("path_deviation", "path_orientation")
+    }
+    first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion
+    times = np.linspace(first.start_time, last.end_time, 4000)
+    q, v = plan.trajectory.position(times)[:, -1], plan.trajectory.velocity(times)[:, -1]
+    return {
+        "case": case,
+        "passed": plan.report.ok,
+        "bound_mm": float(f"{1e3 * bounds['path_deviation']:.3g}"),
+        "bound_deg": float(f"{np.degrees(bounds['path_orientation']):.3g}"),
+        "last_joint_deg": float(f"{np.degrees(np.ptp(q)):.3g}"),
+        "last_joint_peak_deg_s": float(f"{np.degrees(np.abs(v).max()):.3g}"),
+        "cpu_s": float(f"{taken:.2g}"),
     }

@@ -7,11 +7,15 @@ Hermite positions and velocities, and the B-spline positions, with the velocitie
 The deviation is the largest at 2000 times, by Pinocchio; those of `kw.follow_path` are proved. The
 UR5 drives a circle of 80 mm many times round, too, to show what long paths cost.
 
+CppFlow's paths for redundant arms, and a dome whose points leave the turn of the tool free, or not,
+are planned as scenarios.
+
 With `--save benchmarks/results` the results are saved there; `--figure FILE` draws them.
 """
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +27,7 @@ from rich.console import Console
 from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 
 import knotwork as kw
+import path_problems
 import results
 from knotwork.kinematics.following.continuation import accelerations, continue_along
 from knotwork.tool_paths import TimedPath, ToolPath
@@ -145,6 +150,19 @@ def long_paths() -> list[Any]:
     return rows
 
 
+def planned() -> list[Any]:
+    """What plans of CppFlow's paths and of a dome make of what is free."""
+    measured = path_problems.measured
+    rows = [
+        measured(f"{name}, {arm.robot}", path_problems.problem(name))
+        for name, arm in path_problems.ARMS.items()
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        for case, free in (("dome, turn free, ur5", True), ("dome, nothing free, ur5", False)):
+            rows.append(measured(case, path_problems.dome(Path(folder), free=free)))
+    return rows
+
+
 def slope(rows: list[Any], curve: str) -> float:
     """How the deviation falls with the number of intervals: the last exponent above rounding."""
     known = [(r["points"] - 1, r["deviation_mm"][curve]) for r in rows]
@@ -179,6 +197,16 @@ def tables(data: dict[str, Any]) -> list[Table]:
     made.append(
         Table("Many turns of a circle", ("length m", "inserted", "CPU s"), cells, note=note)
     )
+    wide = ("path", "passes", "proved mm", "proved deg", "last joint deg", "peak deg/s", "CPU s")
+    cells = [
+        [
+            one["case"],
+            "yes" if one["passed"] else "no",
+            *(f"{one[key]:g}" for key in list(one)[2:]),
+        ]
+        for one in data["planned"]
+    ]
+    made.append(Table("What is free along paths", wide, cells))
     return made
 
 
@@ -214,7 +242,7 @@ def main(save: Path | None, picture: Path | None) -> None:
     for case, (arm, start, motion, speed, tolerance) in cases().items():
         rows += compared(case, arm, start, motion)
         followed.append(proved(case, arm, start, motion, speed, tolerance))
-    data = {"followed": followed, "rows": rows, "long": long_paths()}
+    data = {"followed": followed, "rows": rows, "long": long_paths(), "planned": planned()}
     for table in tables(data):
         table.show(Console(width=140))
     if picture is not None:

@@ -109,13 +109,11 @@ def test_velocities_that_contradict_the_positions_are_left_out(
     assert (curve.trajectory.polynomial.c == without.trajectory.polynomial.c).all()
 
 
-@pytest.mark.parametrize(
-    ("rate", "late", "agree"), [(100.0, 0, True), (500.0, 0, True), (500.0, 1, False)]
-)
-def test_velocities_that_are_more_exact_than_the_curve_contradict_nothing(
-    tmp_path: Path, deburring: Plan, rate: float, late: int, agree: bool
+@pytest.mark.parametrize(("rate", "late"), [(100.0, 0), (500.0, 0), (500.0, 1)])
+def test_velocities_that_are_more_exact_than_the_curve_are_left_out(
+    tmp_path: Path, deburring: Plan, rate: float, late: int
 ) -> None:
-    """A log with all digits is off its curve where the jerk jumps; late velocities are beyond."""
+    """A log with all digits is off its curve where the jerk jumps."""
     motion = deburring.trajectory
     samples = record(motion, rate=rate)
     rows = np.column_stack([samples.time, samples.position, np.roll(samples.velocity, late, 0)])
@@ -125,8 +123,7 @@ def test_velocities_that_are_more_exact_than_the_curve_contradict_nothing(
     )
     said = smooth(file, motion).velocities
     assert said.startswith("left out")
-    assert ("though they agree" in said) == agree
-    assert ("times their noise" in said) == (not agree)
+    assert "times their noise" in said
 
 
 def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Plan) -> None:

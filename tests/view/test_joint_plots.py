@@ -44,7 +44,7 @@ def broken() -> Plan:
 def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
     figure = plot_joints(deburring)
     assert len(figure.axes) == 4
-    units = ("% of range", *["% of limit"] * 3)  # where all joints have limits
+    units = ("deg", "deg/s", "deg/s²", "deg/s³")
     for axis, quantity, unit in zip(figure.axes, QUANTITIES, units, strict=True):
         assert axis.get_ylabel() == f"{quantity} [{unit}]"
         drawn = [str(line.get_gid()).split(":")[2] for line in lines(axis, "curve")]
@@ -76,27 +76,24 @@ def test_curves_are_the_trajectory(deburring: Plan, degrees: bool) -> None:
     assert figure.axes[1].get_ylabel() == ("[deg/s]" if degrees else "[rad/s]")
 
 
-def test_joints_that_share_a_panel_are_in_percent_of_their_own_limits() -> None:
+def test_joints_that_share_a_panel_show_the_limits_of_the_nearest() -> None:
     ends: list[dict[str, Any]] = [
         {"joints": {"a": 0.0, "b": 0.0, "c": 0.0}},
         {"joints": {"a": 1.0, "b": 0.5, "c": 0.3}, "after": 1},
     ]
-    limits = {
-        "velocity": {"a": 2.0, "b": 1.0, "c": 3.0},
-        "position": {"a": [-1, 3], "b": [-1, 1], "c": [-2, 2]},
-    }
-    plan = kw.plan({"waypoints": ends, "limits": limits})
-    figure = plot_joints(plan, quantities=["position", "velocity", "acceleration"])
-    position, velocity, acceleration = figure.axes
-    # from the middle of the range, so that both limits are at 100
-    last = [data(line)[1][-1] for line in lines(position, "curve")]
-    assert last == pytest.approx([0.0, 50.0, 15.0])
+    plan = kw.plan({"waypoints": ends, "limits": {"velocity": {"a": 2.0, "b": 0.8, "c": 3.0}}})
+    figure = plot_joints(plan, quantities=["velocity", "acceleration"])
+    velocity, acceleration = figure.axes
     peaks = [data(line)[1].max() for line in lines(velocity, "curve")]
-    assert peaks == pytest.approx([75.0, 75.0, 15.0])
-    (limit,) = lines(velocity, "limit")
-    assert set(data(limit)[1]) == {100.0}
-    assert acceleration.get_ylabel() == "acceleration [rad/s²]"  # without limits
-    assert notes(figure)[1].endswith("a and b lie over each other")
+    assert peaks == pytest.approx([1.5, 0.75, 0.45])
+    (limit,) = lines(velocity, "limit")  # the other is far from the curves
+    assert set(data(limit)[1]) == {0.8}
+    assert notes(figure)[0] == "b: 94 % of limit ±0.8 rad/s"
+    assert (velocity.get_ylabel(), acceleration.get_ylabel()) == (
+        "velocity [rad/s]",
+        "acceleration [rad/s²]",
+    )
+    assert not lines(acceleration, "limit")
     with pytest.raises(UnknownNameError, match="a4, slide"):
         plot_joints(plan, size="a3")
 
@@ -175,14 +172,14 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     # Rest to rest over pi in T = 0.9 s: v = 6 pi/T (s - s^2), s = t/T; it is 3.15 at two times.
     roots = np.sort(np.roots([-6 * np.pi / 0.9**3, 6 * np.pi / 0.9**2, -3.15]))
     np.testing.assert_allclose(time[[0, -1]], roots, atol=1e-8)
-    assert (value >= 100.0).all()  # % of its limit
+    assert (value >= 3.15).all()
     assert float(line.get_linewidth()) >= 2 * float(
         lines(figure.axes[1], "curve")[0].get_linewidth()
     )
     curves = [one for axis in figure.axes for one in lines(axis, "curve")]
     assert line.get_color() not in {one.get_color() for one in curves}
     worst_time, worst = data(lines(figure.axes[1], "worst")[0])
-    assert (worst_time[0], worst[0]) == pytest.approx((0.45, 100 * np.pi / 0.6 / 3.15))
+    assert (worst_time[0], worst[0]) == pytest.approx((0.45, np.pi / 0.6))
     assert {"limit broken", "worst", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")
     said = notes(figure)[1]  # and of the others, which stand still
@@ -225,7 +222,7 @@ def test_a_far_limit_does_not_squash_the_curve(deburring: Plan) -> None:
     figure = plot_joints(deburring)
     low, high = figure.axes[1].get_ylim()
     extrema = deburring.trajectory.extrema("velocity")
-    assert high - low < 1.6 * float(extrema.maximum.max() - extrema.minimum.min()) * 100 / 3.15
+    assert high - low < 1.6 * math.degrees(extrema.maximum.max() - extrema.minimum.min())
     assert "shoulder_pan_joint: 20 % of limit ±180 deg/s" in notes(figure)
     assert len(notes(figure)) == 4
 

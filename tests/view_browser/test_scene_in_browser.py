@@ -301,6 +301,9 @@ def test_what_fails_stands_out(show: Any) -> None:
     tab = show(scenario)
     assert not planned(scenario).report.ok
     assert tab.inner_text(".verdict") == "FAILED"
+    (failed,) = planned(scenario).report.failures
+    tab.evaluate("(time) => knotwork.seek(time)", failed.at)
+    tab.evaluate(NEXT_FRAME)
     assert "velocity" in tab.inner_text(".label.miss")
     assert is_red(picture(tab)).sum() > 200
 
@@ -310,6 +313,8 @@ def test_a_missed_waypoint_says_by_how_much(show: Any) -> None:
     plan = planned("panda_pick_place", "parabolic-blend")
     miss = next(item for item in plan.report.failures if item.quantity == "position")
     assert miss.value is not None
+    tab.evaluate("(time) => knotwork.seek(time)", miss.at)
+    tab.evaluate(NEXT_FRAME)
     labels = tab.locator(".label.miss").all_inner_texts()
     said = f"{miss.name}: position off by {miss.value:.3g} m"  # as the scenario is written
     assert any(text.startswith(said) for text in labels)
@@ -359,3 +364,35 @@ def swing(robot: kw.Robot) -> kw.JointTrajectory:
         np.zeros((2, robot.dof)),
         joint_units=robot.joint_units,
     )
+
+
+def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
+    tabs: Any, tmp_path: Path
+) -> None:
+    tool = {"cylinder": {"radius": 0.02, "length": 0.12}, "position": [0, 0, 0.06]}
+    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
+    here, there = (
+        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [np.pi, 0, 0]}}
+        for name, y in (("here", -0.25), ("there", 0.25))
+    )
+    task = {
+        "robot": "ur5",
+        "tool": {"offset": {"position": [0, 0, 0.12]}, "shape": tool},
+        "scene": {"objects": {"wall": wall}},
+        "waypoints": [here, there | {"after": 2}],
+    }
+    plan = kw.plan(task)
+    tab = tabs.scene("touching", plan.view, tmp_path)
+    tab.evaluate("knotwork.pause()")
+    tab.evaluate("knotwork.seek(0)")
+    tab.evaluate(NEXT_FRAME)
+    assert not tab.locator(".label.miss:visible").count()
+    clean = picture(tab)
+    button = tab.locator(".failures button").first
+    button.click()
+    tab.evaluate(NEXT_FRAME)
+    time = float(button.get_attribute("data-at"))
+    assert tab.evaluate("knotwork.time()") == pytest.approx(time, abs=2e-3)
+    assert time == pytest.approx(next(one.at for one in plan.report.failures))
+    assert 1 <= tab.locator(".label.miss:visible").count() <= 3
+    assert is_red(picture(tab)).sum() > 3 * is_red(clean).sum()

@@ -16,6 +16,9 @@ from knotwork.recording.smoothing import ORDERS, Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
+LOOKS = 17
+"""Times in each piece at which the plan is compared."""
+
 
 @dataclass(frozen=True, eq=False)
 class LeftOfPlan:
@@ -23,8 +26,8 @@ class LeftOfPlan:
 
     Attributes:
         samples: Largest distance of its samples [rad or m], shape (d,).
-        errors: Distances of position, velocity, acceleration and jerk at the times of the log's
-            grid or next to them [rad or m, per s, per s², per s³], shape (4, g, d).
+        errors: Distances of position, velocity, acceleration and jerk in the piece of each time of
+            the log's grid or next to it [rad or m, per s, per s², per s³], shape (4, g, d).
     """
 
     samples: FloatArray
@@ -45,12 +48,18 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
     position, velocity = (_going_on(plan, time - start, order) for order in range(2))
     followed = curve.curve_of(position, velocity)
     samples = np.abs(position - followed(time))
-    errors = [_going_on(plan, grid - start, nu) - followed(grid, nu) for nu in range(ORDERS)]
+    # many times in each piece, for the jerk may jump between two
+    breaks, parts = followed.x, np.linspace(0.0, 1.0, LOOKS)
+    fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
+    # the curve goes on for longer than log and plan do
+    fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
+    gaps = np.abs([_going_on(plan, fine - start, nu) - followed(fine, nu) for nu in range(ORDERS)])
+    worst = gaps.reshape(ORDERS, len(breaks) - 1, LOOKS, -1).max(axis=2)
     # knots that suit the log but not the plan show that the log is of another motion there
     own = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
     share = np.minimum(1.0, own / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
     piece = np.clip(np.searchsorted(followed.x, grid, side="right") - 1, 0, len(share) - 1)
-    return LeftOfPlan(samples.max(axis=0), share[piece] * largest_near(np.abs(errors), 1, axis=1))
+    return LeftOfPlan(samples.max(axis=0), share[piece] * largest_near(worst, 1, axis=1)[:, piece])
 
 
 def _going_on(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:

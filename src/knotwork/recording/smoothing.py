@@ -9,7 +9,6 @@ which is more than finer knots would change.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,6 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.recording.fitting import Fit
-from knotwork.recording.limits import of_missed, of_pieces, of_rounding
 from knotwork.recording.noise import Noise, largest_near, noise_of, slopes_of
 from knotwork.recording.reading import Recording
 from knotwork.trajectory import JointTrajectory
@@ -106,11 +104,9 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     coarse = Fit(log.time, coarse_ends, log.position, sigma)
     fit = Fit(log.time, ends, log.position, sigma)
     spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
-    unfollowed = _unfollowed(log, coarse, fit, spans)
-    velocities, velocity_sigma = _use_of_velocities(log, known, fit, unfollowed[1])
+    velocities, velocity_sigma = _use_of_velocities(log, known, fit)
     if velocity_sigma is not None:
         fit = Fit(log.time, ends, log.position, sigma, log.velocity, velocity_sigma)
-        unfollowed = _unfollowed(log, coarse, fit, spans)
     grid = _grid(log, fit.breaks)
     trajectory = JointTrajectory(
         log.joint_names,
@@ -120,51 +116,26 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     )
     residuals = log.position - fit.values(0)
     noise_left = np.stack([fit.standard_errors(grid, order) for order in range(ORDERS)])
-    errors = np.hypot(np.hypot(noise_left, of_rounding(log, grid)), unfollowed)
+    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in range(ORDERS)]
+    errors = np.hypot(noise_left, largest_near(np.abs(changes), 2, axis=1))
     return Smoothed(
         trajectory, log, known, grid, errors, residuals, sigma, spans, velocities, velocity_sigma
     )
 
 
-def _use_of_velocities(
-    log: Recording, known: Noise, fit: Fit, unfollowed: FloatArray
-) -> tuple[str, FloatArray | None]:
+def _use_of_velocities(log: Recording, known: Noise, fit: Fit) -> tuple[str, FloatArray | None]:
     """Say how recorded velocities are used, with their standard deviations if they are."""
     if log.velocity is None or known.velocity is None:
         return "none are recorded", None
-    at = _grid(log, fit.breaks)
-    place = np.searchsorted(0.5 * (at[1:] + at[:-1]), log.time)
-    difference, sigma = log.velocity - fit.values(1), known.velocity
-
-    def off(unknown: FloatArray) -> FloatArray:
-        shares = difference / np.hypot(sigma, unknown[place])
-        return np.asarray(np.sqrt((shares**2).mean(axis=0)))
-
-    noise = fit.standard_errors(at, 1)
-    beyond = off(noise)
-    if (beyond <= AGREEING).all():
-        return "used, for they agree with the positions", sigma
-    # in a log without noise it is the curve that is off, where the jerk of the motion jumps
-    if (off(np.hypot(noise, unfollowed)) <= AGREEING).all():
-        return (
-            "left out, though they agree with the positions: they are more exact than the curve"
-        ), None
-    j = int(beyond.argmax())
+    unknown = np.hypot(known.velocity, fit.standard_errors(log.time, 1))
+    off = np.sqrt((((log.velocity - fit.values(1)) / unknown) ** 2).mean(axis=0))
+    if (off <= AGREEING).all():
+        return "used, for they agree with the positions", known.velocity
+    j = int(off.argmax())
     return (
         f"left out: those of joint {log.joint_names[j]!r} are off the slope of its curve by "
-        f"{beyond[j]:.3g} times their noise"
+        f"{off[j]:.3g} times their noise"
     ), None
-
-
-def _unfollowed(
-    log: Recording, coarse: Fit, fit: Fit, missed: Sequence[tuple[float, float]]
-) -> FloatArray:
-    """What such a curve leaves of the motion, however exact the samples are, shape (4, g, d)."""
-    grid = _grid(log, fit.breaks)
-    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in range(ORDERS)]
-    near = largest_near(np.abs(changes), 2, axis=1)
-    left = np.hypot(near, of_pieces(fit.polynomial(), grid))
-    return np.maximum(left, of_missed(log, log.position - fit.values(0), missed, grid))
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:

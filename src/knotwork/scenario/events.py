@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -72,6 +73,13 @@ class EventReader:
             last[signal] = event
         return tuple(sorted((one for _, one in found), key=_time)) if timed else ()
 
+    @cached_property
+    def rows(self) -> dict[int, tuple[int, int]]:
+        """Of each waypoint of the file the first and the last of the scenario."""
+        last = {k: i for i, k in enumerate(self.index)}
+        first = {k: i for i, k in reversed(list(enumerate(self.index)))}
+        return {k: (first[k], last[k]) for k in last}
+
     def _all(self) -> Iterator[tuple[Location, AskedEvent]]:
         for k, waypoint in enumerate(self.file.waypoints):
             waited = 0.0
@@ -84,7 +92,7 @@ class EventReader:
                 yield where, self._asked(k, action, waited, where)
 
     def _asked(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
-        arrival = self.index.index(k)
+        arrival, leaving = self.rows[k]
         waypoint = self.waypoints[arrival]
         name, value = next(
             iter(action.signals.items()), (f"output {action.output}", bool(action.value))
@@ -98,11 +106,10 @@ class EventReader:
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
         if not action.at:
-            return AskedEvent(event)
-        leaving = arrival + self.index.count(k) - 1
+            return AskedEvent(event, moment)
         path, s = self._place(leaving if action.at > 0.0 else arrival, action.at, where)
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
-        return AskedEvent(replace(event, time=time), action.at, path, s)
+        return AskedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
     def _place(self, row: int, at: float, where: Location) -> tuple[ScenarioPath, float]:
         """The path through a waypoint, and an arc length along it [m]."""

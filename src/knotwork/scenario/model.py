@@ -132,12 +132,14 @@ class AskedEvent:
 
     Attributes:
         event: What is switched, and when.
+        delay: How long after arrival at its waypoint that is [s]; before it, if negative.
         distance: How far along the path it is after its waypoint [m]; before it, if negative.
         path: That path, or `None` where the event has its time from the waypoint.
         arc_length: Of the place along the path [m].
     """
 
     event: Event
+    delay: float = 0.0
     distance: float = 0.0
     path: ScenarioPath | None = None
     arc_length: float = 0.0

@@ -109,7 +109,7 @@ def worst_lines(
 def _forms(found: Finding, units: Units) -> list[str]:
     """Texts of a finding, from the longest to the shortest."""
     words = [found.message, found.fact]
-    return words if found.value is None else [*words, _described(found, units)]
+    return words if found.value is None else [*words, described(found, units)]
 
 
 def _rows(
@@ -146,9 +146,9 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     undecided = [one for one in numbers if one.verdict == "undecided"]
     if undecided:
         worst = max(undecided, key=lambda one: one.use or 0.0)
-        return [f"{len(undecided)} undecided: {_described(worst, units)}"]
+        return [f"{len(undecided)} undecided: {described(worst, units)}"]
     if others := without_use(findings):
-        return [_described(one, units) for one in others]
+        return [described(one, units) for one in others]
     limited = with_limits(numbers)
     if not limited:
         return ["sampled only" if any(one.only_sampled for one in numbers) else "not judged"]
@@ -157,10 +157,10 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
 
 def used(found: Finding, units: Units) -> str:
     """What part of its limit a finding uses, and what it is about."""
-    return f"{100.0 * (found.use or 0.0):.0f} %: {_described(found, units)}"
+    return f"{100.0 * (found.use or 0.0):.0f} %: {described(found, units)}"
 
 
-def _described(found: Finding, units: Units) -> str:
+def described(found: Finding, units: Units) -> str:
     """What a finding is about, its value, its limit and when."""
     value, limit = found.value or 0.0, found.limit
     number = units.text(value, found.unit, ".4g")

@@ -161,6 +161,7 @@ def _finding(found: Clearance, scenario: Scenario, robot: Robot, *, detail: bool
         label=("undecided: " if found.verdict == "undecided" else "") + _pair_text(found, scenario),
         detail=detail and clear,
         around=found.around,
+        bodies=(found.second.name, found.first.name),
     ).with_remedy(_why_no_way(found, scenario))
 
 

@@ -70,8 +70,7 @@ def _place(asked: AskedEvent, scenario: Scenario) -> str:
     if asked.path is not None:
         far = scenario.units.text(abs(asked.distance), "m", ".6g")
         return f"{far} {'after' if asked.distance > 0.0 else 'before'} {waypoint!r}"
-    arrival = next(one.time for one in scenario.waypoints if one.name == waypoint)
-    later = asked.event.time - arrival
+    later = asked.delay
     moment = f"{abs(later):.6g} s {'after' if later > 0.0 else 'before'} " if later else "at "
     return f"{moment}{waypoint!r}"
 

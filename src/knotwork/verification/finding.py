@@ -14,7 +14,7 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
 """Quantity of findings on what was tried because something fails."""
-NOT_IN_DATA = ("around", "brief", "label", "remedy")
+NOT_IN_DATA = ("around", "bodies", "brief", "label", "remedy")
 """Name and message say more than they do, so that data leave them out."""
 
 
@@ -61,6 +61,7 @@ class Finding:
         brief: What short reports say of it even where all is well, if anything.
         detail: Tables leave it out, because another finding says more; reports as data have it.
         around: Of a pair of bodies: one of them is an object of the scene.
+        bodies: Of a pair of bodies: their names.
         form: Unit of requested and achieved where it is not that of the value.
     """
 
@@ -88,6 +89,7 @@ class Finding:
     brief: str = ""
     detail: bool = False
     around: bool = False
+    bodies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a value that is no number; drop a margin that is not proved, or is rounding.

@@ -83,9 +83,7 @@ class Strokes:
         return np.concatenate(times), np.concatenate(values)
 
 
-def strokes(
-    curve: PiecewisePolynomial, component: int, order: int, factor: float, offset: float = 0.0
-) -> Strokes:
+def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: float) -> Strokes:
     """Evaluate a derivative of one component of a curve, piece by piece.
 
     Args:
@@ -93,11 +91,9 @@ def strokes(
         component: Which component.
         order: Order of the derivative.
         factor: What values are multiplied by, for units to show.
-        offset: What is added to them then.
     """
     derived = curve.derivative(order) if order else curve
     c = factor * derived.c[:, :, component]
-    c[-1] += offset
     span = np.diff(curve.x)
     degree = len(c) - 1
     unit = c * span ** np.arange(degree, -1, -1)[:, None]

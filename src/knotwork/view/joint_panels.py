@@ -63,8 +63,8 @@ class Series:
 def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
     """Make the panel of a quantity.
 
-    Where joints share the panel and all have limits, values are in percent of each joint's own
-    limits; a position is in percent of half its range, from the middle of it.
+    Where joints share the panel, the limits drawn are of the joint that is nearest to its own, and
+    in its colour if another has others.
 
     Args:
         quantity: Name of the quantity.
@@ -74,24 +74,13 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
     first, order = series[0], DERIVATIVES.index(quantity)
     own = first.motion.trajectory.joint_units[first.component]
     factor, unit = units.shown(1.0, rate_unit(own, order))
-    bounds = [one.motion.bounds(one.joint, quantity) for one in series]
     one_joint = len({one.joint for one in series}) == 1
-    percent = not one_joint and bool(np.isfinite(bounds).all())
-    scales = [(factor, 0.0)] * len(series)
-    shown_in = unit
-    if percent:
-        shown_in = "% of range" if quantity == "position" else "% of limit"
-        factors = [200.0 / max(upper - lower, 1e-12) for lower, upper in bounds]
-        scales = [(k, -0.5 * k * sum(bound)) for k, bound in zip(factors, bounds, strict=True)]
-    curves = [
-        _curve(one, quantity, *scale, len(series))
-        for one, scale in zip(series, scales, strict=True)
-    ]
+    curves = [_curve(one, quantity, factor, len(series)) for one in series]
     marks = first.motion.marks
-    panel = Panel(quantity, shown_in, factor, curves, np.empty(0) if marks is None else marks.time)
+    panel = Panel(quantity, unit, factor, curves, np.empty(0) if marks is None else marks.time)
     motions = {one.motion.label: one for one in series}
     if order < 2:
-        _mark_asked(panel, series, scales, order, alone=len(motions) == 1)
+        _mark_asked(panel, series, factor, order, alone=len(motions) == 1)
     if len(motions) <= MOST_KNOT_ROWS:
         panel.knots = [
             (one.motion.knots, DARK if len(motions) == 1 else colour(one.index))
@@ -100,29 +89,27 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
         ]
     if len(series) == 1 and quantity != "jerk":
         _mark_knots(curves[0], first, order, factor)
-    if one_joint or percent:
-        values = [
-            100.0 * np.sign(bound) if percent else factor * bound
-            for one, limits in zip(series, bounds, strict=True)
-            if one.use(quantity) is not None
-            for bound in limits
-        ]
+    nearest = _nearest(series, quantity)
+    if nearest is not None:
+        bounds = nearest.motion.bounds(nearest.joint, quantity)
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
-        panel.levels = [Level("limit", float(value), span) for value in dict.fromkeys(values)]
-    if one_joint:
-        panel.allowed = factor * bounds[0][0], factor * bounds[0][1]
+        alike = {one.motion.bounds(one.joint, quantity) for one in series} == {bounds}
+        index = None if alike else nearest.index
+        panel.levels = [Level("limit", factor * float(one), span, index=index) for one in bounds]
+        if one_joint:
+            panel.allowed = factor * bounds[0], factor * bounds[1]
     note, panel.broken = _limit_note(series, quantity, factor, unit)
-    panel.note = "\n".join(filter(None, [note, *_coinciding(panel, series, scales, order)]))
+    panel.note = "\n".join(filter(None, [note, *_coinciding(panel, series, factor, order)]))
     return panel
 
 
-def _curve(one: Series, quantity: str, factor: float, offset: float, count: int) -> Curve:
+def _curve(one: Series, quantity: str, factor: float, count: int) -> Curve:
     """A curve, its jumps, and the parts of it beyond its limit, the worst by a cross.
 
     Nothing is beyond unless the exact extrema break the limit.
     """
     motion, order = one.motion, DERIVATIVES.index(quantity)
-    drawn = strokes(motion.curve, one.component, order, factor, offset)
+    drawn = strokes(motion.curve, one.component, order, factor)
     name = f"{motion.label}:{one.joint}:{quantity}"
     made = Curve(name, one.index, *drawn.line(steps=quantity == "jerk"))
     if quantity != "jerk":
@@ -131,33 +118,28 @@ def _curve(one: Series, quantity: str, factor: float, offset: float, count: int)
     use = one.use(quantity)
     if use is not None and not use.ok:
         lower, upper = (
-            factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound))) + offset
+            factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
             for bound, sign in zip(motion.bounds(one.joint, quantity), (-1, 1), strict=True)
         )
         made.mark("broken", *drawn.beyond(lower, upper))
         found = use.value or 0.0
         worst = found if np.isfinite(found) else use.limit  # a jump is marked at the limit
-        value = factor * (worst or 0.0) + offset
+        value = factor * (worst or 0.0)
         made.mark("worst", np.array([use.time or 0.0]), np.array([value]))
     return made
 
 
 def _mark_asked(
-    panel: Panel,
-    series: Sequence[Series],
-    scales: Sequence[tuple[float, float]],
-    order: int,
-    *,
-    alone: bool,
+    panel: Panel, series: Sequence[Series], factor: float, order: int, *, alone: bool
 ) -> None:
     """Mark the values asked for at the waypoints, of each joint once."""
     large = len(panel.waypoints) * len(series) <= MOST_LARGE_MARKS
     seen: set[str] = set()
-    for made, one, (factor, offset) in zip(panel.curves, series, scales, strict=True):
+    for made, one in zip(panel.curves, series, strict=True):
         marks = one.motion.marks
         if marks is not None and one.joint not in seen:
             seen.add(one.joint)
-            value = factor * marks.asked[order][:, one.component] + offset
+            value = factor * marks.asked[order][:, one.component]
             known = np.isfinite(value)
             look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
             look |= {"mec": colour(one.index)} if alone else {}
@@ -174,17 +156,20 @@ def _mark_knots(made: Curve, one: Series, order: int, factor: float) -> None:
         made.mark("knot-dots", curve.x[keep], value[keep])
 
 
+def _nearest(series: Sequence[Series], quantity: str) -> Series | None:
+    """The curve nearest to its limit, or furthest beyond it; `None` if none has one."""
+    limited = [one for one in series if one.use(quantity) is not None]
+    return min(limited, key=lambda one: one.margin(quantity), default=None)
+
+
 def _limit_note(
     series: Sequence[Series], quantity: str, factor: float, unit: str
 ) -> tuple[str, bool]:
     """Name the curve nearest to its limit, or furthest beyond it; and whether one is beyond."""
     uses = [use for one in series if (use := one.use(quantity)) is not None]
-    if not uses:
+    first = _nearest(series, quantity)
+    if first is None:
         return "", False
-    first = min(
-        (one for one in series if one.use(quantity) is not None),
-        key=lambda one: one.margin(quantity),
-    )
     use = first.use(quantity) or uses[0]
     name = f"{first.who}: " if first.who else ""
     limits = _limits(first.motion.bounds(first.joint, quantity), factor, unit, use)
@@ -213,17 +198,15 @@ def _limits(bounds: tuple[float, float], factor: float, unit: str, use: Finding)
     return f"limit {rounded(factor * (use.limit or 0.0))} {unit}"
 
 
-def _coinciding(
-    panel: Panel, series: Sequence[Series], scales: Sequence[tuple[float, float]], order: int
-) -> list[str]:
+def _coinciding(panel: Panel, series: Sequence[Series], factor: float, order: int) -> list[str]:
     """Name the curves of a panel that lie over each other."""
     low, high = panel.span()
     start = max(one.motion.curve.x[0] for one in series)
     end = min(one.motion.curve.x[-1] for one in series)
     time = np.linspace(start, end, SAMPLES)
     groups: list[tuple[FloatArray, list[str]]] = []
-    for one, (factor, offset) in zip(series, scales, strict=True):
-        value = factor * one.motion.curve(time, order)[:, one.component] + offset
+    for one in series:
+        value = factor * one.motion.curve(time, order)[:, one.component]
         for other, names in groups:
             if np.abs(value - other).max() < SAME * (high - low):
                 names.append(one.who)

@@ -166,7 +166,7 @@ def _add_failures(
             text += f", and {len(findings) - 1} more"
         if findings[0].points:  # no other mark there has the time
             text += f" at {time:.2f} s"
-        labels.append(label(text, "miss", at, "\n".join(map(str, findings))))
+        labels.append(label(text, "miss", at, "\n".join(map(str, findings)), time=time))
     if wrong:
         meshes["failures"] = merged(wrong)
 

@@ -50,11 +50,20 @@ def thing(name: str, mesh: Mesh, *, lit: bool = True, **more: Any) -> dict[str, 
 
 
 def label(
-    text: str, kind: str, at: FloatArray, detail: str, carrier: int | None = None
+    text: str,
+    kind: str,
+    at: FloatArray,
+    detail: str,
+    carrier: int | None = None,
+    time: float | None = None,
 ) -> dict[str, Any]:
-    """Give words at a point [m], in the axes of a joint if one carries it; detail on demand."""
-    made = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
-    return made if carrier is None else {**made, "carrier": carrier}
+    """Give words at a point [m], in the axes of a joint if one carries it; detail on demand.
+
+    Those of a time [s] are shown near it.
+    """
+    made: dict[str, Any] = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
+    more = {"carrier": carrier, "time": time}
+    return {**made, **{key: value for key, value in more.items() if value is not None}}
 
 
 def packed_numbers(array: np.ndarray[Any, Any]) -> str:

@@ -35,9 +35,9 @@ FOOT, HEAD = 0.12, 0.07
 NEAR = 0.35
 # Margin around a note, and its greatest height, in parts of the panel's height.
 NOTE_MARGIN, MOST_TAKEN = 0.06, 0.7
-# Width of the panels in parts of the figure's, and of letters, plain and bold, in parts of the
-# font's size.
-PANEL_WIDTH, LETTER, BOLD_LETTER = 0.85, 0.55, 0.62
+# Numbers and name beside a panel [in]; width of letters, plain and bold, in parts of the font's
+# size.
+BESIDE, LETTER, BOLD_LETTER = 0.95, 0.55, 0.62
 # Height of the panels in parts of the figure's.
 PANEL_HEIGHT = 0.57
 # Margin for marks of a curve below a note, in points.
@@ -46,6 +46,8 @@ MARK_MARGIN = 5.0
 KNOT_TICK = 0.035
 # Letters in a line of a quantity's name; panels lower than this [in] have the unit below it.
 LONG, LOW = 17, 2.2
+# In panels lower than this [in] the name is written across, in lines of so many letters.
+LOWEST, SHORT = 1.2, 12
 
 
 class Mark(NamedTuple):
@@ -90,12 +92,14 @@ class Level:
         value: In the unit shown.
         spans: From when to when it holds [s].
         always: Whether it is drawn however far it is from the curves.
+        index: The colour of the curve that it is for; `None` if it is for all.
     """
 
     kind: str
     value: float
     spans: Sequence[tuple[float, float]]
     always: bool = False
+    index: int | None = None
 
 
 @dataclass
@@ -152,10 +156,13 @@ def draw_panel(
     """
     dress(axis)
     figure: Any = axis.figure
-    low_row = figure.get_figheight() / rows < LOW
-    title = textwrap.fill(panel.title, LONG)
+    row_height = figure.get_figheight() / rows
+    across: dict[str, Any] = {"rotation": 0, "ha": "right", "va": "center", "fontsize": SMALL}
+    lowest = row_height < LOWEST and columns == 1
+    title = textwrap.fill(panel.title, SHORT if lowest else LONG)
     unit = f"[{panel.unit}]" if panel.unit else ""
-    axis.set_ylabel(("\n" if low_row else " ").join(filter(None, [title, unit])))
+    label = ("\n" if row_height < LOW else " ").join(filter(None, [title, unit]))
+    axis.set_ylabel(label, **across if lowest else {})
     for one in panel.curves:
         look: dict[str, Any] = {"color": colour(one.index), "linestyle": dashes(one.index)}
         look |= {"linewidth": 2.0, "zorder": 3, "solid_capstyle": "butt"}
@@ -174,7 +181,7 @@ def draw_panel(
     bottom, top = bottom - FOOT * (top - bottom), top + HEAD * (top - bottom)
     if panel.note:
         letter = SMALL * (BOLD_LETTER if panel.broken else LETTER)
-        width = int(72.0 * PANEL_WIDTH * figure.get_figwidth() / columns / letter)
+        width = int(72.0 * (figure.get_figwidth() / columns - BESIDE) / letter)
         lines = [line for one in panel.note.split("\n") for line in textwrap.wrap(one, width)]
         height = min(least_height(rows), PANEL_HEIGHT * figure.get_figheight() / rows)
         taken = NOTE_MARGIN + (len(lines) * 1.2 * SMALL + MARK_MARGIN) / 72.0 / height
@@ -206,5 +213,6 @@ def _draw_levels(axis: Axes, panel: Panel, low: float, high: float) -> tuple[flo
             times = np.array([(start, end, end) for start, end in level.spans]).ravel()[:-1]
             values = np.tile([level.value, level.value, np.nan], len(level.spans))[:-1]
             gid = f"{level.kind}:{panel.title}"
-            axis.plot(times, values, gid=gid, **LOOKS[level.kind])
+            own = {} if level.index is None else {"color": colour(level.index)}
+            axis.plot(times, values, gid=gid, **LOOKS[level.kind] | own)
     return low, high

@@ -66,8 +66,7 @@ def plot_joints(
 ) -> Figure:
     """Draw joint motions over time, a row of panels a quantity.
 
-    Joints of one motion share a panel, in percent of their own limits (positions: of half the
-    range, from its middle); where one has no limit, in the quantity's unit and without limits.
+    Joints of one motion share a panel, with the limits of the joint that is nearest to its own.
     Several motions of at most three joints have a column a joint, else a column a motion. Jumps,
     waypoints and knots are marked, and the parts of curves whose exact extrema break a limit.
 
@@ -85,7 +84,7 @@ def plot_joints(
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
     >>> [axis.get_ylabel() for axis in figure.axes]
-    ['position [% of range]', 'velocity [% of limit]']
+    ['position [rad]', 'velocity [rad/s]']
 
     Raises:
         UnknownNameError: There is no such joint, quantity or size.

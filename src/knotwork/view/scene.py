@@ -17,9 +17,10 @@ from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
-from knotwork.units import SI
-from knotwork.verification import Report, check
-from knotwork.verification.worst import failure_lines
+from knotwork.units import SI, Units
+from knotwork.verification import Finding, Report, check
+from knotwork.verification.brief import described
+from knotwork.verification.worst import alike, and_more
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
 from knotwork.view.drawn_joints import drawn_joints
@@ -178,6 +179,7 @@ def make_scene(
             before["view"]["from"] if same and before is not None else None,
         ),
         **_verdict(report),
+        "contacts": _contacts(report, robot, feet.count) if report is not None else [],
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
             for name, other in others.items()
@@ -238,9 +240,36 @@ def _verdict(report: Report | None) -> dict[str, Any]:
         "ok": report.ok,
         "summary": report.summary,
         "failed": len(report.failures),
-        "failures": failure_lines(report.failures),
+        "failures": [_failure(several, report.units) for several in alike(report.failures)],
         "tried": [str(item) for item in report.tried],
     }
+
+
+def _failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
+    """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
+    worst, *others = several
+    short = worst.message if worst.value is None or worst.label else described(worst, units)
+    if worst.label:
+        short = f"{worst.label} at {worst.when} s" if worst.when else worst.label
+    return {
+        "line": f"{short}{and_more(len(others))}",
+        "remedy": worst.remedy,
+        "fact": worst.fact,
+        "at": worst.at,
+    }
+
+
+def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:
+    """From when to when two bodies are too near: joints that carry links, and other bodies."""
+    found = []
+    for one in report.failures:
+        links = [name for name in one.bodies if robot.model.existBodyName(name)]
+        frames = [robot.model.frames[robot.model.getBodyId(name)] for name in links]
+        joints = [first_joint + frame.parentJoint for frame in frames]
+        things = [name for name in one.bodies if name not in links]
+        if one.bodies:
+            found.append({"spans": one.spans, "joints": joints, "things": things})
+    return found
 
 
 def _gathered(

@@ -23,6 +23,7 @@ function pathOf(joints, name, joint) {
 
 function addArms(viewer, data, images) {
   const shapes = data.shapes.map((parts) => parts.map((mesh) => ({ mesh, geometry: geometry(mesh) })));
+  const links = []; // of the first arm, by joint
   data.arms.forEach((arm, number) => shapes.forEach((parts, joint) => {
     const path = pathOf(data.joints, armName(arm, number), joint);
     const node = viewer.scene_tree.find(path);
@@ -39,7 +40,9 @@ function addArms(viewer, data, images) {
       group.add(object);
     }
     viewer.set_object(path, group);
+    if (number === 0) links[joint] = [...group.children];
   }));
+  return links;
 }
 
 // The motions as Meshcat's animation: frames are shown as sampled, none is made between two.

@@ -12,6 +12,9 @@ function panels(pane) {
     .map((box) => [box.left - pane.left, box.top - pane.top, box.right - pane.left, box.bottom - pane.top]);
 }
 
+// How far from a point that is looked at, in parts of the scene's size
+const CLOSE = 1.2;
+
 class Camera {
   constructor(viewer) {
     this.viewer = viewer;
@@ -43,6 +46,18 @@ class Camera {
     this.touched = false;
     this.look();
     this.mark();
+  }
+
+  // Look at a point from the same side, from near.
+  near(point) {
+    const { camera, controls } = this.viewer;
+    const from = camera.position.clone().sub(controls.target);
+    controls.target.copy(world(point));
+    camera.position.copy(controls.target).add(from.setLength(Math.min(from.length(), CLOSE * this.data.size)));
+    this.touched = true;
+    controls.update();
+    this.mark();
+    this.viewer.set_dirty();
   }
 
   mark() {

@@ -14,6 +14,9 @@ const ROOM = 55000;
 const NEAR = 34;
 // Words further from their point are left out, unless they are called.
 const FAR = 100;
+// So many failures have labels at once: those nearest to the time shown, within a part of the motion.
+const MISSES = 3;
+const SOON = 0.12;
 
 // Area that two boxes [left, top, right, bottom] have in common
 function overlap(a, b) {
@@ -54,7 +57,8 @@ class Labels {
       const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
       line.setAttribute("class", label.kind);
       byId("leaders").appendChild(line);
-      return { box, line, point: this.point(label, joints), moves: label.carrier > 0, kind: label.kind, at: -1, visible: false };
+      const { kind, time = null } = label;
+      return { box, line, point: this.point(label, joints), moves: label.carrier > 0, kind, time, at: -1, visible: false };
     }).sort((a, b) => ORDER[a.kind] - ORDER[b.kind]);
   }
 
@@ -75,14 +79,24 @@ class Labels {
     return this.labels.filter(({ box }) => box.style.visibility === "visible");
   }
 
+  // Failures near the time shown [s], of a motion of so long; on paper the first ones
+  near(time, duration) {
+    const misses = this.labels.filter((label) => label.kind === "miss");
+    const away = (label) => Math.abs((label.time ?? time) - time);
+    const soon = time === undefined ? misses : misses.filter((label) => away(label) <= SOON * duration);
+    return soon.sort((a, b) => away(a) - away(b) || 0).slice(0, MISSES);
+  }
+
   // Place all of them anew if what is seen has changed.
-  place() {
+  place(time, duration) {
     const { camera } = this.viewer;
     camera.updateMatrixWorld();
     const pane = paneBox();
     const size = `${pane.width} ${pane.height}`;
     const moved = this.labels.filter((label) => label.moves).flatMap((label) => label.point().toArray());
-    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved].join();
+    const misses = this.near(time, duration);
+    const chosen = this.labels.map((label, i) => (misses.includes(label) ? i : -1)).filter((i) => i >= 0);
+    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen].join();
     if (view === this.view && !this.again) return;
     this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
@@ -98,8 +112,6 @@ class Labels {
       Object.assign(label, { width, height, visible, x, y });
     }
     const { called } = this;
-    // The first failures have labels at their places; the page lists all.
-    const misses = this.labels.filter((label) => label.kind === "miss").slice(0, Math.max(3, Math.round((pane.width * pane.height) / (4 * ROOM))));
     const kept = (label) => label === called || misses.includes(label) || label.kind === "closest";
     const order = called ? [called, ...this.labels.filter((label) => label !== called)] : this.labels;
     let room = Math.round((pane.width * pane.height) / ROOM);

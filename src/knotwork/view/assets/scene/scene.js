@@ -1,5 +1,7 @@
 // A scene in a Meshcat viewer, put together from plain data, with what the page around it may ask.
 
+const TOUCHING = 0x8a0a0a;
+
 async function showScene(data, options) {
   const viewer = new MeshCat.Viewer(byId("scene"));
   window.viewer = viewer;
@@ -47,6 +49,7 @@ class Stage {
     this.strip = new Strip(this.player);
     this.joints = new Joints(this.player);
     this.camera = new Camera(viewer);
+    document.body.addEventListener("click", (event) => this.goTo(event.target.closest("[data-at]")));
     this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
     Object.assign(this.player.uses, {
       a: () => this.camera.choose("whole arm"),
@@ -65,7 +68,7 @@ class Stage {
       viewer.scene_tree.find(ROOT).object.traverse((object) => object.geometry?.dispose());
       viewer.delete_path(ROOT);
       addLamps(viewer, data.view.from);
-      addArms(viewer, data, images);
+      this.links = addArms(viewer, data, images);
       this.copies = new Copies(viewer, data);
     }
     addSurroundings(viewer, data);
@@ -85,6 +88,15 @@ class Stage {
     return ready.then(() => viewer.set_dirty());
   }
 
+  // Go to the time of a failure, and look at its place.
+  goTo(button) {
+    if (!button) return;
+    const time = Number(button.dataset.at);
+    this.player.seek(time - this.player.start);
+    const miss = this.data.labels.find((label) => label.kind === "miss" && Math.abs(label.time - time) < AT_FRAME);
+    if (miss) this.camera.near(miss.at);
+  }
+
   // What is there, and what not, at the time shown.
   arrange() {
     const { player } = this;
@@ -92,6 +104,17 @@ class Stage {
     this.copies.update(player.frame());
     this.editing?.arrange();
     showWhenThere(this.data.things, player.start + player.time);
+    this.redden(player.start + player.time);
+  }
+
+  // Bodies that are too near to one another are red while they are.
+  redden(time) {
+    const touching = this.data.contacts.filter(({ spans }) => spans.some(([from, to]) => time >= from - AT_FRAME && time <= to + AT_FRAME));
+    const joints = new Set(touching.flatMap((one) => one.joints));
+    const things = new Set(touching.flatMap((one) => one.things));
+    const dye = ({ material: paint }, on) => paint.emissive?.setHex(on ? TOUCHING : 0);
+    this.links.forEach((parts, joint) => parts.forEach((part) => dye(part, joints.has(joint))));
+    for (const { object, name } of this.data.things) dye(object, things.has(name));
   }
 
   // What is around the scene
@@ -99,7 +122,8 @@ class Stage {
     this.player.update();
     this.strip.update();
     this.joints.update();
-    this.labels.place();
+    const { player } = this;
+    this.labels.place(player.start + player.time, this.viewer.animator.duration);
   }
 }
 
