@@ -44,6 +44,7 @@ class Session:
         self.draft, self._budget = draft, budget
         self.plan: Plan | None = None
         self._planned = self._handled = -1
+        self._verdict: Answer = {}
         self._scenario: Scenario | None = None
         self._handles: list[Handle] = []
         actions: dict[str, Callable[[Asked], Answer]] = {
@@ -93,6 +94,8 @@ class Session:
                 self.server.show({**_standing(scenario, robot), "revision": -1})
                 self.server.start()
         made = plan(scenario, budget=self._budget, warm=self.plan)
+        self._verdict = {"revision": revision, "ok": made.report.ok}
+        self.server.notify()  # before the scene is drawn
         return made, scene_of(made, before=self.server.scene)
 
     def _changing(self, change: Callable[[Asked], Answer | None]) -> Callable[[Asked], Answer]:
@@ -107,7 +110,8 @@ class Session:
     def _state(self) -> Answer:
         """What the page shows besides the scene."""
         shown = [one.to_dict() for one in self._handles]
-        return {"draft": {**self.draft.state(), "handled": self._handled, "handles": shown}}
+        known = {"handled": self._handled, "handles": shown, "verdict": self._verdict}
+        return {"draft": {**self.draft.state(), **known}}
 
     def _move(self, asked: Asked) -> None:
         """Move a handle."""

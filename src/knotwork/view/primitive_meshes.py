@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,12 @@ def turned(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh
         colour: Red, green, blue and opacity.
         sides: Number of sides around.
     """
+    rows = np.asarray(profile, dtype=float).tolist()
+    return _turned(tuple(map(tuple, rows)), tuple(colour), sides)
+
+
+@lru_cache(256)  # a scene has many of a kind, and the next scene has them again
+def _turned(profile: tuple[tuple[float, ...], ...], colour: tuple[float, ...], sides: int) -> Mesh:
     from trimesh import creation
 
     return from_triangles(creation.revolve(profile, sections=sides).triangles, colour)

@@ -72,7 +72,9 @@ class Editing {
   say() {
     const { draft, wrong } = this;
     this.known = this.stage.data.revision === draft.revision && !wrong;
-    const words = [draft.unsaved ? "unsaved" : "saved", this.known ? "" : wrong ? "not planned" : "planning …"];
+    const { revision, ok } = draft.verdict;
+    const soon = revision === draft.revision ? `${ok ? "passed" : "FAILED"} …` : "planning …"; // the verdict comes before the scene
+    const words = [draft.unsaved ? "unsaved" : "saved", this.known ? "" : wrong ? "not planned" : soon];
     this.state.textContent = words.filter(Boolean).join(", ");
     this.state.className = this.known ? "" : wrong ? "wrong" : "busy";
     for (const name of ["add-here", "add-box", "jog-pose", "jog-joints"]) byId(name).disabled = !this.known;

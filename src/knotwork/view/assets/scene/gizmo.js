@@ -4,7 +4,7 @@ const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 const PULLS = [0xd8343a, 0x2e9e44, 0x2f6fe0]; // along and about x, y, z
 const HANDLES = { waypoint: 0x2f6fe0, via: 0xe08a00, object: 0x7a6a45, frame: 0x5b7f9c, jog: 0xd2671e };
 const REACH = 0.13; // of an arrow, as a part of the distance from the camera
-const HOLD = 120; // a hand that has not moved for so long rests [ms]
+const HOLD = 90; // a hand that has not moved for so long rests [ms]
 
 const onTop = (colour, opacity = 1) => new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true, opacity });
 const vector = (values) => new THREE.Vector3(...values);
