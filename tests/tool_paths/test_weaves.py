@@ -246,7 +246,7 @@ def test_limits_of_acceleration_ask_for_another_weave() -> None:
 def test_a_weave_takes_a_path_and_a_speed() -> None:
     task = seam({"shape": "sine"})
     task["waypoints"][1]["speed"] = "fastest"
-    with pytest.raises(kw.errors.InputError, match="is chosen, along a weave"):
+    with pytest.raises(kw.errors.InputError, match="is chosen, on a path with a weave"):
         kw.plan(task)
     task["waypoints"][0]["weave"] = task["waypoints"][1].pop("weave")
     with pytest.raises(kw.errors.InputError, match="weave"):
