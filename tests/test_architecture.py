@@ -212,11 +212,13 @@ def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
 IMPORTED_BY_TESTS = {
     "mathematics that is formulated again, independently": (
         "kinematics.chain",
+        "kinematics.following.ladder",
         "kinematics.geometry",
         "kinematics.sequence",
         "kinematics.solutions",
         "polynomial.refined",
         "recording.banded",
+        "robot.description",
         "robot.joint_axes",
         "robot.joint_tree",
         "scene",

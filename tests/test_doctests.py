@@ -91,7 +91,7 @@ PLAIN_DATA = {
     "interpolation.PlannerOptions": ("ChosenRun",),
     "interpolation.get_planner": ("Planner",),
     "scenario.joint_space.joint_space": ("JointSpace", "JointState"),
-    "recording.deviation_findings": ("Delay", "Tolerances"),
+    "recording.deviation_findings": ("Delay", "LogTolerances"),
     "load_scenario": (
         "AskedEvent",
         "AskedTiming",

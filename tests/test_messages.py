@@ -250,6 +250,32 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             {"joints": "home", "way": {"clear": True, "tries": 2, "room": 0.002}},
         ],
     },
+    "repeats": {
+        "robot": "ur5",
+        "start": "home",
+        "frames": {
+            "pallet": {
+                "position": [0.4, 0, 0.2],
+                "grid": {"counts": [2, 1, 1], "pitches": [0.1, 0.1, 0.1]},
+            }
+        },
+        "waypoints": [
+            {
+                "over": "pallet",
+                "holds": {"box": {"from": "pick", "to": "put", "sphere": 0.01, "appears": "pick"}},
+                "repeat": [
+                    {"name": "pick", "joints": "home", "after": 1, "stop": True},
+                    {
+                        "name": "put",
+                        "after": 1,
+                        "frame": "place",
+                        "pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]},
+                        "stop": True,
+                    },
+                ],
+            },
+        ],
+    },
     "joints": {
         "joint_units": {"j": "rad", "k": "m"},
         "start": {"j": 0, "k": 0},

@@ -205,6 +205,16 @@ def test_a_part_goes_on_being_held(moving_part: kw.Plan, tmp_path: Path, knotwor
         moving_part.scaled({0: 0.5})
 
 
+@pytest.mark.parametrize("at", [0.9, 1.2, 2.0])
+def test_parts_stay_where_they_are_for_good(at: float) -> None:
+    """An override of 0 ends on the way; a stop may begin where a part is taken."""
+    plan = kw.plan("panda_pick_place")
+    for made in (plan.scaled({0: 1, at: 0}), plan.stop(at), plan.stop(at, on_path=False)):
+        (held,) = made.scenario.scene.held
+        assert held.leave == made.scenario.waypoints[-1].name
+        assert made.report.ok
+
+
 def test_replan_writes_what_check_reads(tmp_path: Path, knotwork: Command) -> None:
     file = tmp_path / "goal.yaml"
     kw.Task(**GOAL).save(file)

@@ -134,16 +134,10 @@ def test_a_scenario_is_found_without_its_case() -> None:
         kw.load_scenario("UR5_Deburring")
 
 
-@pytest.mark.parametrize(
-    ("holds", "where"),
-    [
-        ({"mass": 2}, r"tool\.holds\.mass: 2: must be a mapping"),
-        ({"nut": {"from": "a", "to": "b", "sphere": 0.1, "mass": 2}}, r"nut\.mass: unknown key"),
-    ],
-)
-def test_the_mass_of_what_is_held_is_said_to_be_the_tools(holds: Any, where: str) -> None:
-    with pytest.raises(kw.InputError, match=rf"{where} \(mass is a key of tool\)"):
-        kw.plan(task("rad", pose(3.14), tool={"holds": holds}))
+def test_the_mass_of_what_is_held_is_said_to_be_the_tools() -> None:
+    where = r"tool\.holds\.mass: 2: must be a mapping \(mass is a key of tool\)"
+    with pytest.raises(kw.InputError, match=where):
+        kw.plan(task("rad", pose(3.14), tool={"holds": {"mass": 2}}))
 
 
 def test_a_key_of_the_file_in_a_waypoint_is_said_to_be_the_files() -> None:
@@ -162,7 +156,7 @@ def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_p
     assert "\n  Not planned " in str(report)
     assert " the way to 'first': the file has no start\n" in str(report)
     assert said.verdict == "information"
-    assert "the way to 'first', from home or wherever the arm stands, is not planned" in str(said)
+    assert "the way to 'first', from home or wherever the arm is, is not planned" in str(said)
     home = kw.load_robot("ur5").configurations["home"]
     begin = joints(*home.tolist())
     begin.pop("after")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -146,12 +147,17 @@ def free_angles(free: dict[str, Any] | None) -> dict[str, Any]:
     return task
 
 
+@functools.cache
+def planned_fixed() -> kw.Plan:
+    return kw.plan(free_angles(None))
+
+
 WIDE = {"work_angle": [0.2, 0.5], "travel_angle": [-0.3, 0.0]}
 
 
 @pytest.mark.parametrize("turn", [{}, {"turn": "z"}])
 def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
-    plan, fixed = kw.plan(free_angles({**WIDE, **turn})), kw.plan(free_angles(None))
+    plan, fixed = kw.plan(free_angles({**WIDE, **turn})), planned_fixed()
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
     corner = plan.scenario.paths[0].stretches[0].end

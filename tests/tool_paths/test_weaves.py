@@ -235,6 +235,9 @@ def test_a_weave_faster_than_a_joint_names_it() -> None:
 
 def test_limits_of_acceleration_ask_for_another_weave() -> None:
     fast = seam({"shape": "sine", "width": 0.01}, limits={"acceleration": 1.0, "jerk": 1e4})
+    failed = [str(one) for one in kw.plan(fast).report.failures]
+    woven = [one for one in failed if "a weave goes on there: less width or frequency" in one]
+    assert any("acceleration" in one for one in woven)
     fast["waypoints"][0]["after"] = "fastest"
     with pytest.raises(kw.errors.InputError, match="a narrower weave, a lower frequency"):
         kw.plan(fast)
@@ -243,7 +246,7 @@ def test_limits_of_acceleration_ask_for_another_weave() -> None:
 def test_a_weave_takes_a_path_and_a_speed() -> None:
     task = seam({"shape": "sine"})
     task["waypoints"][1]["speed"] = "fastest"
-    with pytest.raises(kw.errors.InputError, match="is chosen, along a weave"):
+    with pytest.raises(kw.errors.InputError, match="is chosen, on a path with a weave"):
         kw.plan(task)
     task["waypoints"][0]["weave"] = task["waypoints"][1].pop("weave")
     with pytest.raises(kw.errors.InputError, match="weave"):

@@ -6,6 +6,7 @@ import functools
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -39,7 +40,6 @@ from knotwork.cli.terminal import echo
 from knotwork.cli.together import check_together, with_options
 from knotwork.errors import DocumentError, InputError
 from knotwork.recording import compare_log
-from knotwork.task import OtherRobot
 from knotwork.trajectory import JointTrajectory
 
 RECORDING = "if this is the recording of a robot, with noise, check it with --log"
@@ -98,7 +98,7 @@ def check(
     full: bool,
     as_json: bool,
     log: LogOptions | None,
-    other: OtherRobot | None,
+    other: dict[str, Any] | None,
     alone: Alone | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.

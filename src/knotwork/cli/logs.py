@@ -21,8 +21,8 @@ from knotwork.errors import InputError
 from knotwork.foreign import is_foreign, read_trajectory
 from knotwork.recording import (
     Alignment,
+    LogTolerances,
     Smoothed,
-    Tolerances,
     aligned,
     check_log,
     read_log,
@@ -52,7 +52,7 @@ class LogOptions:
     noise: float | None = None
     unit: str = "rad"
     topic: str | None = None
-    tolerances: Tolerances | None = None
+    tolerances: LogTolerances | None = None
 
 
 class Tolerance(click.ParamType[Any]):
@@ -84,8 +84,8 @@ class Tolerance(click.ParamType[Any]):
         return what, unit, size
 
 
-def _tolerances(given: Sequence[tuple[str, str, float]]) -> Tolerances | None:
-    """Tolerances of tool, joints and time from the options."""
+def _tolerances(given: Sequence[tuple[str, str, float]]) -> LogTolerances | None:
+    """LogTolerances of tool, joints and time from the options."""
     tool, joints, late = dict[str, float](), dict[str, float](), None
     for what, unit, size in given:
         if unit == "s":
@@ -94,7 +94,7 @@ def _tolerances(given: Sequence[tuple[str, str, float]]) -> Tolerances | None:
             tool[unit] = size
         else:
             joints[unit if what == "joints" else what] = size
-    return Tolerances(tool, joints, late) if given else None
+    return LogTolerances(tool, joints, late) if given else None
 
 
 def _log(

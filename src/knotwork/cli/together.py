@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -13,7 +15,6 @@ from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo_line
 from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.task import OtherRobot
 from knotwork.trajectory import JointTrajectory
 
 _BOTH = "Say only where and when it comes too near to another robot's motion, or that it is clear."
@@ -27,7 +28,7 @@ _OPTIONS = (
 
 def _other(
     other: str | None, motion: str | None, frame: str | None, delay: float | None
-) -> OtherRobot | None:
+) -> dict[str, Any] | None:
     if other is None:
         if (motion, frame, delay) != (None, None, None):
             raise click.UsageError("--motion, --in and --delay are about the motion of --with")
@@ -40,12 +41,12 @@ def _other(
     if motion is not None:
         path = Path(motion).absolute()
         motion = str(path / "trajectory.json" if path.is_dir() else path)
-    return OtherRobot(
-        scenario=str(resources.find("scenarios", other).absolute()),
-        motion=motion,
-        parent=frame or "base",
-        delay=delay or 0.0,
-    )
+    return {
+        "scenario": str(resources.find("scenarios", other).absolute()),
+        "motion": motion,
+        "in": frame or "base",
+        "delay": delay or 0.0,
+    }
 
 
 with_options = bundled(
@@ -58,7 +59,9 @@ with_options = bundled(
 )
 
 
-def check_together(source: str, reference: str | None, other: OtherRobot, *, as_json: bool) -> int:
+def check_together(
+    source: str, reference: str | None, other: Mapping[str, Any], *, as_json: bool
+) -> int:
     """Print in one line how near two motions come; gives the exit code."""
     from knotwork.pipeline import clearance_between
 

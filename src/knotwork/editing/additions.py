@@ -8,12 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pinocchio as pin
 
-from knotwork.editing.handles import ANGLE_STEP, LENGTH_STEP, numbers, orientation
+from knotwork.editing.handles import ANGLE_STEP, FORMS, LENGTH_STEP, numbers, orientation
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task import PathWaypoint, Task
-from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -62,13 +61,15 @@ def waypoint_here(
         }
     else:
         own = getattr(beside, "frame", None)
+        if _moves(task, own or task.frame or "base"):
+            own = "base"
         around = scenario.frames.get(own or task.frame or "base", pin.SE3.Identity())
         pose = robot.forward(q)
         if line:
             _snap(scenario, after, pose)
         pose = around.actInv(pose)
         given = getattr(beside, "pose", None)
-        form = next((one for one in ORIENTATIONS if getattr(given, one, None) is not None), "rpy")
+        form = next((one for one in FORMS if getattr(given, one, None) is not None), "rpy")
         form = "rpy" if form == "euler" else form
         added |= {"frame": own} if own is not None else {}
         step = ON_LINE if line else LENGTH_STEP
@@ -77,6 +78,13 @@ def waypoint_here(
     where = scenario.places.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
     at = (*where[:-1], int(where[-1]) + 1)
     return [*changes, {"at": at, "value": added, "insert": True}]
+
+
+def _moves(task: Task, frame: str) -> bool:
+    """Whether a frame, or one around it, moves."""
+    while (one := task.frames.get(frame)) is not None and one.moves is None:
+        frame = one.parent
+    return one is not None
 
 
 def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:

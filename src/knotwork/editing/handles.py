@@ -19,6 +19,8 @@ from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.units import in_si, si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
+FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which a path turns
+"""Keys of the orientations that a hand can turn."""
 LENGTH_STEP, ANGLE_STEP = 1e-5, 1e-4
 """What a hand places is rounded to this [m, rad]."""
 
@@ -132,7 +134,7 @@ def _points(along: Any) -> Iterator[tuple[Location, Any]]:
 
 def _form(given: Placement) -> tuple[str, str]:
     """Key of an orientation, and the order of its Euler angles."""
-    form = next((name for name in ORIENTATIONS if getattr(given, name) is not None), "")
+    form = next((name for name in FORMS if getattr(given, name) is not None), "")
     return form, given.euler.order if given.euler is not None else ""
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
@@ -18,7 +20,7 @@ from knotwork.verification.finding import Finding
 def clearance_between(
     trajectory: JointTrajectory,
     scenario: Scenario,
-    other: OtherRobot,
+    other: Mapping[str, Any],
     *,
     space: JointSpace | None = None,
 ) -> Finding:
@@ -27,7 +29,8 @@ def clearance_between(
     Args:
         trajectory: The motion.
         scenario: Its task, whose margin and rules of collisions hold.
-        other: The other robot, as in a task's `scene.robots`.
+        other: The other robot, with the keys of `scene: {robots: …}`: `scenario`, and `motion`,
+            `in`, `position`, `delay` and the like.
         space: The scenario's joints and robot, if they have been loaded already.
 
     Returns:
@@ -36,16 +39,17 @@ def clearance_between(
     Raises:
         InputError: A scenario or a motion is wrong, or the other's fails its own check.
 
-    >>> plan, other = kw.plan("ur5_deburring"), kw.task.OtherRobot(scenario="ur5_deburring")
+    >>> plan, other = kw.plan("ur5_deburring"), {"scenario": "ur5_deburring", "in": "block"}
     >>> kw.clearance_between(plan.trajectory, plan.scenario, other).ok
     False
     """
-    name = Path(other.scenario).stem
+    robot = OtherRobot(**other)
+    name = Path(robot.scenario).stem
     given = scenario.task.scene
-    around = given.model_copy(update={"robots": {**given.robots, name: other}})
+    around = given.model_copy(update={"robots": {**given.robots, name: robot}})
     both = resolved(scenario.task.replace(scene=around), scenario.places).scene
     space = space if space is not None else joint_space(scenario)
     found = nearest_to(trajectory, replace(scenario, scene=both), space, name)
     if found is None:
-        raise InputError(f"{scenario.name} and {other.scenario} have no shapes that could meet")
+        raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that could meet")
     return found

@@ -88,7 +88,8 @@ class UnderWay:
         times = _waypoint_times(self.scenario, clock)
         curve = composed(self.trajectory.polynomial, clock)
         motion, _ = cubic_through(curve, TOLERANCE, inverse_time(clock, times).tolist())
-        return self._with_motion(motion, clock, self.scenario.task)
+        span = self.trajectory.start_time, float(clock(clock.x[-1]))
+        return self._with_motion(motion, clock, span, (START, "end"))
 
     def stop(self, at: float, *, on_path: bool = True) -> Self:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -122,8 +123,9 @@ class UnderWay:
                     f"{self.scenario.name}: joint {self.space.joint_names[joint]!r} has no limit "
                     f"of {kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
                 )
+        ends = f"stop from {at:g} s", "stopped"
         if not on_path:
-            return self._stopped(joint_stop(q, v, a, *limits), None, (at, at))
+            return self._with_motion(joint_stop(q, v, a, *limits), None, (at, at), ends)
         found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
         if found is None:
             raise InputError(
@@ -131,29 +133,28 @@ class UnderWay:
                 "before the motion ends; accepted: an earlier time, or on_path=False"
             )
         clock, motion = found
-        return self._stopped(motion, clock, (at, float(clock(clock.x[-1]))))
-
-    def _stopped(
-        self,
-        motion: PiecewisePolynomial,
-        clock: PiecewisePolynomial | None,
-        span: tuple[float, float],
-    ) -> Self:
-        ends = f"stop from {span[0]:g} s", "stopped"
-        task = scene_from(self.scenario, self.space.robot, self.trajectory, span, ends)
-        plan = self._with_motion(motion, clock, task, ends)
-        carried = tuple(one for one in plan.trajectory.loads if one.time < motion.x[-1])
-        return replace(plan, trajectory=replace(plan.trajectory, loads=carried))  # type: ignore[type-var]
+        return self._with_motion(motion, clock, (at, float(clock(clock.x[-1]))), ends)
 
     def _with_motion(
         self,
         motion: PiecewisePolynomial,
         clock: PiecewisePolynomial | None,
-        task: Task,
-        ends: tuple[str, str] = (START, "end"),
+        span: tuple[float, float],
+        ends: tuple[str, str],
     ) -> Self:
-        """The plan of another motion, through those waypoints that its clock passes."""
+        """The plan of another motion, through those waypoints that its clock passes.
+
+        Args:
+            motion: Of the joints.
+            clock: The planned motion's time over its own, or `None` where it leaves the path.
+            span: From when to when the planned motion is run [s].
+            ends: Names of waypoints there, where the task has none.
+        """
         scenario, space = self.scenario, self.space
+        own = {one.name: one.time for one in scenario.waypoints}
+        begin, end = (next((k for k in own if abs(own[k] - time) < NEAR), None) for time in span)
+        ends = begin or ends[0], (None if clock is None else end) or ends[1]
+        task = scene_from(scenario, space.robot, self.trajectory, span, ends)
         names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
         if clock is not None:
             passed = _waypoint_times(scenario, clock)

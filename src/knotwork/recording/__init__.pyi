@@ -1,6 +1,6 @@
 from .alignment import Alignment as Alignment
 from .alignment import aligned as aligned
-from .deviations import Tolerances as Tolerances
+from .deviations import LogTolerances as LogTolerances
 from .deviations import deviation_findings as deviation_findings
 from .lateness import Delay as Delay
 from .likeness import LeftOfPlan as LeftOfPlan

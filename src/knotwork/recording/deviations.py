@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 GROUP = "Against the plan"
 
 
-class Tolerances(NamedTuple):
+class LogTolerances(NamedTuple):
     """How far a log may be off its plan.
 
     Attributes:
@@ -44,7 +44,7 @@ def deviation_findings(
     alignment: Alignment,
     robot: Robot | None = None,
     units: Units = SI,
-    tolerances: Tolerances = Tolerances(),  # noqa: B008
+    tolerances: LogTolerances = LogTolerances(),  # noqa: B008
 ) -> Iterator[Finding]:
     """Say how far a log is off its plan: when, each joint over all time, and the tool.
 
@@ -101,7 +101,7 @@ def _size(found: Finding) -> float:
 
 
 def _joints(
-    own: JointTrajectory, alignment: Alignment, units: Units, tolerances: Tolerances
+    own: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
 ) -> Iterator[Finding]:
     gap = _difference(own.polynomial, alignment.reference.polynomial)
     for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
@@ -129,7 +129,7 @@ def _tool(
     alignment: Alignment,
     robot: Robot,
     units: Units,
-    tolerances: Tolerances,
+    tolerances: LogTolerances,
 ) -> Iterator[Finding]:
     import pinocchio as pin
 

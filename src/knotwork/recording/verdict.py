@@ -20,7 +20,7 @@ import numpy as np
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.recording.alignment import Alignment
-from knotwork.recording.deviations import Tolerances, deviation_findings
+from knotwork.recording.deviations import LogTolerances, deviation_findings
 from knotwork.recording.holes import hole_findings
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
@@ -50,7 +50,7 @@ def check_log(
     alignment: Alignment,
     scenario: Scenario,
     space: JointSpace,
-    tolerances: Tolerances | None = None,
+    tolerances: LogTolerances | None = None,
 ) -> Report:
     """Check a log against a scenario.
 
@@ -108,7 +108,7 @@ def compare_log(
     alignment: Alignment,
     robot: Robot | None = None,
     units: Units = SI,
-    tolerances: Tolerances | None = None,
+    tolerances: LogTolerances | None = None,
     *,
     required: bool = True,
 ) -> Report:
@@ -134,7 +134,7 @@ def compare_log(
         InputError: There is a tolerance of what is not there.
     """
     jumps = tolerances is None
-    tolerances = tolerances or Tolerances()
+    tolerances = tolerances or LogTolerances()
     _check_tolerances(tolerances, alignment.trajectory, robot)
     allowed = LIKE_THE_PLAN * alignment.left.samples
     return Report(
@@ -153,7 +153,9 @@ def compare_log(
     )
 
 
-def _check_tolerances(tolerances: Tolerances, motion: JointTrajectory, robot: Robot | None) -> None:
+def _check_tolerances(
+    tolerances: LogTolerances, motion: JointTrajectory, robot: Robot | None
+) -> None:
     if tolerances.tool and robot is None:
         raise InputError(
             "a tolerance of the tool needs the robot, so the scenario; accepted without: "

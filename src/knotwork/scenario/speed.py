@@ -8,12 +8,14 @@ rate of its rotation over arc length, weighted in the same way.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
+from knotwork.documents import Places
+from knotwork.task import Task
 from knotwork.waypoints import FloatArray
 
 # Waypoints nearer to each other than this give no direction [m].
@@ -91,3 +93,45 @@ def passing_twist(poses: Sequence[pin.SE3], index: int, speed: float) -> pin.Mot
     end = before if index < middle else after
     mirrored = 2 * (tangent @ end.direction) * end.direction - tangent
     return pin.Motion(speed * mirrored, speed * (rates[0] if index < middle else rates[1]))
+
+
+def neighbours_twist(
+    file: Task, places: Places, i: int, speed: float, poses: Mapping[int, pin.SE3]
+) -> pin.Motion:
+    """Velocity of a waypoint of a file that gives its speed alone.
+
+    Args:
+        file: In SI.
+        places: Where its parts stand, for errors.
+        i: The waypoint.
+        speed: Of the TCP [m/s].
+        poses: Of all waypoints that are given by one.
+
+    Raises:
+        DocumentError: Its neighbours give no direction.
+    """
+    location = ("waypoints", i, "speed")
+    first = i
+    while first - 1 in poses and first > i - 2:
+        first -= 1
+    last = i
+    while last + 1 in poses and last < i + 2:
+        last += 1
+    # The neighbours decide; one further on is needed only at the two ends of the motion.
+    at_start = i == 0 and file.start is None
+    at_end = i == len(file.waypoints) - 1
+    if (first == i and not at_start) or (last == i and not at_end) or first == last:
+        raise places.error(
+            location,
+            "the path's direction is not known, because a neighbouring waypoint is given by joint "
+            "values",
+            "velocity: {linear, angular}, or velocity: free, instead",
+        )
+    if not at_start and not at_end:
+        first, last = i - 1, i + 1
+    try:
+        return passing_twist([poses[k] for k in range(first, last + 1)], i - first, speed)
+    except NoDirectionError as error:
+        raise places.error(
+            location, str(error), "velocity: {linear, angular} or stop: true instead"
+        ) from error

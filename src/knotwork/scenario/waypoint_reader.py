@@ -305,7 +305,9 @@ class WaypointReader:
             return pin.Motion.Zero()
         speed = given_speed(waypoint.speed, 1.0)
         if speed is not None:
-            return self._passing_twist(i, speed, poses)
+            from knotwork.scenario.speed import neighbours_twist
+
+            return neighbours_twist(self.file, self.places, i, speed, poses)
         self._check_stop(i, inner, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
@@ -319,35 +321,6 @@ class WaypointReader:
         turn = pose.rotation if axes == "tool" else self.carriers.axes(i, axes, time)
         linear, angular = np.array(velocity.linear), np.array(velocity.angular)
         return pin.Motion(turn @ linear, turn @ angular)
-
-    def _passing_twist(self, i: int, speed: float, poses: Mapping[int, pin.SE3]) -> pin.Motion:
-        from knotwork.scenario.speed import NoDirectionError, passing_twist
-
-        location: Location = ("waypoints", i, "speed")
-        first = i
-        while first - 1 in poses and first > i - 2:
-            first -= 1
-        last = i
-        while last + 1 in poses and last < i + 2:
-            last += 1
-        # The neighbours decide; one further on is needed only at the two ends of the motion.
-        at_start = i == 0 and self.file.start is None
-        at_end = i == len(self.file.waypoints) - 1
-        if (first == i and not at_start) or (last == i and not at_end) or first == last:
-            raise self.places.error(
-                location,
-                "the path's direction is not known, because a neighbouring waypoint is given by "
-                "joint values",
-                "velocity: {linear, angular}, or velocity: free, instead",
-            )
-        if not at_start and not at_end:
-            first, last = i - 1, i + 1
-        try:
-            return passing_twist([poses[k] for k in range(first, last + 1)], i - first, speed)
-        except NoDirectionError as error:
-            raise self.places.error(
-                location, str(error), "velocity: {linear, angular} or stop: true instead"
-            ) from error
 
     def _joint_velocity(self, i: int, waypoint: JointWaypoint, inner: bool) -> JointValues | None:
         if isinstance(waypoint.velocity, dict):

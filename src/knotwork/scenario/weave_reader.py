@@ -68,10 +68,10 @@ class WeaveReader:
         """From where to where stretches that follow one another have one weave."""
         runs: list[tuple[int, int, GivenWeave]] = []
         for k, one in enumerate(self.given):
+            if isinstance(one.speed, str | AtMost):
+                raise self._error(k, "is chosen, on a path with a weave", "a speed", "speed")
             if one.weave is None:
                 continue
-            if isinstance(one.speed, str | AtMost):
-                raise self._error(k, "is chosen, along a weave", "a speed", "speed")
             goes_on = bool(runs) and runs[-1][1:] == (k, one.weave)
             low = runs.pop()[0] if goes_on else k
             runs.append((low, k + 1, one.weave))
@@ -100,7 +100,7 @@ class WeaveReader:
             raise self._error(
                 k,
                 f"is {text(given.width)}, and the tolerance of the path on both sides as much",
-                f"more than {text(2.0 * allowed)}, or a finer tolerances: {{path: …}}",
+                f"more than {text(2.0 * allowed)}, or less in tolerances: {{path: …}}",
                 "weave",
                 "width",
             )

@@ -64,7 +64,11 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
     if not order:
         return ""
     corner = rounded_corner(found.time, scenario) if order > 1 else ""
-    helps = corner or _move_too_short(found.time, motion, scenario, space, j)
+    helps = (
+        corner
+        or _woven(found.time, scenario)
+        or _move_too_short(found.time, motion, scenario, space, j)
+    )
     if helps:
         return helps
     return f"it is broken {between(scenario, found.time)}; {slower(use, order, scenario)}"
@@ -95,6 +99,14 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
                     f"{scale * curve.distance:.4g} {length}, at {scale * speed:.4g} {length}/s "
                     "then: a longer blend or less speed there bends the motion less"
                 )
+    return ""
+
+
+def _woven(time: float, scenario: Scenario) -> str:
+    """Say what slows a weave that goes on at a time; else empty."""
+    stretches = (one for path in scenario.paths for one in path.stretches)
+    if any(one.start <= time <= one.end and one.kind.startswith("woven") for one in stretches):
+        return "a weave goes on there: less width or frequency, or rounder corners, moves it less"
     return ""
 
 

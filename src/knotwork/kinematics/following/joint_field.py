@@ -12,6 +12,7 @@ from knotwork.kinematics.chain.velocity import joint_scales, solve_velocities
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
+from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
 # The tool is brought back onto the path to within this [m, rad].
@@ -97,6 +98,10 @@ class JointField:
         elif self.pull.any():
             rest = _each(share) * self.pull * (self.middle - q)
         return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest)[0]
+
+    def along(self, path: TimedPath, time: FloatArray) -> FloatArray:
+        """Arc lengths at times [m], shape (k,); zeros where nothing hangs on them."""
+        return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
 
     def smallest(self, q: FloatArray) -> FloatArray:
         """Smallest singular values, shape (n,); NaN where positions are."""

@@ -37,11 +37,11 @@ class Stages:
     along: FloatArray
 
     @classmethod
-    def of(cls, path: TimedPath, time: FloatArray, at: float) -> Stages:
+    def of(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
         """Evaluate one piece of a path, which `at` is in, at some times."""
         position, rotation, twist, _ = path.state(time, at=at)
         share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
-        return cls(time, position, rotation, twist, share, path.arc_length(time))
+        return cls(time, position, rotation, twist, share, field.along(path, time))
 
     def velocities(self, field: JointField, q: FloatArray, k: int) -> FloatArray:
         """Joint velocities at the k-th time, shape (n, d)."""
@@ -87,7 +87,7 @@ def moved(
         return found
     now, going = q[again], again
     for a, b in ((start, middle), (middle, end)):
-        half = Stages.of(path, np.linspace(a, b, 3), middle)
+        half = Stages.of(field, path, np.linspace(a, b, 3), middle)
         rates = half.velocities(field, now, 0)
         part = moved(field, path, limit, now, rates, half, halvings - 1)
         found.q[going] = part.q
