@@ -57,7 +57,7 @@ nb_merge_streams = True
 
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
-suppress_warnings: list[str] = []
+suppress_warnings = ["ref.python"]  # parts of tasks and of scenarios share names
 
 smartquotes_action = "qe"  # quotes and ellipses, but an option's -- stays
 default_role = "named"  # single backticks in docstrings: a link if it is a public name, else code
@@ -94,6 +94,9 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?MovingFrame"),
     (r"py:.*", r"(knotwork\.polynomial\.endless\.)?EndlessCurve"),
     (r"py:.*", r"(knotwork\.waypoints\.)?TorchRanges"),
+    (r"py:.*", r"(knotwork\.task_to_joint\.solution\.)?PathStart"),
+    (r"py:.*", r"(knotwork\.task\.task\.)?PlainTask"),
+    (r"py:.*", r"(knotwork\.scenario\.payloads\.)?Carrying"),
     (r"py:.*", r"EndAcceleration|Status"),
     (r"py:.*", r"(knotwork\.robot\.joint_tree\.)?JointTree"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),

@@ -61,5 +61,6 @@ def own_checks() -> list[str]:
     return [name for name in {**_SHIPPED, **CHECKS} if CHECKS.get(name) is not _SHIPPED.get(name)]
 
 
-UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration")
-"""Quantities that fail where cubics fit points of a smoother motion, however many there are."""
+UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
+"""Quantities that fail where cubics fit points of a smoother motion, however many there are: the
+acceleration jumps, so that the jerk has no bound."""
