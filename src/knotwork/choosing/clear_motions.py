@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -57,19 +57,20 @@ def clear_motion(
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     wanted = WayProblem(
-        replace(
-            problem,
-            duration=np.full_like(problem.duration, np.nan),
-            at_least=np.zeros_like(problem.at_least),
-            total=None,
-        ),
+        problem,
         _solutions(task, segment, problem, robot, 0),
         _solutions(task, segment, problem, robot, -1),
         robot.model,
         _bodies(task, segment),
         task.scenario.scene.rules.resolution,
     )
-    begun, reporter = watch.now(), _Reporter(watch, asked.tries)
+    begun, tries = watch.now(), 0
+
+    def report(number: int, best: Way | None) -> None:
+        nonlocal tries
+        tries, seconds = number, best.duration if best is not None else None
+        watch.step(seconds or np.inf, 0.0, seconds, f"way {number} of {asked.tries}")
+
     try:
         with watch.part(1):
             way = find_way(
@@ -77,14 +78,13 @@ def clear_motion(
                 tries=asked.tries,
                 room=asked.room,
                 late=lambda: watch.late(found=True),
-                found=reporter.found,
-                trying=reporter.trying,
+                report=report,
             )
     except NoWayError as none:
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
     found = _timed(way, curve, problem, wanted)
-    return replace(found, seconds=watch.now() - begun, tries=reporter.number)
+    return replace(found, seconds=watch.now() - begun, tries=tries)
 
 
 def _timed(
@@ -112,35 +112,11 @@ def _timed(
         velocity,
         acceleration,
         least,
-        status="resting"
-        if way.duration >= way.resting and len(way.line) > len(time)
-        else "optimal",
+        status="resting" if way.rests else "optimal",
         binding=binding_limits(problem, time, curve),
         objective=terms(problem, curve),
         line=way.line,
     )
-
-
-@dataclass(eq=False)
-class _Reporter:
-    """Reports the progress of the search for a way: what exists already, and what is tried."""
-
-    watch: Watch
-    tries: int
-    number: int = 0
-    duration: float | None = None
-
-    def trying(self, number: int) -> None:
-        self.number = number
-        self._report()
-
-    def found(self, way: Way) -> None:
-        self.duration = way.duration
-        self._report()
-
-    def _report(self) -> None:
-        trying = f"way {self.number} of {self.tries}"
-        self.watch.step(self.duration or np.inf, 0.0, self.duration, trying)
 
 
 def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:

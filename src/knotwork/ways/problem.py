@@ -19,16 +19,14 @@ class Way:
         time: When it passes the waypoints [s], shape (n,).
         line: The polyline that it was made from, shape (n, d).
         through: The problem with the polyline's corners as waypoints.
-        resting: How long the motion lasts that rests at each corner of the polyline [s].
-        checks: Number of configurations looked at.
+        rests: Whether it rests at corners of the polyline between the waypoints.
     """
 
     curve: PiecewisePolynomial
     time: FloatArray
     line: FloatArray
     through: TimingProblem
-    resting: float
-    checks: int
+    rests: bool
 
     @property
     def duration(self) -> float:

@@ -61,8 +61,7 @@ def find_way(
     tries: int = 1,
     room: float = 1e-3,
     late: Callable[[], bool] = lambda: False,
-    found: Callable[[Way], None] = lambda way: None,
-    trying: Callable[[int], None] = lambda number: None,
+    report: Callable[[int, Way | None], None] = lambda number, best: None,
 ) -> Way:
     """Find a fast motion between two states that keeps every margin and limit, proved.
 
@@ -73,13 +72,13 @@ def find_way(
         tries: Number of ways that are looked for; the fastest motion is taken.
         room: Clearance beyond the margins that the motion keeps where it can [m].
         late: Whether the time is over; then the best so far is taken, once there is one.
-        found: Called with each motion that is better than the ones before.
-        trying: Called with the number of each try, from 1 on, as it begins.
+        report: Called with the number of the try, from 1 on, and the best motion so far, as each
+            try begins and when there is a better motion.
 
     Raises:
         NoWayError: None was found.
     """
-    return _Search(problem, room, late, found).best_of(tries, trying)
+    return _Search(problem, room, late, report).best_of(tries)
 
 
 def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
@@ -165,9 +164,9 @@ class _Search:
         problem: WayProblem,
         room: float,
         late: Callable[[], bool],
-        found: Callable[[Way], None],
+        report: Callable[[int, Way | None], None],
     ) -> None:
-        self.problem, self.room, self.late, self.found = problem, room, late, found
+        self.problem, self.room, self.late, self.report = problem, room, late, report
         timing = problem.timing
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
@@ -208,21 +207,21 @@ class _Search:
     def _is_clear(self, line: FloatArray) -> bool:
         return not too_near(self.problem.model, line, self.problem.resolution)
 
-    def best_of(self, tries: int, trying: Callable[[int], None]) -> Way:
+    def best_of(self, tries: int) -> Way:
         best: Way | None = None
         for seed in range(tries):
             if best is not None:
                 self._leave_out_far_ends(best.duration)
             if best is not None and (self.late() or not len(self.ends[0])):
                 break
-            trying(seed + 1)
+            self.report(seed + 1, best)
             lines = self._lines(seed)
             if lines is None:
                 break
-            way = self._fast(lines, best)
+            way = self._fast(lines, best, seed + 1)
             if way is not None and (best is None or way.duration < best.duration):
                 best = way
-                self.found(way)
+                self.report(seed + 1, best)
         if best is None:
             raise NoWayError(checks=self.space.checks)
         return best
@@ -267,7 +266,7 @@ class _Search:
             self.care += 1
         return None
 
-    def _fast(self, lines: list[FloatArray], best: Way | None) -> Way | None:
+    def _fast(self, lines: list[FloatArray], best: Way | None, number: int) -> Way | None:
         """The fastest motion near polylines that follow one another."""
         line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
         edges = [len(one) - 1 for one in lines]
@@ -277,19 +276,17 @@ class _Search:
         if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
             return None
         first = rests.found.curve
-        rested = float(first.x[-1])
         passed = np.cumsum([0, *edges])
         times = rests.found.knots.time[passed]
+        way = Way(first, times, line, timing, rests=len(line) > len(passed))
         if best is None:
-            self.found(Way(first, times, line, timing, rested, self.space.checks))
+            self.report(number, way)
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
         inner = self._through(line[passed])
         beat = np.inf if best is None else best.duration
         exchange = Exchange(self.space, inner, first, times, pieces, self.room, problem.resolution)
         curve = exchange.run(self.late, beat)
-        if curve is not first:
-            times = curve.x[::pieces]
-        return Way(curve, times, line, timing, rested, self.space.checks)
+        return way if curve is first else Way(curve, curve.x[::pieces], line, timing, rests=False)
 
     def _through(self, line: FloatArray) -> TimingProblem:
         """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
@@ -300,14 +297,11 @@ class _Search:
             position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
         velocity[[0, -1]] = timing.velocity[[0, -1]]
         acceleration[[0, -1]] = timing.acceleration[[0, -1]]
-        return replace(
-            timing,
-            position=position,
-            velocity=velocity,
+        return TimingProblem(
+            timing.joint_names,
+            position,
+            velocity,
+            timing.limits,
             acceleration=acceleration,
-            names=(),
-            along=np.zeros(n, dtype=bool),
-            most=np.full(n, np.inf),
-            duration=np.full(n - 1, np.nan),
-            at_least=np.zeros(n - 1),
+            dynamics=timing.dynamics,
         )
