@@ -49,7 +49,7 @@ class Payload(ReadOnlyArrays):
 
     @property
     def key(self) -> bytes:
-        """Bytes of its numbers, the same for equal bodies."""
+        """All its numbers, the same for equal bodies."""
         return b"".join(np.asarray(one).tobytes() for one in vars(self).values())
 
 
