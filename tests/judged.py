@@ -64,6 +64,10 @@ def judged_joints(
     return _found(motion, {"waypoints": rows, **more}, but)
 
 
+OWN_LIMITS = ("effort limit", "acceleration limit", "jerk limit")
+"""Of the arm, which following a path does not know."""
+
+
 def judged_along(
     motion: kw.JointTrajectory,
     robot: str,
@@ -96,7 +100,7 @@ def judged_along(
     end = {"name": "end", "pose": {"position": points[-1].tolist()}, **along}
     waypoints = [{"name": "start", "time": motion.start_time, "pose": start}, end]
     data = {"robot": robot, "path": {"acceleration": acceleration}, "waypoints": waypoints}
-    found = _found(motion, {**data, "tolerances": tolerances}, {*but, "effort limit"})
+    found = _found(motion, {**data, "tolerances": tolerances}, {*but, *OWN_LIMITS})
     return [one for one in found if one.where != "acceleration changes"]
 
 

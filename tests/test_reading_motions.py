@@ -248,7 +248,9 @@ def test_a_waypoint_that_is_a_number_is_told_what_it_must_be(run: Command) -> No
     Path("a.yaml").write_text("waypoints: [1, 2]\n")
     ran = run("plan", "a.yaml")
     assert ran.code == 2
-    assert "waypoints[0]: 1: must be a mapping with either pose or joints\n" in ran.err
+    assert (
+        "waypoints[0]: 1: must be a mapping with either pose or joints, or with repeat\n" in ran.err
+    )
 
 
 @pytest.mark.parametrize("suffix", ["urdf", "xacro", "sdf", "URDF"])

@@ -133,7 +133,7 @@ def test_texts_are_wrapped_between_words_and_numbers_stay_whole(
     monkeypatch.setenv("COLUMNS", "40")
     out = knotwork("plan", "ur5_deburring", "--planner", "cubic", "--full").out
     assert "\nTool at the waypoints\n" in out
-    assert "-23.62  -183.3   159.7   1.500  ok    exact" in out
+    assert "-23.62   -183.3   159.7   1.500    ok    exact" in out
     texts = [line for line in out.splitlines() if line.startswith(("FAIL ", "robot", "   not"))]
     assert len(texts) > 10
     assert max(map(len, texts)) <= 40

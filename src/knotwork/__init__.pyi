@@ -17,7 +17,6 @@ from .kinematics import solve_pose_ik as solve_pose_ik
 from .kinematics import solve_pose_ik_all as solve_pose_ik_all
 from .kinematics import solve_velocity_ik as solve_velocity_ik
 from .pipeline import Plan as Plan
-from .pipeline import clearance_between as clearance_between
 from .pipeline import follow_path as follow_path
 from .pipeline import plan as plan
 from .polynomial import PiecewisePolynomial as PiecewisePolynomial

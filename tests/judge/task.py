@@ -38,6 +38,13 @@ class Asked:
     free: bool = False
 
 
+def _waiting(one: Any) -> Any:
+    """A waypoint whose `do` has the arm wait, as one with `wait`."""
+    do = one.get("do") or []
+    waits = [act["wait"] for act in (do if isinstance(do, list) else [do]) if "wait" in act]
+    return {**one, "wait": waits[0]} if waits else one
+
+
 @dataclass
 class Task:
     """What a scenario asks for, in SI, in the base.
@@ -58,7 +65,7 @@ class Task:
         units = self.data.get("units") or {}
         self.length = {"m": 1.0, "mm": 1e-3}[units.get("length", "m")]
         self.angle = {"rad": 1.0, "deg": math.pi / 180.0}[units.get("angle", "rad")]
-        given = self.data["waypoints"]
+        given = [_waiting(one) for one in self.data["waypoints"]]
         if self.data.get("robot") is not None:
             tool = self.data.get("tool") or {}
             gravity = self.data.get("gravity")

@@ -12,6 +12,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from knotwork.pipeline import clearance_between
 from moving.moving_truth import distance, links, sampled
 from moving.test_moving_things import LEFT
 
@@ -67,7 +68,7 @@ def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
     scenario = kw.load_scenario("a.yaml")
     for delay in (0.5, 1.5):
         other = {"scenario": str(Path("b.yaml").absolute()), "in": "left", "delay": delay}
-        found = kw.clearance_between(cell.trajectory, scenario, other)
+        found = clearance_between(cell.trajectory, scenario, other)
         nearest = least(cell, 0.9, delay)
         assert found.value is not None
         assert found.value - found.excess - 1e-6 <= nearest <= found.value + 1e-3
@@ -106,7 +107,7 @@ def test_two_arms_of_one_cell(tmp_path: Path, end: float, clear: bool) -> None:
 
     right = kw.Task(**task("right")).save(tmp_path / "right.yaml")
     left, other = kw.plan(task("left")), kw.plan(right)
-    found = kw.clearance_between(left.trajectory, left.scenario, {"scenario": str(right)})
+    found = clearance_between(left.trajectory, left.scenario, {"scenario": str(right)})
 
     def bar(plan: kw.Plan, x: float, t: float) -> list[Any]:
         turn = pin.rpy.rpyToMatrix(0, 0, float(plan.trajectory.position(t)[0]))

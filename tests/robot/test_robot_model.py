@@ -67,7 +67,7 @@ def test_planar_dynamics_have_the_closed_form(b: float, rates: tuple[float, ...]
 PLANAR = load_robot("planar2")
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", sorted({*robot_names()} - {"ur5_rail", "ur5_turntable"}))
 def test_agrees_with_the_unreduced_model(name: str) -> None:
     """The same URDF as Pinocchio reads it by itself, fingers, (cos, sin) joints and all."""
     robot = load_robot(name)

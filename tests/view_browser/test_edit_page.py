@@ -32,8 +32,8 @@ TIP = """(axis) => {
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
-    """Address of the page of a task, and its file."""
+def served(tmp_path_factory: pytest.TempPathFactory, all_tabs: Any) -> Iterator[tuple[str, Path]]:
+    """Address of the page of a task, and its file; its tab is closed before the server stops."""
     file = tmp_path_factory.mktemp("edit") / "task.yaml"
     source = kw.load_scenario("ur5_deburring").source
     assert source is not None
@@ -47,6 +47,8 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path
         address = process.stdout.readline().split(" at ")[1].split()[0]
         process.stdout.readline()  # the first plan is made
         yield address, file
+        if "edit" in all_tabs.opened:
+            all_tabs.opened.pop("edit").close()
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err

@@ -26,8 +26,9 @@ def slower(folder: Path) -> Path:
     source = kw.load_scenario("planar2_closed_form").source
     assert source is not None
     task = kw.Task.load(source)
-    changes = {1: {"after": 2.5}}
-    return task.with_waypoints(changes).replace(name="slower").save(folder / "slower.yaml")
+    first, second, *others = task.waypoints
+    waypoints = [first, second.replace(after=2.5), *others]
+    return task.replace(name="slower", waypoints=waypoints).save(folder / "slower.yaml")
 
 
 def test_two_motions_have_one_clock_and_their_difference(

@@ -12,7 +12,7 @@ import click
 from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import FAILED, PASSED, Seconds, bundled
 from knotwork.cli.sources import read_motions
-from knotwork.cli.terminal import echo_line
+from knotwork.cli.terminal import echo_data, echo_line
 from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.trajectory import JointTrajectory
@@ -71,7 +71,7 @@ def check_together(
     found = clearance_between(first.trajectory, first.scenario, other, space=first.space)
     word, colour = ("clear:", "green") if found.ok else ("TOO NEAR:", "red")
     if as_json:
-        click.echo(json.dumps(found.to_dict(), indent=1, allow_nan=False))
+        echo_data(json.dumps(found.to_dict(), indent=1, allow_nan=False) + "\n")
     else:
         echo_line(f"{word} {found.message}", word, fg=colour, bold=True)
     return PASSED if found.ok else FAILED

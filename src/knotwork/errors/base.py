@@ -67,12 +67,16 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
         A clause such as `did you mean 'ur5'? Accepted: panda, ur5`.
     """
     names = [str(choice) for choice in available]
-    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-    listing = f"accepted: {', '.join(names[:MOST_LISTED])}{more}" if names else "none is available"
     import difflib
 
     written = {choice.casefold(): choice for choice in names}
     near = difflib.get_close_matches(str(name).casefold(), written, n=1, cutoff=0.6)
+    listed, more = names, ""
+    if len(names) > MOST_LISTED:  # the most alike
+        alike = difflib.get_close_matches(str(name).casefold(), written, MOST_LISTED, cutoff=0.0)
+        listed = [written[one] for one in alike]
+        more = f" and {len(names) - MOST_LISTED} more"
+    listing = f"accepted: {', '.join(listed)}{more}" if names else "none is available"
     meant = f"did you mean {written[near[0]]!r}? " if near else ""
     return f"{meant}{listing[:1].upper()}{listing[1:]}" if near else listing
 

@@ -40,7 +40,7 @@ def clearance_between(
         InputError: A scenario or a motion is wrong, or the other's fails its own check.
 
     >>> plan, other = kw.plan("ur5_deburring"), {"scenario": "ur5_deburring", "in": "block"}
-    >>> kw.clearance_between(plan.trajectory, plan.scenario, other).ok
+    >>> clearance_between(plan.trajectory, plan.scenario, other).ok
     False
     """
     robot = OtherRobot(**other)

@@ -1,7 +1,7 @@
 // Labels: words beside their points, none over another; of many some wait until they are hovered.
 
-// What fails is placed first.
-const ORDER = { miss: 0, closest: 1, waypoint: 2, object: 3, frame: 4 };
+// What fails comes and goes: it is placed last, so that nothing else moves.
+const ORDER = { closest: 1, waypoint: 2, object: 3, frame: 4, miss: 5 };
 // Where a label may be, from its point [pixels]: in rings, to the upper right first
 const PLACES = [16, 30, 48, 70, 96, 126, 165, 210].flatMap((radius) =>
   [...Array(12).keys()].map((k) => {
@@ -83,8 +83,9 @@ class Labels {
   near(time, duration) {
     const misses = this.labels.filter((label) => label.kind === "miss");
     const away = (label) => Math.abs((label.time ?? time) - time);
-    const soon = time === undefined ? misses : misses.filter((label) => away(label) <= SOON * duration);
-    return soon.sort((a, b) => away(a) - away(b) || 0).slice(0, MISSES);
+    if (document.body.classList.contains("still")) return misses.slice(0, MISSES);
+    const soon = misses.filter((label) => away(label) <= SOON * duration);
+    return soon.sort((a, b) => away(a) - away(b)).slice(0, MISSES);
   }
 
   // Place all of them anew if what is seen has changed.
@@ -125,7 +126,8 @@ class Labels {
   placeOne(label, taken, pane, shown, far) {
     const { box, line, x, y, width, height } = label;
     const near = (choice) => choice >= 0 && Math.hypot(...PLACES[choice]) <= far;
-    const choices = label.visible && shown ? [label.at, ...PLACES.keys()].filter(near) : [];
+    const last = label.kind === "miss" ? [] : [label.at];
+    const choices = label.visible && shown ? [...last, ...PLACES.keys()].filter(near) : [];
     const boxAt = (choice) => {
       const [dx, dy] = PLACES[choice];
       const left = x + dx - (dx < 0 ? width : 0);
