@@ -36,6 +36,9 @@ FRAMES = """new Promise((done) => {
   next();
 })"""
 
+# Pixels: an address has the time to a microsecond.
+ROUNDED = 2
+
 # Words stay on their side of a point while a scene turns: where they are tells how it came there.
 WITHOUT_LABELS = "document.querySelector('#switches input[name=labels]').click()"
 
@@ -98,12 +101,12 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, addres
             scene.key(first)
             scene.pixels()
             scene.click(share)
-            assert differ(scene.pixels(), afresh(scene.time)) == 0, (first, share)
+            assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, (first, share)
     before, held, after = opened.values()
     assert min(differ(before, held), differ(held, after)) > 1000
     for key in ("p", "ArrowLeft", "Home"):
         scene.key(key)
-        assert differ(scene.pixels(), afresh(scene.time)) == 0, key
+        assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, key
     scene.tab.close()
 
 
