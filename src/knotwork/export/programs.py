@@ -1,6 +1,6 @@
 """Programs of points for controllers of KUKA, ABB and FANUC.
 
-Such a controller makes its own motion between the points of a program: it is told positions and
+Such a controller makes its own motion between the points of a program: it takes positions and
 times, and no velocities. So the points are so near to one another that straight lines between them
 are within a tolerance of the motion, and the program says how far off they are. How a controller
 rounds the corners between two lines is not published.

@@ -67,7 +67,7 @@ def scene_from(
     objects: dict[str, Any] = {}
 
     def there(one: Any, name: str | None) -> Any:
-        """What appears at a waypoint, as it is told now; nothing if it is still to come."""
+        """What appears at a waypoint, as the new task has it; nothing if it is still to come."""
         since = first if name is None else times[place[name]]
         return None if last < since else one.replace(appears=name if first < since else None)
 

@@ -38,7 +38,7 @@ WIDEST_TURN = 0.5
 """Greatest part of a crossing in which its speed rises, and likewise falls."""
 
 DIGITS, SAME = 6, 1e-6
-"""Breaks are rounded to so many digits of a second, so that none is next to another [s]."""
+"""Breaks are rounded to this number of digits of a second, so that none is next to another [s]."""
 
 FINE = 8
 """Quintic pieces between two breaks of a weave. They are off a sine by some 1e-8 of its width, and

@@ -211,7 +211,7 @@ class LiveServer(PageServer):
             self._changed.notify_all()
 
     def state(self) -> dict[str, Any]:
-        """What an open page is told."""
+        """What an open page gets."""
         return {"version": self.version, "error": self._error, "busy": self._busy}
 
     def next_state(self, seen: int) -> tuple[int, str | None]:

@@ -46,7 +46,7 @@ MARK_MARGIN = 5.0
 KNOT_TICK = 0.035
 # Letters in a line of a quantity's name; panels lower than this [in] have the unit below it.
 LONG, LOW = 17, 2.2
-# In panels lower than this [in] the name is written across, in lines of so many letters.
+# In panels lower than this [in] the name is written across, in lines of this number of letters.
 LOWEST, SHORT = 1.2, 12
 
 

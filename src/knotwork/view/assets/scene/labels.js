@@ -14,7 +14,7 @@ const ROOM = 55000;
 const NEAR = 34;
 // Words further from their point are left out, unless they are called.
 const FAR = 100;
-// So many failures have labels at once: those nearest to the time shown, within a part of the motion.
+// Number of failures that have labels at once: those nearest to the time shown, within a part of the motion.
 const MISSES = 3;
 const SOON = 0.12;
 
