@@ -80,7 +80,7 @@ OBVIOUS = {
 }
 # Plain data, by what gives or takes it, which has an example.
 PLAIN_DATA = {
-    "JointTrajectory": ("Continuity", "Jump", "Knots", "Samples", "Segment"),
+    "JointTrajectory": ("Continuity", "Jump", "Knots", "Load", "Samples", "Segment"),
     "compare": ("Refusal", "Score"),
     "metrics.deviation.straight_path_deviation": ("PathDeviation",),
     "errors.DocumentError": ("Problem",),
