@@ -27,7 +27,8 @@ def dithering(folder: Path, rows: int, width: float) -> tuple[Path, Path]:
     joints = ", ".join(f"{name}: {value}" for name, value in zip(names, HOME, strict=True))
     (folder / "task.yaml").write_text(
         "robot: ur5\n"
-        "limits: {tool_acceleration: 50, frame_speed: {frame: forearm_link, speed: 0.05}}\n"
+        "limits: {acceleration: 1.0e+5, jerk: 1.0e+9, tool_acceleration: 50, "
+        "frame_speed: {frame: forearm_link, speed: 0.05}}\n"
         f"waypoints:\n  - joints: {{{joints}}}\n  - {{joints: {{{joints}}}, after: 10}}\n"
     )
     return folder / "dither.csv", folder / "task.yaml"
