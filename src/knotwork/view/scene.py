@@ -248,9 +248,10 @@ def _verdict(report: Report | None) -> dict[str, Any]:
 def _failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
     """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
     worst, *others = several
-    short = worst.message if worst.value is None or worst.label else described(worst, units)
     if worst.label:
         short = f"{worst.label} at {worst.when} s" if worst.when else worst.label
+    else:
+        short = worst.message if worst.value is None else described(worst, units)
     return {
         "line": f"{short}{and_more(len(others))}",
         "remedy": worst.remedy,
