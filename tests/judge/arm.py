@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import yaml
 
+from judge.files import read_yaml
 from judge.placing import placement
 
 ROBOTS = Path(__file__).parents[2] / "robots"
@@ -108,10 +108,7 @@ class Arm:
             if "/" not in robot and (ROBOTS / f"{robot}.yaml").is_file():
                 path = ROBOTS / f"{robot}.yaml"
             folder = path.parent
-            if path.suffix == ".urdf":
-                robot = {"urdf": path.name}
-            else:
-                robot = yaml.safe_load(path.read_text(encoding="utf-8"))
+            robot = {"urdf": path.name} if path.suffix == ".urdf" else read_yaml(path)
         assert isinstance(robot, Mapping)
         self.file, self.folder = robot, folder
         self.urdf = found(robot["urdf"], folder)

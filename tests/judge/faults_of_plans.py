@@ -6,11 +6,11 @@ import copy
 from collections.abc import Callable
 
 import numpy as np
-import yaml
 from scipy.interpolate import CubicSpline
 
 from judge.bodies import Surroundings
 from judge.cases import Case, Fault, Rng, Shelf, bumped, sign
+from judge.files import read_yaml
 from judge.motion import Motion
 from judge.task import Task
 
@@ -28,7 +28,11 @@ def plan_case(*, robot: bool = True, path: bool = False) -> Callable[[Rng, Shelf
     def make(rng: Rng, shelf: Shelf) -> Case:
         known = {}
         for name, folder in shelf.plans.items():
-            data = yaml.safe_load((folder / "judged.yaml").read_text(encoding="utf-8"))
+            data = read_yaml(folder / "judged.yaml")
+            for row in data["waypoints"]:
+                match row:
+                    case {"along": {"points": str(file)}}:
+                        row["along"]["points"] = str(folder / file)
             paths = any("along" in row for row in data["waypoints"])
             if (paths or not path) and ("robot" in data or not robot):
                 known[name] = data
@@ -144,16 +148,20 @@ def object_in_the_way(case: Case, rng: Rng, shelf: Shelf) -> Case:
 RATES = {f"{kind} limit" for kind in ("velocity", "acceleration", "jerk", "effort")}
 LIMITS = RATES | {"tool speed", "position limit"}
 AT_PATH = LIMITS | {"path", "orientation", "speed", "velocity", "hold", "end acceleration"}
+RETIMED = LIMITS | {"path", "velocity", "jump"}
+"""What a retimed motion may break beside: a weave depends on time, and a window may be short."""
+
 ALONG = plan_case(path=True)
 FAULTS: dict[str, Fault] = {
     name: Fault(right, spoil, kinds, count, 300, False, collisions, beside)
     for name, right, spoil, kinds, beside, count, collisions in (
         ("a plan: back and forth on its path", ALONG, back_and_forth,
-         {"direction"}, LIMITS | {"speed"}, 10, False),
-        ("a plan: late on its path", ALONG, late, {"speed"}, LIMITS, 8, False),
+         {"direction"}, RETIMED | {"speed"}, 10, False),
+        ("a plan: late on its path", ALONG, late, {"speed"}, RETIMED, 8, False),
         ("a plan: off its path", ALONG, off_the_path,
          {"path", "orientation"}, LIMITS | {"speed", "direction"}, 8, False),
-        ("a plan: off a waypoint", plan_case(), off_a_waypoint, {"pose"}, AT_PATH, 10, False),
+        ("a plan: off a waypoint", plan_case(), off_a_waypoint, {"pose"},
+         AT_PATH | {"direction"}, 10, False),
         ("a plan: a waypoint elsewhere", plan_case(), waypoint_elsewhere, {"pose"}, (), 8, False),
         ("a plan: a limit", plan_case(robot=False), limit, RATES - {"effort limit"}, (), 8, False),
         ("a plan: an object in its way", plan_case(), object_in_the_way,

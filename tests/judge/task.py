@@ -1,4 +1,4 @@
-"""`Task`: a scenario's file, read with PyYAML and the definitions of docs/every_key.md alone.
+"""`Task`: a scenario's file, read with ruamel.yaml and the definitions of docs/every_key.md alone.
 
 What no shipped scenario uses is not read, and is an error here: blends, quaternions from a file of
 points, freedoms but that of the turn, tangent turning along a curve through points, and speeds at a
@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import yaml
 
 from judge import curves, weaving
 from judge.arm import KINDS, Arm, replaced
+from judge.files import read_yaml
 from judge.placing import FORMS, frames, leaning, placement
 
 TOLERANCES = {"path": 1e-4, "path_orientation": math.radians(0.1), "path_speed": 0.01}
@@ -90,10 +90,7 @@ class Task:
     def _carrier(self, key: str) -> Any:
         """What the frame of all poses, or one that it is in, says under a key."""
         name = self.data.get("frame") or "base"
-        given = {  # YAML 1.1 takes a plain `on` for true
-            name: {"on" if word is True else word: value for word, value in one.items()}
-            for name, one in (self.data.get("frames") or {}).items()
-        }
+        given = self.data.get("frames") or {}
         while name in given:
             if key in given[name]:
                 return given[name][key] if key == "on" else (name, given[name][key])
@@ -120,7 +117,7 @@ class Task:
 
     @classmethod
     def read(cls, path: Path) -> Task:
-        return cls(yaml.safe_load(path.read_text(encoding="utf-8")), path.parent)
+        return cls(read_yaml(path), path.parent)
 
     def tolerance(self, name: str) -> float:
         """By default 1e-6 in SI; `joint_` ones are got by joint."""
