@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 
 from knotwork.timing.budget import OnStep
-from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS
 from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
+from knotwork.timing.held_limits import held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
@@ -191,12 +191,9 @@ class Section:
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
-        units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
-        for allowed, limit, _ in self._held():
-            inverse = 1.0 / (allowed * limit).T
-            for part in (inverse[:, ::2], inverse[:, 1::2]):
-                found.append(np.vstack((np.repeat(units, part.shape[1], axis=1), part)))
+        found += held_parameters(self.tightening.held, problem.limits, scale)
         if form.work:
+            units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
             weight = problem.objective.effort * scale.time / self.typical_cost()
             found.append(np.repeat(np.vstack((units, [[weight]])), form.pieces, axis=1))
         for name in form.peaks:
@@ -260,27 +257,13 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        for allowed, _, parts in self._held():
-            inside = len(parts) * allowed.shape[1]
-            for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
-                most = np.full((rows, len(part)), 1.0 - self.margin)
-                found.append((-most, most))
+        found += held_bounds(self.tightening.held, self.margin)
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))
         for name in form.peaks:
             most = np.zeros((2 * d, count + (name == "peak_acceleration")))
             found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
         return found
-
-    def _held(self) -> list[tuple[FloatArray, Any, tuple[float, ...]]]:
-        """Limits of effort and tool speed: parts allowed, the limit, and places in a piece."""
-        held, limits = self.tightening.held, self.problem.limits
-        places = {"effort": EFFORT_PARTS, "tool_speed": TOOL_PARTS}
-        return [
-            (held[name], getattr(limits, name), parts)
-            for name, parts in places.items()
-            if name in held
-        ]
 
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""

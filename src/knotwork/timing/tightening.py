@@ -57,7 +57,9 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
-        return Tightening(held={"effort": _all_allowed(problem, "effort")})
+        intervals = len(problem.position) - 1
+        pieces = pieces_each(intervals) * intervals
+        return Tightening(held={"effort": _all_allowed(problem, "effort", pieces)})
     return Tightening()
 
 
@@ -67,12 +69,11 @@ def _given(problem: TimingProblem, name: str) -> BoolArray:
     return known & problem.acceleration_known if name == "effort" else known
 
 
-def _all_allowed(problem: TimingProblem, name: str) -> FloatArray:
+def _all_allowed(problem: TimingProblem, name: str, pieces: int) -> FloatArray:
     """First parts of a limit: nearly all, and more where a value is known."""
-    intervals = len(problem.position) - 1
     width = np.size(getattr(problem.limits, name))
-    allowed = np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
-    allowed[_rows(problem)[_given(problem, name)]] = KNOWN
+    allowed = np.full((2 * pieces + 1, width), 1.0 - BETWEEN)
+    allowed[_rows(problem, pieces)[_given(problem, name)]] = KNOWN
     return allowed
 
 
@@ -94,7 +95,10 @@ def tightened(
         return None
     name, shares = over
     allowed = tightening.held.get(name)
-    less = _all_allowed(problem, name) if allowed is None else _less(problem, name, allowed, shares)
+    if allowed is None:
+        less = _all_allowed(problem, name, len(curve.x) - 1)
+    else:
+        less = _less(problem, name, allowed, shares)
     return replace(tightening, held={**tightening.held, name: less})
 
 
@@ -131,14 +135,14 @@ def _less(problem: TimingProblem, name: str, allowed: FloatArray, shares: FloatA
     less = np.array(allowed)
     for first, last in ((0, -1), (1, None), (2, None)):
         less[first:last:2] *= factor
-    less[_rows(problem)[_given(problem, name)]] = KNOWN
+    less[_rows(problem, len(shares))[_given(problem, name)]] = KNOWN
     return less
 
 
-def _rows(problem: TimingProblem) -> IndexArray:
+def _rows(problem: TimingProblem, pieces: int) -> IndexArray:
     """Where the waypoints are among the breaks and middles of the pieces."""
     intervals = len(problem.position) - 1
-    return np.arange(intervals + 1) * 2 * pieces_each(intervals)
+    return np.arange(intervals + 1) * 2 * (pieces // intervals)
 
 
 def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:

@@ -13,14 +13,13 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.tightening import BETWEEN, exceeded, outside, too_fast
+from knotwork.timing.tightening import tightened
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.program import MotionProgram, Start
 from knotwork.ways.proof import not_clear
-from knotwork.ways.states import Row, States, slowed, states_of
-from knotwork.ways.use_of_limits import rows_of_use
+from knotwork.ways.states import Row, States, states_of
 
 PLACES = (0.0, 1 / 3, 2 / 3)
 """Where in each piece distances are rows."""
@@ -86,8 +85,6 @@ class Exchange:
         self.program = MotionProgram(problem)
         self.best = states_of(first)
         self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
-        ends = problem.velocity[[0, -1]], problem.acceleration[[0, -1]]
-        self._rests = not np.any(ends)
         self._improved = False
 
     def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
@@ -103,11 +100,8 @@ class Exchange:
         for _ in range(ROUNDS):
             if late() or radius < LEAST_RADIUS:
                 break
-            limited = self.program.position
             found = self.program.solve(guess, self._reference, rows + cuts, radius, start)
-            if found is None or not self._inside(found.curve):
-                if found is not None and self.program.position != limited:
-                    continue  # now with the limits that it exceeds
+            if found is None:
                 failed += 1
                 if failed > 2 and self._improved:
                     break
@@ -116,11 +110,11 @@ class Exchange:
                 continue
             if found.duration > beat:
                 break  # rows only make it longer
+            tighter = tightened(self.problem, self.program.tightening, found.curve)
+            if tighter is not None:
+                self.program.tightening = tighter
             hits = not_clear(self.space.model, found.curve, self.resolution)
-            over = exceeded(self.problem, found.curve)
-            if over and not hits and (slower := self._slower(found, float(over[1].max()))):
-                found, over = slower, None
-            if not hits and not over:
+            if not hits and tighter is None:
                 gain = 1.0 - found.duration / self._reference.duration
                 if found.duration < self.best.duration:
                     self.best = found
@@ -128,31 +122,16 @@ class Exchange:
                 if gain < GAIN:
                     break
                 rows, cuts, failed, tried = self._rows_along(found), [], 0, 0
-                rows = rows + rows_of_use(self.problem, found)
                 radius = min(1.5 * radius, RADIUS)
             elif self._improved and found.duration > (1.0 - GAIN) * self.best.duration:
                 break  # rows only make it longer
             else:
-                new, tried = self._rows_at_contacts(found, hits), tried + 1
-                if over and not (hits and self._rests):
-                    new = new + rows_of_use(self.problem, found)
+                new, tried = self._rows_at_contacts(found, hits), tried + bool(hits)
                 cuts = cuts + new
                 if tried == 3:
                     radius, cuts, tried, found = 0.5 * radius, new, 0, self._reference
             guess, start = found, Start.NEAR
         return self.best.curve
-
-    def _slower(self, states: States, share: float) -> States | None:
-        """The same motion, slower by a factor, if it then keeps limits of effort and tool speed."""
-        slower = states_of(slowed(states.curve, (1.0 + BETWEEN) * share))
-        return slower if self._rests and not exceeded(self.problem, slower.curve) else None
-
-    def _inside(self, curve: PiecewisePolynomial) -> bool:
-        """Whether a motion keeps the limits of joints; the program gets those it has left out."""
-        if outside(self.problem, curve):
-            self.program.position = True
-            return False
-        return not too_fast(self.problem, curve)
 
     def _rows_along(self, states: States) -> list[Row]:
         """Rows at the places of all pieces."""
@@ -166,12 +145,11 @@ class Exchange:
 
     def _rows_at(self, piece: int, place: float, q: FloatArray, most: int) -> list[Row]:
         """Rows at one place, from the distances at a configuration near it."""
-        still = np.zeros_like(q)
         return [
             Row(
                 piece,
                 place,
-                np.stack((one.gradient, still, still)) / LENGTH,
+                one.gradient / LENGTH,
                 (float(one.gradient @ q) + self._kept(one.gap) - one.gap) / LENGTH,
             )
             for one in self.space.near(q, NEAR, most)

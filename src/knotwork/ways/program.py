@@ -20,9 +20,11 @@ import numpy as np
 
 from knotwork.timing.efforts import inner_state
 from knotwork.timing.exact_curve import Knots, rebuilt
+from knotwork.timing.held_limits import held_bounds, held_parameters
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, Kernel, Program
-from knotwork.timing.spline import Layout, Scale, piece_kernel, placed
+from knotwork.timing.spline import Layout, Scale, limit_blocks, piece_kernel, placed
+from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 from knotwork.ways.states import Row, States, states_of
 
@@ -66,16 +68,16 @@ OPTIONS: dict[Start, dict[str, Any]] = {
 
 @lru_cache(maxsize=8)
 def _row_kernel(d: int) -> Kernel:
-    """Normal · (q(s), v(s), a(s)) - offset in one piece. Parameters: s, normal, offset."""
+    """Normal · q(s) - offset in one piece. Parameters: s, normal, offset."""
     import casadi as ca
 
     span, state, last = ca.SX.sym("span"), ca.SX.sym("state", 3 * d), ca.SX.sym("last", d)
-    s, normal, offset = ca.SX.sym("s"), ca.SX.sym("normal", 3 * d), ca.SX.sym("offset")
-    there = inner_state(span, (*ca.vertsplit(state, d), None, None, last), s)
+    s, normal, offset = ca.SX.sym("s"), ca.SX.sym("normal", d), ca.SX.sym("offset")
+    position, _, _ = inner_state(span, (*ca.vertsplit(state, d), None, None, last), s)
     return Kernel(
         ca.vertcat(span, state, last),
         ca.vertcat(s, normal, offset),
-        ca.dot(normal, ca.vertcat(*there)) - offset,
+        ca.dot(normal, position) - offset,
     )
 
 
@@ -84,16 +86,15 @@ class MotionProgram:
 
     Args:
         problem: Waypoints, the first and the last of whose velocities and accelerations are known,
-            and the limits; the jerk of every joint is limited. Limits of effort and tool speed
-            are left to rows.
+            and the limits; the jerk of every joint is limited.
 
     Attributes:
-        position: Whether positions between the breaks are limited as well.
+        tightening: Which limits of positions, efforts and tool speed it has, and margins of all.
     """
 
     def __init__(self, problem: TimingProblem) -> None:
         self.problem = problem
-        self.position = False
+        self.tightening = Tightening(margin=MARGIN)
 
     def solve(
         self, guess: States, near: States, rows: Sequence[Row], radius: float, start: Start
@@ -118,21 +119,31 @@ class MotionProgram:
         for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
             x[places] = values / scale.unit(order)
         piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
+        held = self.tightening.held
+        blocks = [
+            Block(piece_kernel(d, True, self.tightening.position, False), at.piece),
+            Block(_row_kernel(d), piece[:, [row.piece for row in rows]]),
+        ]
+        if held:
+            effort, tool = "effort" in held, "tool_speed" in held
+            blocks += limit_blocks(at, self.problem.arm, effort=effort, tool=tool)
         program = Program(
             at.size,
-            [
-                Block(piece_kernel(d, True, self.position, False), at.piece),
-                Block(_row_kernel(d), piece[:, [row.piece for row in rows]]),
-            ],
+            blocks,
             options={"ipopt.constr_viol_tol": 1e-8} | OPTIONS[start],
         )
         found = program.solve(
             np.clip(x, low, high),
             (low, high),
-            [self._piece_parameters(near, scale), _row_parameters(rows, scale, d)],
+            [
+                self._piece_parameters(near, scale),
+                _row_parameters(rows, scale, d),
+                *held_parameters(held, self.problem.limits, scale),
+            ],
             [
                 self._piece_limits(n, scale),
                 (np.zeros((1, len(rows))), np.full((1, len(rows)), np.inf)),
+                *held_bounds(held, self.tightening.margin),
             ],
         )
         if not found.solved:
@@ -167,7 +178,7 @@ class MotionProgram:
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
         low[at.tau] = SHORTEST * near.duration / len(near.span) / scale.time
         for places, limit, order in ((at.v, limits.velocity, 1), (at.a, limits.acceleration, 2)):
-            high[places] = (1.0 - MARGIN) * limit / scale.unit(order)
+            high[places] = (1.0 - self.tightening.margin) * limit / scale.unit(order)
             low[places] = -high[places]
         inside = limits.lower + INSIDE, limits.upper - INSIDE
         low[at.q] = np.clip(near.q - radius, *inside) / scale.unit(0)
@@ -183,7 +194,7 @@ class MotionProgram:
         limits, n, d = self.problem.limits, len(near.span), near.q.shape[1]
         total = near.duration
         h = np.maximum(near.span, 0.05 * total / n) / scale.time
-        jerk = (1.0 - MARGIN) * limits.jerk / scale.unit(3)
+        jerk = (1.0 - self.tightening.margin) * limits.jerk / scale.unit(3)
         most = np.minimum(limits.acceleration, scale.unit(2))
         even = EVEN * scale.time / (float(h.mean()) * total)
         calm = CALM * scale.unit(2) ** 2 * scale.time / (most**2 * total * d)
@@ -196,11 +207,13 @@ class MotionProgram:
         problem, d = self.problem, len(scale.unit(0))
         zero = np.zeros((2 * d, n))
         fastest = np.repeat(
-            ((1.0 - MARGIN) * problem.limits.velocity / scale.unit(1))[:, None], n, axis=1
+            ((1.0 - self.tightening.margin) * problem.limits.velocity / scale.unit(1))[:, None],
+            n,
+            axis=1,
         )
         low = [zero, -fastest, -fastest, np.full((2 * d, n), -np.inf)]
         high = [zero, fastest, fastest, zero]
-        if self.position:
+        if self.tightening.position:
             each = n // (len(problem.position) - 1)
             least, most = problem.limits.lower + INSIDE, problem.limits.upper - INSIDE
             lower, upper = (np.repeat(one[:, None], n, axis=1) for one in (least, most))
@@ -225,8 +238,7 @@ def _scale(problem: TimingProblem, near: States) -> Scale:
 
 def _row_parameters(rows: Sequence[Row], scale: Scale, d: int) -> FloatArray:
     """Places, normals and offsets of the rows."""
-    units = np.stack([scale.unit(order) for order in range(3)])
-    found = np.empty((3 * d + 2, len(rows)))
+    found = np.empty((d + 2, len(rows)))
     for k, row in enumerate(rows):
-        found[:, k] = np.concatenate(([row.place], (row.normal * units).ravel(), [row.offset]))
+        found[:, k] = np.concatenate(([row.place], row.normal * scale.unit(0), [row.offset]))
     return found

@@ -12,12 +12,12 @@ from knotwork.waypoints import FloatArray
 
 
 class Row(NamedTuple):
-    """A plane that the motion stays beyond at one place: normal · (q, v, a) >= offset.
+    """A plane that the motion stays beyond at one place: normal · q >= offset.
 
     Attributes:
         piece: Index of the piece.
         place: Where in it, from 0 to 1.
-        normal: By position, velocity and acceleration in SI units, shape (3, d).
+        normal: By joint position [1/rad or 1/m], shape (d,).
         offset: A number near one or less, without a unit.
     """
 
