@@ -15,6 +15,7 @@ from command_line import Command
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.scene.building import robot_collision_model
+from knotwork.timing import TimingLimits
 from knotwork.ways.configurations import Configurations
 
 DOWN, FRONT = [180, 0, 0], [0, 90, 0]
@@ -240,6 +241,47 @@ def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
     assert kw.plan(past()).trajectory.duration < planned(given).trajectory.duration < 2.5
 
 
+def test_a_limit_of_tool_speed_costs_a_way_in_free_space_no_more_than_another_motion() -> None:
+    """The exchange method once ended at a motion that was slower all along, 40 % too slow."""
+    free = past({}, limits={"tool_speed": 600})
+    fastest = copy.deepcopy(free)
+    del fastest["waypoints"][1]["way"]
+    fastest["waypoints"][1]["after"] = "fastest"
+    least = kw.plan(fastest).trajectory.duration
+    assert planned(free).trajectory.duration <= 1.02 * least
+
+
+def test_a_heavy_load_is_led_only_where_the_arm_can_hold_it() -> None:
+    """Straight motions between random configurations once led where gravity alone was too much."""
+    bar = {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
+    heavy = past()
+    heavy["tool"]["holds"] = {"bar": bar | {"mass": 25}}
+    light = past()
+    light["tool"]["holds"] = {"bar": bar}
+    assert planned(heavy).trajectory.duration < 2.0 * planned(light).trajectory.duration
+
+
+@pytest.mark.parametrize("goal", ["there", "aside"])
+@pytest.mark.parametrize("at", [0.2, 0.3, 0.7])
+def test_a_way_goes_on_from_the_middle_of_one_where_the_arm_can_not_brake_straight(
+    at: float, goal: str
+) -> None:
+    """It stops on its path first, and is no slower than the rest of the motion that it replaces."""
+    made = kw.plan(past())
+    asked = past(start="home")
+    asked["waypoints"] = asked["waypoints"][1:]
+    if goal == "aside":
+        asked["waypoints"][0]["pose"] = {"position": [300, 350, 150], "rpy": DOWN}
+    other = made.replace(at, asked)
+    other.report.raise_if_failed()
+    assert judged(other, other.scenario.task.to_dict()) == []
+    for order in range(3):
+        jump = made.trajectory(at, order) - other.trajectory(0.0, order)
+        assert np.abs(jump).max() <= 1e-12
+    if goal == "there":
+        assert other.trajectory.duration <= made.trajectory.duration - at + 1e-3
+
+
 def test_limits_of_torque_are_kept() -> None:
     given = past()
     given["limits"] = {**given["limits"], "effort": {"shoulder_lift_joint": 60}}
@@ -455,7 +497,8 @@ def test_the_command_line_plans_a_way_and_freezes_it(tmp_path: Path, knotwork: C
 def test_gaps_change_with_the_joints_as_finite_differences_say() -> None:
     robot = kw.load_robot("panda")
     limits = robot.lower_position_limit, robot.upper_position_limit
-    space = Configurations(robot.model, robot_collision_model(robot), *limits)
+    given = TimingLimits(robot.velocity_limit, lower=limits[0], upper=limits[1])
+    space = Configurations(robot.model, robot_collision_model(robot), given)
     rng, step, compared = np.random.default_rng(5), 1e-5, 0
     for _ in range(20):
         q = rng.uniform(*limits)

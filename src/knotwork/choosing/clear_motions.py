@@ -10,6 +10,8 @@ from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.refined import part
+from knotwork.retiming import stop_on_path
 from knotwork.robot import Robot
 from knotwork.scene.model import CollisionModel
 from knotwork.task import PoseWaypoint
@@ -21,12 +23,16 @@ from knotwork.timing.objective_terms import terms
 from knotwork.timing.rounding import rounded_up, with_room
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.ways.blame import to_blame
 from knotwork.ways.configurations import at_time
 from knotwork.ways.problem import NoWayError, Way, WayProblem
-from knotwork.ways.search import find_way, lasting, to_blame
+from knotwork.ways.search import find_way, lasting
 
 MOST_SOLUTIONS = 12
 """Solutions of a pose that a way may begin or end at."""
+
+STOP_TOLERANCE = 1e-6
+"""Greatest deviation of a joint from the path that it stops on [rad or m]."""
 
 BLAMED_CHECKS = 20_000
 """Configurations looked at, at most twice, to see which objects are in the way."""
@@ -63,6 +69,7 @@ def clear_motion(
         robot.model,
         _bodies(task, segment),
         task.scenario.scene.rules.resolution,
+        lambda: _stop(task, segment, problem),
     )
     begun, tries = watch.now(), 0
 
@@ -117,6 +124,19 @@ def _timed(
         objective=terms(problem, curve),
         line=way.line,
     )
+
+
+def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> PiecewisePolynomial | None:
+    """How the motion that this one goes on from would stop on its path, or else end."""
+    if task.scenario.under_way is None or segment.waypoints[0]:
+        return None
+    motion, at = task.scenario.under_way
+    curve, limits = motion.polynomial, problem.limits
+    columns = [motion.joint_names.index(name) for name in problem.joint_names]
+    curve = part(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
+    curve = PiecewisePolynomial(curve.c, curve.x - at)
+    stopped = stop_on_path(curve, 0.0, limits.acceleration, limits.jerk, STOP_TOLERANCE)
+    return curve if stopped is None else stopped[1]
 
 
 def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,7 @@ def scenario_from(
                     f"has the joints {', '.join(names)}; the motion that it is to go on from has "
                     f"{', '.join(motion.joint_names)}"
                 )
-    return asked
+    return replace(asked, under_way=(motion, at))
 
 
 def _task_from(

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from knotwork.scenario.path_timing import AskedTiming
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
+    from knotwork.trajectory import JointTrajectory
 
 
 @dataclass(frozen=True)
@@ -240,6 +241,7 @@ class Scenario:
         rate: Samples per second [Hz].
         source: The file it came from, or `None`.
         places: Where its parts stand in the file, for errors.
+        under_way: The motion that it goes on from, and when [s]; `None` for a task by itself.
 
     >>> from knotwork import load_scenario
     >>> scenario = load_scenario("ur5_deburring")
@@ -276,6 +278,7 @@ class Scenario:
     rate: float = 100.0
     source: Path | None = None
     places: Places = field(default_factory=Places, repr=False, compare=False)
+    under_way: tuple[JointTrajectory, float] | None = field(default=None, repr=False, compare=False)
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:

@@ -115,13 +115,16 @@ def _starts(
 
 def resting(problem: TimingProblem, status: Status) -> Attempt | None:
     """The fastest motion that rests in every interval and keeps every limit, if there is one."""
+    moving = bool(problem.velocity[problem.velocity_known].any())
     for slower in SLOWER:
-        knots = resting_knots(problem, slower)
-        if knots is None:
-            return None
-        curve = rebuilt(knots)
-        if keeps_limits(problem, curve):
-            return _attempt(problem, ExactCurve(knots, curve), status)
+        # a moving arm may have to brake at once, and may go slowly from there
+        for braking in sorted({1.0, slower} if moving else {slower}):
+            knots = resting_knots(problem, slower, braking)
+            if knots is None:
+                return None
+            curve = rebuilt(knots)
+            if keeps_limits(problem, curve):
+                return _attempt(problem, ExactCurve(knots, curve), status)
     return None
 
 

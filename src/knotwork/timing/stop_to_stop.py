@@ -35,14 +35,16 @@ SLOWER = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 """Efforts and the tool's speed may need a motion that is slower by such a factor."""
 
 
-def resting_knots(problem: TimingProblem, slower: float) -> Knots | None:
+def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -> Knots | None:
     """A motion that stops at every waypoint where it may; else soon after it, and before the next.
 
     Between rests the joints move in proportion.
 
     Args:
         problem: The task; its limits are left to be checked.
-        slower: By this factor it takes longer than the least durations where they are free.
+        slower: By this factor it takes longer between rests than the least durations where they
+            are free.
+        braking: By this factor it takes longer to come to rest, and from rest.
 
     Returns:
         The motion, or `None` where a duration is given that is too short for it, the jerk is not
@@ -58,7 +60,7 @@ def resting_knots(problem: TimingProblem, slower: float) -> Knots | None:
         alone = replace(
             part_of(problem, i, i + 1), velocity=v[ends], acceleration=a[ends], total=None
         )
-        part = _with_rest(alone, slower)
+        part = _with_rest(alone, slower, braking)
         if part is None:
             return None
         parts.append(part)
@@ -70,7 +72,7 @@ def resting_knots(problem: TimingProblem, slower: float) -> Knots | None:
     if left < 0.0 or not free.any():
         return None
     durations[free] *= 1.0 + left / durations[free].sum()
-    return resting_knots(replace(problem, duration=durations, total=None), slower)
+    return resting_knots(replace(problem, duration=durations, total=None), slower, braking)
 
 
 def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
@@ -84,11 +86,11 @@ def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
     )
 
 
-def _with_rest(problem: TimingProblem, slower: float) -> Knots | None:
+def _with_rest(problem: TimingProblem, slower: float, braking: float) -> Knots | None:
     """The motion over one interval, whose ends are known."""
     q, v, a = problem.position, problem.velocity, problem.acceleration
-    before = _to_rest(v[0], a[0], problem.limits, slower)
-    after = _to_rest(-v[1], a[1], problem.limits, slower)  # backwards in time
+    before = _to_rest(v[0], a[0], problem.limits, braking)
+    after = _to_rest(-v[1], a[1], problem.limits, braking)  # backwards in time
     rests = replace(
         problem,
         position=np.stack((q[0] + before.move, q[1] + after.move)),

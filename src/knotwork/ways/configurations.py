@@ -1,4 +1,4 @@
-"""Collisions and distances of single configurations, all pairs in one call of Pinocchio."""
+"""Collisions, distances and gravity at single configurations, pairs in one call of Pinocchio."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from knotwork.scene.distances import ROUNDING, TOLERANCE
 from knotwork.scene.model import CollisionModel
+from knotwork.timing.problem import TimingLimits
 from knotwork.waypoints import FloatArray
 
 SURFACE = 1e-9
@@ -44,23 +45,27 @@ def at_time(model: CollisionModel, time: float) -> CollisionModel:
 class Configurations:
     """Which configurations keep the margins of a collision model, and how near bodies come.
 
-    It looks at single configurations; what holds between them is for the proof.
+    It looks at single configurations; what holds between them is for the proof. One that the arm
+    can't hold against gravity is not free.
 
     Args:
         robot: Pinocchio model of the arm.
         model: Bodies, all of them there, and their pairs.
-        lower, upper: Position limits [rad or m], shape (d,).
+        limits: Of positions and efforts.
+        loaded: Pinocchio model of the arm and what it carries, if efforts are limited.
 
     Attributes:
         checks: Number of configurations looked at so far.
     """
 
     def __init__(
-        self, robot: Any, model: CollisionModel, lower: FloatArray, upper: FloatArray
+        self, robot: Any, model: CollisionModel, limits: TimingLimits, loaded: Any = None
     ) -> None:
-        self.robot, self.model, self.lower, self.upper = robot, model, lower, upper
+        self.robot, self.model, self.loaded = robot, model, loaded
+        self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
         self.checks = 0
         self._data = robot.createData()
+        self._loaded_data = loaded and loaded.createData()
         self._geometry = pin.GeometryModel()
         solids: list[list[int]] = []
         self._joint: list[int] = []
@@ -113,9 +118,16 @@ class Configurations:
     def free(self, q: FloatArray) -> bool:
         """Whether a configuration keeps every margin, and what `keep_away` asks for."""
         self.checks += 1
-        return not pin.computeCollisions(
+        return self._held(q) and not pin.computeCollisions(
             self.robot, self._data, self._geometry, self._found, q, True
         )
+
+    def _held(self, q: FloatArray) -> bool:
+        """Whether efforts within the limits hold the arm at a configuration."""
+        if self.loaded is None:
+            return True
+        gravity = pin.computeGeneralizedGravity(self.loaded, self._loaded_data, q)
+        return bool((np.abs(gravity) <= self.effort).all())
 
     def those_free(self, qs: FloatArray) -> FloatArray:
         """Those of several configurations that are free, shape (m, d)."""

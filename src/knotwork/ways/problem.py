@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scene.model import CollisionModel
@@ -18,14 +22,15 @@ class Way:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         time: When it passes the waypoints [s], shape (n,).
         line: The polyline that it was made from, shape (n, d).
-        through: The problem with the polyline's corners as waypoints.
+        through: The problem with the polyline's corners as waypoints, or `None` where the motion
+            begins with a stop that was given.
         rests: Whether it rests at corners of the polyline between the waypoints.
     """
 
     curve: PiecewisePolynomial
     time: FloatArray
     line: FloatArray
-    through: TimingProblem
+    through: TimingProblem | None
     rests: bool
 
     @property
@@ -46,6 +51,8 @@ class WayProblem:
         robot: Pinocchio model of the arm.
         model: Bodies that are there, and their pairs.
         resolution: A clearance nearer than this to its margin may count as not kept [m].
+        stop: Gives a motion from the first state to rest, or `None`. It is looked at where braking
+            along the velocity is not clear.
     """
 
     timing: TimingProblem
@@ -54,6 +61,14 @@ class WayProblem:
     robot: object
     model: CollisionModel
     resolution: float = 1e-4
+    stop: Callable[[], PiecewisePolynomial | None] = lambda: None
+
+    @property
+    def loaded(self) -> Any:
+        """Pinocchio model of the arm and what it carries, or `None` if no effort is limited."""
+        dynamics = self.timing.dynamics
+        limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()
+        return dynamics.robot.model if dynamics is not None and limited else None
 
 
 class NoWayError(Exception):

@@ -13,7 +13,8 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.stop_to_stop import braking_move
-from knotwork.waypoints import FloatArray
+from knotwork.timing.tightening import keeps_limits
+from knotwork.waypoints import FloatArray, IndexArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.exchange import Exchange
 from knotwork.ways.problem import NoWayError, Way, WayProblem
@@ -92,68 +93,22 @@ def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
     timing = problem.timing
     if not timing.velocity[[0, -1]].any() and not timing.acceleration[[0, -1]].any():
         return slowed(way.curve, duration / way.duration)
+    if way.through is None:
+        return None
     rests = resting(replace(way.through, total=duration), "resting")
     if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
         return None
     return rests.found.curve
 
 
-def to_blame(problem: WayProblem, checks: int) -> list[str] | None:
-    """Objects without which a polyline is found; each of them is needed, as far as is seen.
-
-    The first polyline passes through all objects. What it touches is then put back one by one.
-
-    Args:
-        problem: A problem for which no way was found.
-        checks: Number of configurations looked at, for the first polyline and for all others.
-
-    Returns:
-        Names, none of them where one is found among all objects; `None` where none is found without
-        any object.
-    """
-    objects = {body.name for body in problem.model.bodies if body.kind == "object"}
-    blamed = _passed_through(problem, objects, checks)
-    if blamed is None:
-        return None
-    for name in sorted(blamed):
-        fewer = _passed_through(problem, blamed - {name}, checks // len(blamed))
-        if fewer is not None and len(fewer) < len(blamed):
-            blamed = fewer
-    return sorted(blamed)
-
-
-def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[str] | None:
-    """The objects that polylines touch which are found without some of them, or `None`."""
-    model, limits = problem.model, problem.timing.limits
-    bodies, inner = model.bodies, problem.timing.position[1:-1]
-    others = [
-        pair
-        for pair in model.pairs
-        if without.isdisjoint((bodies[pair.first].name, bodies[pair.second].name))
-    ]
-    space = Configurations(
-        problem.robot, replace(model, pairs=tuple(others)), limits.lower, limits.upper
-    )
-    rng, most = np.random.default_rng(0), _affordable(checks, space) // (len(inner) + 1)
-    starts, goals = space.those_free(problem.starts), space.those_free(problem.goals)
-    touched = set[str]()
-    for first, last in _stretches(starts, inner, goals):
-        line = connect(space, first, last, rng, CARES[0].step, most)
-        if line is None:
-            return None
-        for one in too_near(model, line, problem.resolution):
-            touched |= {one.first.name, one.second.name}
-    return touched & without
-
-
-def _stretches(
+def stretches(
     starts: FloatArray, inner: FloatArray, goals: FloatArray
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Where each polyline may begin and end, shape (m, d) each: from waypoint to waypoint."""
     return pairwise([starts, *inner[:, None], goals])
 
 
-def _affordable(checks: int, space: Configurations) -> int:
+def affordable(checks: int, space: Configurations) -> int:
     """How many configurations are looked at, of a number that few pairs allow."""
     return checks * PAIRS // max(PAIRS, len(space.bodies))
 
@@ -169,19 +124,14 @@ class _Search:
         self.problem, self.room, self.late, self.report = problem, room, late, report
         timing = problem.timing
         limits = timing.limits
-        self.space = Configurations(problem.robot, problem.model, limits.lower, limits.upper)
+        self.space = Configurations(problem.robot, problem.model, limits, problem.loaded)
+        self.stop: PiecewisePolynomial | None = None
         self.inner = timing.position[1:-1]
-        # braking after the start, and seen backwards from the goal
-        self.moves = [
-            braking_move(sign * v, a, limits)
-            for sign, v, a in zip(
-                (1.0, -1.0), timing.velocity[[0, -1]], timing.acceleration[[0, -1]], strict=True
-            )
-        ]
-        starts = self._free("start", problem.starts, self.moves[0])
+        starts = self._free("start", problem.starts)
         for k, q in enumerate(self.inner, 1):
-            self._free(f"{k}", q[None], np.zeros_like(q))
-        self.ends = [starts, self._free("goal", problem.goals, self.moves[1])]
+            self._free(f"{k}", q[None])
+        self.ends = [starts, self._free("goal", problem.goals)]
+        self.moves = [self._stopping(starts[0]), self._coming_from_rest(self.ends[1][0])]
         self.care = 0
 
     @property
@@ -189,20 +139,43 @@ class _Search:
         """Where the arm is at rest next to each of the starts and goals that are left."""
         return [q + move for q, move in zip(self.ends, self.moves, strict=True)]
 
-    def _free(self, end: str, ends: FloatArray, move: FloatArray) -> FloatArray:
-        """Those ends where the arm is clear; an error where none is, or it is not while braking."""
+    def _free(self, end: str, ends: FloatArray) -> FloatArray:
+        """Those of the solutions of an end where the arm is clear."""
         free = self.space.those_free(ends)
         if not len(free):
             gap, bodies = self.space.worst(ends[0])
             raise NoWayError(end, bodies, -gap)
-        rest = free[0] + move
+        return free
+
+    def _stopping(self, q: FloatArray) -> FloatArray:
+        """How far the arm goes until it is at rest after the start, clear."""
+        timing, problem = self.problem.timing, self.problem
+        move = braking_move(timing.velocity[0], timing.acceleration[0], timing.limits)
+        try:
+            return self._clear_move("start", q, move)
+        except NoWayError:
+            stop = problem.stop()
+            if stop is None or not_clear(problem.model, stop, problem.resolution):
+                raise
+        self.stop = stop
+        return np.asarray(stop(stop.x[-1]) - q)
+
+    def _coming_from_rest(self, q: FloatArray) -> FloatArray:
+        """The same before the goal, seen backwards."""
+        timing = self.problem.timing
+        move = braking_move(-timing.velocity[-1], timing.acceleration[-1], timing.limits)
+        return self._clear_move("goal", q, move)
+
+    def _clear_move(self, end: str, q: FloatArray, move: FloatArray) -> FloatArray:
+        """A move from an end; an error where it is not clear."""
+        rest = q + move
         if move.any() and not self.space.within_limits(rest):
             beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
             raise NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
-        if move.any() and not self._is_clear(np.stack((free[0], rest))):
+        if move.any() and not self._is_clear(np.stack((q, rest))):
             gap, bodies = self.space.worst(rest)
             raise NoWayError(end, bodies, -gap, moving=True)
-        return free
+        return move
 
     def _is_clear(self, line: FloatArray) -> bool:
         return not too_near(self.problem.model, line, self.problem.resolution)
@@ -237,7 +210,7 @@ class _Search:
         """Polylines from each waypoint to the next that are proved clear."""
         found = []
         starts, goals = self.rests
-        for k, ends in enumerate(_stretches(starts, self.inner, goals)):
+        for k, ends in enumerate(stretches(starts, self.inner, goals)):
             line = self._line([seed, k] if k else [seed], *ends)
             if line is None:
                 return None
@@ -256,12 +229,12 @@ class _Search:
             self.space.keep_away(room, (*starts[few], *goals[few]))
             for k in range(SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                most = _affordable(checks, self.space)
+                most = affordable(checks, self.space)
                 line = connect(self.space, starts[few], goals[few], rng, step, most)
                 if line is None:
                     break
                 for one in (shortened(self.space, line, rng, step, weights), line):
-                    if self._is_clear(one):
+                    if len(one) == 1 or self._is_clear(one):
                         return one
             self.care += 1
         return None
@@ -270,26 +243,45 @@ class _Search:
         """The fastest motion near polylines that follow one another."""
         line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
         edges = [len(one) - 1 for one in lines]
-        timing = self._through(line)
-        rests = resting(timing, "resting")
-        problem = self.problem
-        if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
+        passed, problem = np.cumsum([0, *edges]), self.problem
+        inner = self._through(line[passed])
+        made = self._first(line, passed)
+        if made is None:
             return None
-        first = rests.found.curve
-        passed = np.cumsum([0, *edges])
-        times = rests.found.knots.time[passed]
-        way = Way(first, times, line, timing, rests=len(line) > len(passed))
+        first, times, through = made
+        if not_clear(problem.model, first, problem.resolution) or not keeps_limits(inner, first):
+            return None
+        way = Way(first, times, line, through, rests=len(line) > len(passed))
         if best is None:
             self.report(number, way)
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
-        inner = self._through(line[passed])
         beat = np.inf if best is None else best.duration
         exchange = Exchange(self.space, inner, first, times, pieces, self.room, problem.resolution)
         curve = exchange.run(self.late, beat)
-        return way if curve is first else Way(curve, curve.x[::pieces], line, timing, rests=False)
+        return way if curve is first else Way(curve, curve.x[::pieces], line, through, rests=False)
 
-    def _through(self, line: FloatArray) -> TimingProblem:
-        """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
+    def _first(
+        self, line: FloatArray, passed: IndexArray
+    ) -> tuple[PiecewisePolynomial, FloatArray, TimingProblem | None] | None:
+        """A motion that rests at the corners of a line, its times there, and its problem."""
+        if self.stop is not None and len(line) == 1:
+            return self.stop, self.stop.x[[0, -1]], None  # the stop ends at the goal
+        through = self._through(line, self.stop)
+        rests = resting(through, "resting")
+        if rests is None:
+            return None
+        first, times = rests.found.curve, rests.found.knots.time[passed]
+        if self.stop is None:
+            return first, times, through
+        times = times + self.stop.x[-1]
+        times[0] = 0.0
+        return _followed(self.stop, first), times, None
+
+    def _through(self, line: FloatArray, stop: PiecewisePolynomial | None = None) -> TimingProblem:
+        """The problem with the corners of a polyline as waypoints, at rest at the inner ones.
+
+        After a stop the arm is at rest at the first one, too.
+        """
         timing = self.problem.timing
         n, d = line.shape
         position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
@@ -297,6 +289,8 @@ class _Search:
             position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
         velocity[[0, -1]] = timing.velocity[[0, -1]]
         acceleration[[0, -1]] = timing.acceleration[[0, -1]]
+        if stop is not None:
+            position[0], velocity[0], acceleration[0] = line[0], 0.0, 0.0
         return TimingProblem(
             timing.joint_names,
             position,
@@ -305,3 +299,9 @@ class _Search:
             acceleration=acceleration,
             dynamics=timing.dynamics,
         )
+
+
+def _followed(first: PiecewisePolynomial, second: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Two motions, one after the other, both from time 0 on."""
+    c = np.concatenate((first.c, second.c), axis=1)
+    return PiecewisePolynomial(c, np.concatenate((first.x, first.x[-1] + second.x[1:])))
