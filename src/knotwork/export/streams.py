@@ -79,8 +79,8 @@ def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None
 
     >>> panda = kw.load_robot("panda")
     >>> text = to_franka(kw.plan("panda_pick_place").trajectory, robot=panda)
-    >>> [line for line in text.splitlines() if "jerk" in line]
-    ['# jerk 0.25 % of its limit: panda_joint2 at 2.807 s.']
+    >>> "# jerk 0.25 % of its limit: panda_joint2 at" in text
+    True
 
     Args:
         motion: Of the robot's joints.
