@@ -44,7 +44,8 @@ from knotwork.view.path_meshes import (
     way_mesh,
     written,
 )
-from knotwork.view.playback import arm_frames, joint_panel, strip, waypoint_times
+from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
+from knotwork.view.strip import strip
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
