@@ -133,8 +133,8 @@ class Strip {
     this.draw();
   }
 
-  // From the top: segments and events, the use of limits, the chosen curve, the axis of time. In
-  // low strips the curve alone.
+  // From the top: segments, the use of limits, the chosen curve, the axis of time; as much as there
+  // is room for.
   draw() {
     const { canvas, data, player, chosen } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -148,7 +148,7 @@ class Strip {
     const used = data.use.some((use) => use > 0);
     const high = height > 70;
     const top = high ? 27 : 13;
-    const bottom = height - 13;
+    const bottom = height > 40 ? height - 13 : height - 1;
     const parting = !chosen ? bottom : !used ? top : high ? top + Math.round(0.42 * (bottom - top)) : top;
     pen.fillStyle = colour("red");
     pen.globalAlpha = 0.22;
@@ -157,7 +157,7 @@ class Strip {
     this.drawSegments(pen, colour, high);
     if (used && parting > top) this.drawUse(pen, colour, top, parting);
     if (chosen) this.drawCurve(pen, colour, parting + 3, bottom);
-    this.drawTimes(pen, colour, bottom);
+    if (bottom < height - 9) this.drawTimes(pen, colour, bottom);
     pen.fillStyle = colour("faint");
     for (const stop of data.waypoints) pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, bottom);
     this.drawEvents(pen, colour, top, bottom);
@@ -243,7 +243,7 @@ class Strip {
     }
     pen.stroke();
     const far = limits.filter((one) => !near.includes(one)).map((one) => `, limit ${plain(one)}`).join("");
-    this.write(pen, colour, `${scale < reach[1] ? "≥ " : ""}${plain(high)} ${unit} ${name}${far}`, KNOB + 2, top + 8, look);
+    this.write(pen, colour, `${scale < reach[1] ? "≥ " : ""}${plain(high)} ${unit}${this.curves.length < 2 ? ` ${name}` : ""}${far}`, KNOB + 2, top + 8, look);
     if (bottom - top > 26) this.write(pen, colour, plain(low), KNOB + 2, bottom - 1, look);
     for (const limit of near) {
       const text = `${name === "clearance" ? "margin" : "limit"} ${plain(limit)} ${unit}`;
