@@ -45,6 +45,9 @@ ROUNDS = 25
 LOOKS = 30
 """Largest numbers of rounds, and of times in each at which contacts become rows."""
 
+NEARLY = 0.8
+"""Efforts and tool speed are held in pieces that have once taken more than this part of a limit."""
+
 LENGTH = 0.1
 """Unit of the distances that are rows [m]."""
 
@@ -110,7 +113,7 @@ class Exchange:
                 continue
             if found.duration > beat:
                 break  # rows only make it longer
-            tighter = tightened(self.problem, self.program.tightening, found.curve)
+            tighter = tightened(self.problem, self.program.tightening, found.curve, NEARLY)
             if tighter is not None:
                 self.program.tightening = tighter
             hits = not_clear(self.space.model, found.curve, self.resolution)
