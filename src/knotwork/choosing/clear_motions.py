@@ -250,8 +250,10 @@ def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Seg
         )
     else:
         first, second = none.bodies
+        several = none.solutions > 1
         message += (
-            f": {where}, {second} comes {much} too near to {first}; accepted: "
+            f": {where}, {second} comes {much} too near to {first}"
+            f"{f', and none of {none.solutions} solutions is clear' if several else ''}; accepted: "
             f"{'a lower velocity or ' if none.moving else ''}another pose there, a smaller "
             "scene.margin, or objects elsewhere"
         )
