@@ -410,7 +410,7 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
             (),
             {"scene": {"objects": {"block": box([100, 100, 100], [450, -250, 130])}}},
             "waypoints[0]: no way from 'here' to 'there': at 'here', tool comes 70 mm too near to "
-            "block; accepted: another pose",
+            "block, and none of 12 solutions is clear; accepted: another pose",
         ),
     ],
 )
