@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork import documents
-from knotwork.documents import Document, validate
+from knotwork.documents import Document, Places, validate
 from knotwork.errors import InputError
 from knotwork.foreign import read_trajectory
 from knotwork.pipeline.scene_then import by_joint
@@ -71,6 +71,18 @@ def check_alone(
             f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
             f"{', '.join(moved.joint_names)}"
         )
+    task = _task_of(motion, data, places).replace(name=Path(path).name)
+    asked = resolved(task, places)
+    space = joint_space(asked)
+    report = check(motion, asked, space=space, defects=defects)
+    # the ends of the motion were asked of it as they are
+    found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
+    found = [one for one in found if one.quantity not in ("time_span", "no_start")]
+    return motion, asked, space, replace(report, findings=tuple(found))
+
+
+def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
+    """The task of a motion that has its own ends as waypoints."""
     # held objects are taken and left at waypoints, of which there are none
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, Document(data, places.file, places.lines))
@@ -84,13 +96,7 @@ def check_alone(
         }
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]
-    asked = resolved(task.replace(waypoints=ends, name=Path(path).name), places)
-    space = joint_space(asked)
-    report = check(motion, asked, space=space, defects=defects)
-    # the ends of the motion were asked of it as they are
-    found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
-    found = [one for one in found if one.quantity not in ("time_span", "no_start")]
-    return motion, asked, space, replace(report, findings=tuple(found))
+    return task.replace(waypoints=ends)
 
 
 def _limits(given: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:

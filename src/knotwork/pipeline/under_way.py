@@ -155,35 +155,31 @@ class UnderWay:
         begin, end = (next((k for k in own if abs(own[k] - time) < NEAR), None) for time in span)
         ends = begin or ends[0], (None if clock is None else end) or ends[1]
         task = scene_from(scenario, space.robot, self.trajectory, span, ends)
-        names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
-        if clock is not None:
-            passed = _waypoint_times(scenario, clock)
-            for time, when in zip(passed, inverse_time(clock, passed), strict=True):
-                near = next((one for one in names if abs(one - when) < NEAR), float(when))
-                i = int(np.flatnonzero(scenario.times == time)[0])
-                names[near] = scenario.waypoints[i].name
+        names = self._names(motion, clock, ends)
         times = np.array(sorted(names))
-        actions = self._actions(times, clock)
-        length, angle = si_factors(scenario.task.units)
-        waypoints: list[dict[str, Any]] = [
+        units = si_factors(scenario.task.units)
+        waypoints = [
             {
                 "time": time,
                 "name": names[time],
-                "joints": by_joint(space, motion(time), length, angle),
-                "velocity": by_joint(space, motion(time, 1), length, angle),
-                **({"do": actions[k]} if actions[k] else {}),
+                "joints": by_joint(space, motion(time), *units),
+                "velocity": by_joint(space, motion(time, 1), *units),
+                **({"do": actions} if actions else {}),
             }
-            for k, time in enumerate(times.tolist())
+            for time, actions in zip(times.tolist(), self._actions(times, clock), strict=True)
         ]
         ends_given = {
-            end: by_joint(space, motion(motion.x[i], 2), length, angle)
+            end: by_joint(space, motion(motion.x[i], 2), *units)
             for end, i in (("start", 0), ("end", -1))
         }
         task = _without_file(task, scenario).replace(
             **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
         )
-        asked = resolved(task)
-        moved = joint_space(asked)
+        return self._checked(resolved(task), motion, times)
+
+    def _checked(self, asked: Scenario, motion: PiecewisePolynomial, times: FloatArray) -> Self:
+        """The plan of a motion for a task, at whose waypoints it is at some times [s]."""
+        space, moved = self.space, joint_space(asked)
         trajectory = replace(
             self.trajectory,
             polynomial=motion,
@@ -207,6 +203,23 @@ class UnderWay:
             chosen=None,
             sequences=1,
         )
+
+    def _names(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        ends: tuple[str, str],
+    ) -> dict[float, str]:
+        """Names of the waypoints of a motion by their times: its ends, and those it passes."""
+        names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
+        if clock is None:
+            return names
+        passed = _waypoint_times(self.scenario, clock)
+        for time, when in zip(passed, inverse_time(clock, passed), strict=True):
+            near = next((one for one in names if abs(one - when) < NEAR), float(when))
+            i = int(np.flatnonzero(self.scenario.times == time)[0])
+            names[near] = self.scenario.waypoints[i].name
+        return names
 
     def _actions(
         self, times: FloatArray, clock: PiecewisePolynomial | None
