@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from test_limits_shown import deburring
 
 import knotwork as kw
 from drawn import scene
-from test_limits_shown import deburring
 
 
 def strip(plan: kw.Plan) -> Any:
