@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.bounds.free_turn import torch_angles
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 GROUP = "Freedom"
 SAMPLES = 400
