@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork import documents
-from knotwork.documents import Document, validate
+from knotwork.documents import Document, Places, validate
 from knotwork.errors import InputError
 from knotwork.foreign import read_trajectory
 from knotwork.pipeline.scene_then import by_joint
@@ -48,17 +48,7 @@ def check_alone(
     Raises:
         InputError: A file can't be read or is wrong, or nothing names the robot.
     """
-    surroundings = read_document(scene) if scene is not None else Document({})
-    if not isinstance(surroundings.data, dict):
-        raise surroundings.error((), "is no mapping", f"keys of a scenario: {', '.join(PARTS)}")
-    data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
-    if limits is not None:
-        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
-    if robot is not None:
-        data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
-    if not data.get("robot"):
-        raise InputError(f"{path} needs the robot it is for: give it with --robot or in the scene")
-    places = surroundings.places
+    data, places = _given(path, robot, scene, limits)
     given = data["robot"]
     folder = None if places.file is None else places.file.parent
     described = places.document(given, ("robot",)) if isinstance(given, dict) else given
@@ -91,6 +81,26 @@ def check_alone(
     found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
     found = [one for one in found if one.quantity not in ("time_span", "no_start")]
     return motion, asked, space, replace(report, findings=tuple(found))
+
+
+def _given(
+    path: str | Path,
+    robot: str | Path | None,
+    scene: str | Path | None,
+    limits: Mapping[str, Any] | str | Path | None,
+) -> tuple[dict[str, Any], Places]:
+    """What is given in place of a scenario, and where it says so; arguments as of `check_alone`."""
+    surroundings = read_document(scene) if scene is not None else Document({})
+    if not isinstance(surroundings.data, dict):
+        raise surroundings.error((), "is no mapping", f"keys of a scenario: {', '.join(PARTS)}")
+    data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
+    if limits is not None:
+        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
+    if robot is not None:
+        data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
+    if not data.get("robot"):
+        raise InputError(f"{path} needs the robot it is for: give it with --robot or in the scene")
+    return data, surroundings.places
 
 
 def _limits(given: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -86,7 +87,11 @@ def scene_from(
         near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
         pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
         objects[held.name] = there(_lying(scenario, held, i, pose, near=near), held.appears)
-    objects = {name: one for name, one in objects.items() if one is not None}
+    return _from(task, first, holds, {k: one for k, one in objects.items() if one is not None})
+
+
+def _from(task: Task, first: float, holds: Mapping[str, Any], objects: Mapping[str, Any]) -> Task:
+    """The task with other objects, and what moves by itself as it goes on from a time [s]."""
     frames = {
         name: one
         if one.moves is None

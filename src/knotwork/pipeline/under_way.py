@@ -150,11 +150,44 @@ class UnderWay:
             span: From when to when the planned motion is run [s].
             ends: Names of waypoints there, where the task has none.
         """
+        asked, times = self._asked(motion, clock, span, ends)
+        space = joint_space(asked)
+        trajectory = replace(
+            self.trajectory,
+            polynomial=motion,
+            waypoint_times=times,
+            events=tuple(one.event for one in asked.events),
+            loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
+            segments=segments(asked),
+        )
+        passed_through = JointWaypoints(
+            space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
+        )
+        return replace(  # type: ignore[type-var]  # the one class that inherits it is a dataclass
+            self,
+            scenario=asked,
+            space=space,
+            joint_waypoints=passed_through,
+            trajectory=trajectory,
+            report=check(trajectory, asked, space=space),
+            left_out=(),
+            solution=None,
+            chosen=None,
+            sequences=1,
+        )
+
+    def _asked(
+        self,
+        motion: PiecewisePolynomial,
+        clock: PiecewisePolynomial | None,
+        span: tuple[float, float],
+        ends: tuple[str, str],
+    ) -> tuple[Scenario, FloatArray]:
+        """The scenario that another motion is of, and its waypoints' times; as `_with_motion`."""
         scenario, space = self.scenario, self.space
         own = {one.name: one.time for one in scenario.waypoints}
         begin, end = (next((k for k in own if abs(own[k] - time) < NEAR), None) for time in span)
         ends = begin or ends[0], (None if clock is None else end) or ends[1]
-        task = scene_from(scenario, space.robot, self.trajectory, span, ends)
         names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
         if clock is not None:
             passed = _waypoint_times(scenario, clock)
@@ -164,49 +197,26 @@ class UnderWay:
                 names[near] = scenario.waypoints[i].name
         times = np.array(sorted(names))
         actions = self._actions(times, clock)
-        length, angle = si_factors(scenario.task.units)
-        waypoints: list[dict[str, Any]] = [
+        units = si_factors(scenario.task.units)
+        waypoints = [
             {
                 "time": time,
                 "name": names[time],
-                "joints": by_joint(space, motion(time), length, angle),
-                "velocity": by_joint(space, motion(time, 1), length, angle),
+                "joints": by_joint(space, motion(time), *units),
+                "velocity": by_joint(space, motion(time, 1), *units),
                 **({"do": actions[k]} if actions[k] else {}),
             }
             for k, time in enumerate(times.tolist())
         ]
-        ends_given = {
-            end: by_joint(space, motion(motion.x[i], 2), length, angle)
+        given = {
+            end: by_joint(space, motion(motion.x[i], 2), *units)
             for end, i in (("start", 0), ("end", -1))
         }
-        task = _without_file(task, scenario).replace(
-            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
+        scene = scene_from(scenario, space.robot, self.trajectory, span, ends)
+        task = _without_file(scene, scenario).replace(
+            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=given
         )
-        asked = resolved(task)
-        moved = joint_space(asked)
-        trajectory = replace(
-            self.trajectory,
-            polynomial=motion,
-            waypoint_times=times,
-            events=tuple(one.event for one in asked.events),
-            loads=moved.carrying.loads(float(motion.x[0])) if moved.carrying else (),
-            segments=segments(asked),
-        )
-        passed_through = JointWaypoints(
-            space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
-        )
-        return replace(  # type: ignore[type-var]  # the one class that inherits it is a dataclass
-            self,
-            scenario=asked,
-            space=moved,
-            joint_waypoints=passed_through,
-            trajectory=trajectory,
-            report=check(trajectory, asked, space=moved),
-            left_out=(),
-            solution=None,
-            chosen=None,
-            sequences=1,
-        )
+        return resolved(task), times
 
     def _actions(
         self, times: FloatArray, clock: PiecewisePolynomial | None
