@@ -103,7 +103,7 @@ def test_where_no_way_is_found_that_is_told() -> None:
         "left": {"box": [2000, 30, 3000], "position": [-1100, 0, 1000]},
     }
     (line,) = told(given)
-    assert "way: clear was tried: " in line
+    assert "way: clear finds no motion either: " in line
     assert "this is no proof that there is none" in line
     assert "not tried" not in line
 

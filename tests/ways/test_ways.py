@@ -322,17 +322,21 @@ def test_an_object_that_is_left_stands_in_the_next_way() -> None:
     assert "bar" in caught.value.names
 
 
-def least_margin(plan: kw.Plan) -> float:
-    """How much more than its margin is left, where it is least."""
-    kept = [one.margin for one in plan.report.findings if one.quantity == "clearance"]
-    return min(one for one in kept if one is not None)
+def left_to_the_wall(given: dict[str, Any]) -> float:
+    """How much more than its margin the tool keeps from the wall."""
+    findings = planned(given).report.findings
+    (left,) = (one.margin for one in findings if one.name == "tool, wall")
+    assert left is not None
+    return left
 
 
-def test_room_beyond_the_margin_is_kept_where_it_can_be() -> None:
-    given = past()
-    given["waypoints"][1]["way"] = {"clear": True, "room": 15}
-    assert least_margin(planned(past())) < 0.005
-    assert least_margin(planned(given)) > 0.009
+def test_room_beyond_the_margin_is_kept_or_a_part_of_it() -> None:
+    """Rows of the program alone once kept 2 mm where 10 mm were asked for."""
+    assert left_to_the_wall(past()) < 0.005
+    for room, kept in ((15, 0.015), (40, 0.020)):
+        given = past()
+        given["waypoints"][1]["way"] = {"clear": True, "room": room}
+        assert left_to_the_wall(given) >= kept - 1e-4
 
 
 def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:
@@ -387,6 +391,7 @@ def test_an_end_in_something_names_the_pair_and_the_depth() -> None:
     assert "block" in caught.value.names
     assert caught.value.depth > 0.02
     assert " mm too near to " in str(caught.value)
+    assert ", and none of 12 solutions is clear;" in str(caught.value)
 
 
 OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
@@ -405,7 +410,7 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
             (),
             {"scene": {"objects": {"block": box([100, 100, 100], [450, -250, 130])}}},
             "waypoints[0]: no way from 'here' to 'there': at 'here', tool comes 70 mm too near to "
-            "block; accepted: another pose",
+            "block, and none of 12 solutions is clear; accepted: another pose",
         ),
     ],
 )

@@ -250,8 +250,10 @@ def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Seg
         )
     else:
         first, second = none.bodies
+        count = none.solutions
+        all_of_them = f", and none of {count} solutions is clear" if count > 1 else ""
         message += (
-            f": {where}, {second} comes {much} too near to {first}; accepted: "
+            f": {where}, {second} comes {much} too near to {first}{all_of_them}; accepted: "
             f"{'a lower velocity or ' if none.moving else ''}another pose there, a smaller "
             "scene.margin, or objects elsewhere"
         )

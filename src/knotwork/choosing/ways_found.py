@@ -10,10 +10,13 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
-from knotwork.verification.bounds.clearance import clearances
+from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
 
 GROUP = "Ways"
+
+SHOWN = 1e-5
+"""The least clearance is found to this [m]."""
 
 
 def ways_found(
@@ -44,8 +47,7 @@ def ways_found(
         )
         interval = (start.time, end.time)
         # from what stands around; of all pairs, if nothing does
-        nearest = clearances(model, part(motion.curve, *interval), resolution)
-        least = min(nearest, key=lambda one: one.distance - one.margin, default=None)
+        least = least_clearance(model, part(motion.curve, *interval), resolution, SHOWN)
         value = time = None
         brief = said
         if least is not None:

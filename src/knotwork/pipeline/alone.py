@@ -48,7 +48,17 @@ def check_alone(
     Raises:
         InputError: A file can't be read or is wrong, or nothing names the robot.
     """
-    data, places = _given(path, robot, scene, limits)
+    surroundings = read_document(scene) if scene is not None else Document({})
+    if not isinstance(surroundings.data, dict):
+        raise surroundings.error((), "is no mapping", f"keys of a scenario: {', '.join(PARTS)}")
+    data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
+    if limits is not None:
+        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
+    if robot is not None:
+        data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
+    if not data.get("robot"):
+        raise InputError(f"{path} needs the robot it is for: give it with --robot or in the scene")
+    places = surroundings.places
     given = data["robot"]
     folder = None if places.file is None else places.file.parent
     described = places.document(given, ("robot",)) if isinstance(given, dict) else given
@@ -61,6 +71,18 @@ def check_alone(
             f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
             f"{', '.join(moved.joint_names)}"
         )
+    task = _task_of(motion, data, places).replace(name=Path(path).name)
+    asked = resolved(task, places)
+    space = joint_space(asked)
+    report = check(motion, asked, space=space, defects=defects)
+    # the ends of the motion were asked of it as they are
+    found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
+    found = [one for one in found if one.quantity not in ("time_span", "no_start")]
+    return motion, asked, space, replace(report, findings=tuple(found))
+
+
+def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
+    """The task of a motion that has its own ends as waypoints."""
     # held objects are taken and left at waypoints, of which there are none
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, Document(data, places.file, places.lines))
@@ -74,33 +96,7 @@ def check_alone(
         }
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]
-    asked = resolved(task.replace(waypoints=ends, name=Path(path).name), places)
-    space = joint_space(asked)
-    report = check(motion, asked, space=space, defects=defects)
-    # the ends of the motion were asked of it as they are
-    found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
-    found = [one for one in found if one.quantity not in ("time_span", "no_start")]
-    return motion, asked, space, replace(report, findings=tuple(found))
-
-
-def _given(
-    path: str | Path,
-    robot: str | Path | None,
-    scene: str | Path | None,
-    limits: Mapping[str, Any] | str | Path | None,
-) -> tuple[dict[str, Any], Places]:
-    """What is given in place of a scenario, and where it says so; arguments as of `check_alone`."""
-    surroundings = read_document(scene) if scene is not None else Document({})
-    if not isinstance(surroundings.data, dict):
-        raise surroundings.error((), "is no mapping", f"keys of a scenario: {', '.join(PARTS)}")
-    data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
-    if limits is not None:
-        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
-    if robot is not None:
-        data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
-    if not data.get("robot"):
-        raise InputError(f"{path} needs the robot it is for: give it with --robot or in the scene")
-    return data, surroundings.places
+    return task.replace(waypoints=ends)
 
 
 def _limits(given: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:

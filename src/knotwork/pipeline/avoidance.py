@@ -79,7 +79,7 @@ def best_of_sequences(
             try:
                 found = around(timed)
             except InputError as error:
-                detour = f"way: clear was tried: {error}"
+                detour = f"way: clear finds no motion either: {error}"
             else:
                 if _worth(found) < _worth(best):
                     return _with_finding(found, _taken(best, timed))

@@ -1,9 +1,9 @@
-"""`plan`: the whole way from a scenario to a checked trajectory."""
+"""The whole way from a scenario to a checked trajectory."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -13,25 +13,134 @@ from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
 from knotwork.pipeline.avoidance import MOST_TIMED, best_of_sequences
 from knotwork.pipeline.infeasibility import infeasible
+from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import (
     knots_along_paths,
     option_context,
     planner_options,
     supported_options,
 )
-from knotwork.pipeline.result import Plan
+from knotwork.pipeline.replanning import scenario_from
+from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.scenario.events import found_ways, segments
-from knotwork.scenario.joint_space import joint_space
+from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
-from knotwork.verification import check
+from knotwork.trajectory import Event, JointTrajectory, Segment
+from knotwork.verification import Report, check
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
     from knotwork.timing import Progress
+    from knotwork.view.page import Page
 
 Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
+
+
+@dataclass(frozen=True, eq=False)
+class Plan(UnderWay, PlanFiles):
+    """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
+
+    Attributes:
+        scenario: What was asked for.
+        space: The joints it moves and their robot.
+        joint_waypoints: Joint positions and velocities at the waypoints.
+        trajectory: The motion.
+        report: What the check found.
+        left_out: Options of the scenario that a planner given in place of its own does not support.
+        solution: How the solutions of the poses were chosen.
+        chosen: What was chosen of a scenario with free times; `scenario` then has numbers in place
+            of them. `None` where nothing was free.
+        sequences: Number of sequences of solutions planned until one collided nowhere, or all.
+
+    >>> made = kw.plan("paper_case")
+    >>> made.joint_waypoints.time, made.trajectory.end_time, made.report.ok
+    (array([ 0.,  5., 15., 25.]), 25.0, True)
+    """
+
+    scenario: Scenario
+    space: JointSpace
+    joint_waypoints: JointWaypoints
+    trajectory: JointTrajectory
+    report: Report
+    left_out: tuple[str, ...] = ()
+    solution: TaskSolution | None = None
+    chosen: ChosenTimes | None = None
+    sequences: int = 1
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What is switched on the way, in order of time."""
+        return self.trajectory.events
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """What the motion consists of, in order of time.
+
+        >>> [(one.name, one.kind) for one in kw.plan("paper_case").segments][:2]
+        [('A to B', 'free motion'), ('B to C', 'free motion')]
+        """
+        return self.trajectory.segments
+
+    def __repr__(self) -> str:
+        """The report in short."""
+        return str(self.report)
+
+    def _repr_html_(self) -> str:
+        return self.report._repr_html_()
+
+    def view(self, compare: Sequence[str] = ()) -> Page:
+        """Show the arm making its move, in 3D.
+
+        A notebook shows the page inline; `save` writes it to a file that any browser opens.
+
+        Args:
+            compare: Planners whose motions are shown over it, as translucent arms.
+
+        Raises:
+            InputError: The scenario has no robot, or another planner can't plan it.
+        """
+        from knotwork.view.show import view_plan
+
+        others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
+        return view_plan(self, others)
+
+    def play(self, viewer: Any) -> None:
+        """Show the arm making its move in a Meshcat viewer that is running.
+
+        Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
+        URDF's root, and the motion starts. All else in the viewer stays, but a robot that
+        Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
+
+        Args:
+            viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
+
+        Raises:
+            InputError: The viewer is neither, or the scenario has no robot.
+        """
+        from knotwork.view.meshcat_player import play_scene
+        from knotwork.view.show import scene_of
+
+        play_scene(scene_of(self), viewer)
+
+    def replace(self, at: float, scenario: str | Path | Mapping[str, Any] | Task) -> Plan:
+        """Plan another task from this motion's state at a moment, which is its time 0.
+
+        Position, velocity and acceleration go on without a jump. The state takes the place of the
+        task's `start`, or else of its first waypoint, if it has more than one. Times in the task,
+        of frames that move and of other robots too, are since that moment.
+
+        Args:
+            at: The moment [s].
+            scenario: The new task.
+
+        Raises:
+            InputError: The time is outside the motion, the tool holds something of which the task
+                says nothing, or the task is wrong: as `plan`.
+        """
+        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
 
 
 def plan(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -87,11 +86,14 @@ def scene_from(
         near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
         pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
         objects[held.name] = there(_lying(scenario, held, i, pose, near=near), held.appears)
-    return _from(task, first, holds, {k: one for k, one in objects.items() if one is not None})
+    tool = None if task.tool is None else task.tool.replace(holds=holds or None)
+    return _moved_on(
+        task.replace(tool=tool), {name: one for name, one in objects.items() if one}, first
+    )
 
 
-def _from(task: Task, first: float, holds: Mapping[str, Any], objects: Mapping[str, Any]) -> Task:
-    """The task with other objects, and what moves by itself as it goes on from a time [s]."""
+def _moved_on(task: Task, objects: dict[str, Any], first: float) -> Task:
+    """The task with other objects, and with what moves by itself as it goes on from a time [s]."""
     frames = {
         name: one
         if one.moves is None
@@ -101,13 +103,8 @@ def _from(task: Task, first: float, holds: Mapping[str, Any], objects: Mapping[s
     given = task.scene.robots.items()
     robots = {name: one.replace(delay=one.delay - first) for name, one in given}
     scene = task.scene.replace(objects=objects or None, robots=robots or None)
-    tool = None if task.tool is None else task.tool.replace(holds=holds or None)
-    return task.replace(
-        frames=frames or None,
-        tool=tool,
-        # without a robot there is no scene, not even an empty one
-        scene=scene if objects or robots else None,
-    )
+    # without a robot there is no scene, not even an empty one
+    return task.replace(frames=frames or None, scene=scene if objects or robots else None)
 
 
 def _lying(scenario: Scenario, held: HeldObject, i: int, pose: Any, *, near: bool) -> SceneObject:

@@ -150,14 +150,42 @@ class UnderWay:
             span: From when to when the planned motion is run [s].
             ends: Names of waypoints there, where the task has none.
         """
-        asked, times = self._asked(motion, clock, span, ends)
-        space = joint_space(asked)
+        scenario, space = self.scenario, self.space
+        own = {one.name: one.time for one in scenario.waypoints}
+        begin, end = (next((k for k in own if abs(own[k] - time) < NEAR), None) for time in span)
+        ends = begin or ends[0], (None if clock is None else end) or ends[1]
+        task = scene_from(scenario, space.robot, self.trajectory, span, ends)
+        names = self._names(motion, clock, ends)
+        times = np.array(sorted(names))
+        units = si_factors(scenario.task.units)
+        waypoints = [
+            {
+                "time": time,
+                "name": names[time],
+                "joints": by_joint(space, motion(time), *units),
+                "velocity": by_joint(space, motion(time, 1), *units),
+                **({"do": actions} if actions else {}),
+            }
+            for time, actions in zip(times.tolist(), self._actions(times, clock), strict=True)
+        ]
+        ends_given = {
+            end: by_joint(space, motion(motion.x[i], 2), *units)
+            for end, i in (("start", 0), ("end", -1))
+        }
+        task = _without_file(task, scenario).replace(
+            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
+        )
+        return self._checked(resolved(task), motion, times)
+
+    def _checked(self, asked: Scenario, motion: PiecewisePolynomial, times: FloatArray) -> Self:
+        """The plan of a motion for a task, at whose waypoints it is at some times [s]."""
+        space, moved = self.space, joint_space(asked)
         trajectory = replace(
             self.trajectory,
             polynomial=motion,
             waypoint_times=times,
             events=tuple(one.event for one in asked.events),
-            loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
+            loads=moved.carrying.loads(float(motion.x[0])) if moved.carrying else (),
             segments=segments(asked),
         )
         passed_through = JointWaypoints(
@@ -166,57 +194,32 @@ class UnderWay:
         return replace(  # type: ignore[type-var]  # the one class that inherits it is a dataclass
             self,
             scenario=asked,
-            space=space,
+            space=moved,
             joint_waypoints=passed_through,
             trajectory=trajectory,
-            report=check(trajectory, asked, space=space),
+            report=check(trajectory, asked, space=moved),
             left_out=(),
             solution=None,
             chosen=None,
             sequences=1,
         )
 
-    def _asked(
+    def _names(
         self,
         motion: PiecewisePolynomial,
         clock: PiecewisePolynomial | None,
-        span: tuple[float, float],
         ends: tuple[str, str],
-    ) -> tuple[Scenario, FloatArray]:
-        """The scenario that another motion is of, and its waypoints' times; as `_with_motion`."""
-        scenario, space = self.scenario, self.space
-        own = {one.name: one.time for one in scenario.waypoints}
-        begin, end = (next((k for k in own if abs(own[k] - time) < NEAR), None) for time in span)
-        ends = begin or ends[0], (None if clock is None else end) or ends[1]
+    ) -> dict[float, str]:
+        """Names of the waypoints of a motion by their times: its ends, and those it passes."""
         names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
-        if clock is not None:
-            passed = _waypoint_times(scenario, clock)
-            for time, when in zip(passed, inverse_time(clock, passed), strict=True):
-                near = next((one for one in names if abs(one - when) < NEAR), float(when))
-                i = int(np.flatnonzero(scenario.times == time)[0])
-                names[near] = scenario.waypoints[i].name
-        times = np.array(sorted(names))
-        actions = self._actions(times, clock)
-        units = si_factors(scenario.task.units)
-        waypoints = [
-            {
-                "time": time,
-                "name": names[time],
-                "joints": by_joint(space, motion(time), *units),
-                "velocity": by_joint(space, motion(time, 1), *units),
-                **({"do": actions[k]} if actions[k] else {}),
-            }
-            for k, time in enumerate(times.tolist())
-        ]
-        given = {
-            end: by_joint(space, motion(motion.x[i], 2), *units)
-            for end, i in (("start", 0), ("end", -1))
-        }
-        scene = scene_from(scenario, space.robot, self.trajectory, span, ends)
-        task = _without_file(scene, scenario).replace(
-            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=given
-        )
-        return resolved(task), times
+        if clock is None:
+            return names
+        passed = _waypoint_times(self.scenario, clock)
+        for time, when in zip(passed, inverse_time(clock, passed), strict=True):
+            near = next((one for one in names if abs(one - when) < NEAR), float(when))
+            i = int(np.flatnonzero(self.scenario.times == time)[0])
+            names[near] = self.scenario.waypoints[i].name
+        return names
 
     def _actions(
         self, times: FloatArray, clock: PiecewisePolynomial | None

@@ -12,9 +12,6 @@ from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
-ROOM = 1e-3
-"""Clearance beyond the margins that ways keep where they can [m]."""
-
 _Fault = tuple[bool, Location, str, str]
 """Whether there is one, where it is, what is wrong, and what is accepted."""
 
@@ -39,8 +36,8 @@ def clear_way(file: PlainTask, i: int) -> FreeWay | None:
         return None
     given = waypoint.way or file.ways
     if isinstance(given, ClearWay):
-        return FreeWay(given.tries, given.room or ROOM)
-    return FreeWay(ClearWay.model_fields["tries"].default, ROOM) if given else None
+        return FreeWay(given.tries, given.room or 0.0)
+    return FreeWay(ClearWay.model_fields["tries"].default, 0.0) if given else None
 
 
 def provisional_time(file: PlainTask, i: int) -> float | None:

@@ -115,8 +115,8 @@ class ClearWay(TaskPart):
     )
     room: Positive | None = Field(
         default=None,
-        description="Clearance beyond the margins that it keeps where it can [length]; left out: "
-        "1 mm",
+        description="Clearance beyond the margins that it keeps where it can, or a half or a "
+        "quarter of it [length]; left out: none",
     )
 
 

@@ -5,49 +5,68 @@ Each has one block for the breaks and one for the pieces, in the order of `PARTS
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS
-from knotwork.timing.problem import TimingLimits
-from knotwork.timing.spline import Scale
+from knotwork.timing.dynamics import Dynamics
+from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, effort_kernel, tool_kernel
+from knotwork.timing.problem import BoolArray, TimingLimits
+from knotwork.timing.program import Block
+from knotwork.timing.spline import Layout, Scale
+from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
 PARTS = {"effort": EFFORT_PARTS, "tool_speed": TOOL_PARTS}
 """Where in each piece the limits are held."""
 
+KERNELS = {"effort": effort_kernel, "tool_speed": tool_kernel}
+
+
+def held_blocks(at: Layout, dynamics: Dynamics, tightening: Tightening) -> list[Block]:
+    """Blocks at the places where limits are held."""
+    return [
+        Block(KERNELS[name](dynamics, inside=inside), columns[:, places])
+        for name in PARTS
+        if name in tightening.held
+        for inside, columns, (_, places) in zip(
+            (False, True), (at.state, at.piece), _by_block(tightening, name), strict=True
+        )
+    ]
+
 
 def held_parameters(
-    held: Mapping[str, FloatArray], limits: TimingLimits, scale: Scale
+    tightening: Tightening, limits: TimingLimits, scale: Scale
 ) -> Iterator[FloatArray]:
     """Parameters of each block: units of the state, and inverse limits.
 
     Args:
-        held: Part of each limit that is allowed, as of a `Tightening`.
+        tightening: Part of each limit that is allowed.
         limits: The limits.
         scale: Units of the program.
     """
     units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
     for name in PARTS:
-        if name in held:
-            inverse = 1.0 / (held[name] * getattr(limits, name)).T
-            for part in (inverse[:, ::2], inverse[:, 1::2]):
-                yield np.vstack((np.repeat(units, part.shape[1], axis=1), part))
+        if name in tightening.held:
+            for allowed, places in _by_block(tightening, name):
+                inverse = 1.0 / (allowed[places] * getattr(limits, name)).T
+                yield np.vstack((np.repeat(units, inverse.shape[1], axis=1), inverse))
 
 
-def held_bounds(
-    held: Mapping[str, FloatArray], margin: float
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Least and greatest values of the constraints of each block.
-
-    Args:
-        held: Part of each limit that is allowed.
-        margin: Part of it that is left for the solver.
-    """
+def held_bounds(tightening: Tightening) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Least and greatest values of the constraints of each block."""
     for name, parts in PARTS.items():
-        if name in held:
-            breaks, pieces = held[name][::2], held[name][1::2]
-            for times, one in ((1, breaks), (len(parts), pieces)):
-                most = np.full((times * one.shape[1], len(one)), 1.0 - margin)
+        if name in tightening.held:
+            for times, (allowed, places) in zip(
+                (1, len(parts)), _by_block(tightening, name), strict=True
+            ):
+                shape = times * allowed.shape[1], int(places.sum())
+                most = np.full(shape, 1.0 - tightening.margin)
                 yield -most, most
+
+
+def _by_block(tightening: Tightening, name: str) -> list[tuple[FloatArray, BoolArray]]:
+    """What is allowed at the breaks and in the pieces, and at which of them it is held."""
+    allowed = tightening.held[name]
+    places = tightening.places.get(name, np.ones(len(allowed), dtype=bool))
+    return [(allowed[k::2], places[k::2]) for k in (0, 1)]

@@ -191,7 +191,7 @@ class Section:
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
-        found += held_parameters(self.tightening.held, problem.limits, scale)
+        found += held_parameters(self.tightening, problem.limits, scale)
         if form.work:
             units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
             weight = problem.objective.effort * scale.time / self.typical_cost()
@@ -257,7 +257,7 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        found += held_bounds(self.tightening.held, self.margin)
+        found += held_bounds(self.tightening)
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))
         for name in form.peaks:

@@ -41,11 +41,14 @@ class Tightening:
         position: Whether positions between the breaks are limited.
         held: Part of the limits of `CHECKS` that is allowed at each break and inside each piece, by
             turns, shape (2 pieces + 1, d or 1); only those that are limited for the solver.
+        places: At which of these places they are limited, by name, shape (2 pieces + 1,); where
+            there is none, at all.
     """
 
     margin: float = MARGIN
     position: bool = False
     held: Mapping[str, FloatArray] = field(default_factory=dict)
+    places: Mapping[str, BoolArray] = field(default_factory=dict)
 
     def same_equations(self, other: Tightening) -> bool:
         """Whether the solver has the same equations with another one."""
@@ -78,9 +81,19 @@ def _all_allowed(problem: TimingProblem, name: str, pieces: int) -> FloatArray:
 
 
 def tightened(
-    problem: TimingProblem, tightening: Tightening, curve: PiecewisePolynomial
+    problem: TimingProblem,
+    tightening: Tightening,
+    curve: PiecewisePolynomial,
+    near: float | None = None,
 ) -> Tightening | None:
     """Compare a curve with all limits.
+
+    Args:
+        problem: The problem.
+        tightening: What the solver was held to.
+        curve: What it found.
+        near: Limits of `CHECKS` are held only in pieces that have once taken more than this part of
+            them, or everywhere.
 
     Returns:
         What to hold the solver to next, or `None` if every limit is kept.
@@ -99,7 +112,12 @@ def tightened(
         less = _all_allowed(problem, name, len(curve.x) - 1)
     else:
         less = _less(problem, name, allowed, shares)
-    return replace(tightening, held={**tightening.held, name: less})
+    places = tightening.places
+    if near is not None:
+        taken = np.repeat(shares.max(axis=1) > near, 2)
+        both = np.append(taken, False) | np.insert(taken, 0, False)
+        places = {**places, name: both | places.get(name, False)}
+    return replace(tightening, held={**tightening.held, name: less}, places=places)
 
 
 def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, FloatArray] | None:

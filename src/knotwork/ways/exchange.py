@@ -38,12 +38,17 @@ LEAST_RADIUS = 0.01
 GAIN = 0.003
 """It ends where a round makes the motion shorter by less than this part."""
 
+PLAY = 1e-3
 LOST = 2e-4
-"""What a round may take of a gap that is smaller than the room [m]: the solver needs some play."""
+"""Clearance beyond the margins that rows ask for [m], so that less is lost between them, and what a
+round may take of a gap that is smaller: the solver needs some."""
 
 ROUNDS = 25
 LOOKS = 30
 """Largest numbers of rounds, and of times in each at which contacts become rows."""
+
+NEARLY = 0.8
+"""Efforts and tool speed are held in pieces that have once taken more than this part of a limit."""
 
 LENGTH = 0.1
 """Unit of the distances that are rows [m]."""
@@ -63,7 +68,6 @@ class Exchange:
         first: A motion that keeps them and is proved clear.
         times: When the first motion passes the waypoints of the problem [s].
         pieces: Number of pieces from each waypoint to the next of the motions to be found.
-        room: Clearance beyond the margins that rows ask for [m].
         resolution: A clearance nearer than this to its margin may count as not kept [m].
 
     Attributes:
@@ -77,11 +81,10 @@ class Exchange:
         first: PiecewisePolynomial,
         times: FloatArray,
         pieces: int,
-        room: float,
         resolution: float,
     ) -> None:
         self.space, self.problem = space, problem
-        self.room, self.resolution = room, resolution
+        self.resolution = resolution
         self.program = MotionProgram(problem)
         self.best = states_of(first)
         self._reference = _sampled(first, times, pieces, problem.limits.acceleration)
@@ -110,7 +113,7 @@ class Exchange:
                 continue
             if found.duration > beat:
                 break  # rows only make it longer
-            tighter = tightened(self.problem, self.program.tightening, found.curve)
+            tighter = tightened(self.problem, self.program.tightening, found.curve, NEARLY)
             if tighter is not None:
                 self.program.tightening = tighter
             hits = not_clear(self.space.model, found.curve, self.resolution)
@@ -156,10 +159,10 @@ class Exchange:
         ]
 
     def _kept(self, gap: float) -> float:
-        """What is asked of a pair: the room; of one that is nearer already, most of what it has."""
+        """What is asked of a pair: the play; of one that is nearer already, most of what it has."""
         if gap <= 0.0:
-            return self.room
-        return min(self.room, max(0.5 * gap, gap - LOST))
+            return PLAY
+        return min(PLAY, max(0.5 * gap, gap - LOST))
 
     def _rows_at_contacts(self, states: States, hits: Sequence[Clearance]) -> list[Row]:
         """Rows where the proof finds contacts: at the worst time, and across each contact."""

@@ -83,6 +83,7 @@ class NoWayError(Exception):
         moving: Whether it is the motion to rest that is not clear.
         joint: Index of the joint that goes beyond its position limit until the arm is at rest.
         checks: Number of configurations looked at.
+        solutions: Number of solutions of the end, all of which collide.
     """
 
     def __init__(
@@ -93,7 +94,8 @@ class NoWayError(Exception):
         moving: bool = False,
         joint: int | None = None,
         checks: int = 0,
+        solutions: int = 1,
     ) -> None:
         super().__init__()
         self.end, self.bodies, self.depth, self.moving = end, bodies, depth, moving
-        self.joint, self.checks = joint, checks
+        self.joint, self.checks, self.solutions = joint, checks, solutions

@@ -20,10 +20,10 @@ import numpy as np
 
 from knotwork.timing.efforts import inner_state
 from knotwork.timing.exact_curve import Knots, rebuilt
-from knotwork.timing.held_limits import held_bounds, held_parameters
+from knotwork.timing.held_limits import held_blocks, held_bounds, held_parameters
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, Kernel, Program
-from knotwork.timing.spline import Layout, Scale, limit_blocks, piece_kernel, placed
+from knotwork.timing.spline import Layout, Scale, piece_kernel, placed
 from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 from knotwork.ways.states import Row, States, states_of
@@ -119,14 +119,12 @@ class MotionProgram:
         for places, values, order in ((at.q, guess.q, 0), (at.v, guess.v, 1), (at.a, guess.a, 2)):
             x[places] = values / scale.unit(order)
         piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
-        held = self.tightening.held
         blocks = [
             Block(piece_kernel(d, True, self.tightening.position, False), at.piece),
             Block(_row_kernel(d), piece[:, [row.piece for row in rows]]),
         ]
-        if held:
-            effort, tool = "effort" in held, "tool_speed" in held
-            blocks += limit_blocks(at, self.problem.arm, effort=effort, tool=tool)
+        if self.tightening.held:
+            blocks += held_blocks(at, self.problem.arm, self.tightening)
         program = Program(
             at.size,
             blocks,
@@ -138,12 +136,12 @@ class MotionProgram:
             [
                 self._piece_parameters(near, scale),
                 _row_parameters(rows, scale, d),
-                *held_parameters(held, self.problem.limits, scale),
+                *held_parameters(self.tightening, self.problem.limits, scale),
             ],
             [
                 self._piece_limits(n, scale),
                 (np.zeros((1, len(rows))), np.full((1, len(rows)), np.inf)),
-                *held_bounds(held, self.tightening.margin),
+                *held_bounds(self.tightening),
             ],
         )
         if not found.solved:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -48,6 +48,9 @@ CARES = (
 PAIRS = 220
 """With more pairs of solids, fewer configurations are looked at, in the same time."""
 
+ROOMS = (1.0, 0.5, 0.25)
+"""Parts of the room that is asked for, tried in turn."""
+
 SEEDS = 3
 """Number of polylines tried with each before the next."""
 
@@ -60,7 +63,7 @@ def find_way(
     problem: WayProblem,
     *,
     tries: int = 1,
-    room: float = 1e-3,
+    room: float = 0.0,
     late: Callable[[], bool] = lambda: False,
     report: Callable[[int, Way | None], None] = lambda number, best: None,
 ) -> Way:
@@ -71,7 +74,9 @@ def find_way(
     Args:
         problem: The states, the limits and the bodies.
         tries: Number of ways that are looked for; the fastest motion is taken.
-        room: Clearance beyond the margins that the motion keeps where it can [m].
+        room: Clearance that pairs keep beyond their margins [m], or a half, a quarter or nothing of
+            it if no way is found with more. A pair keeps no more than half of what it has at the
+            waypoints.
         late: Whether the time is over; then the best so far is taken, once there is one.
         report: Called with the number of the try, from 1 on, and the best motion so far, as each
             try begins and when there is a better motion.
@@ -79,7 +84,12 @@ def find_way(
     Raises:
         NoWayError: None was found.
     """
-    return _Search(problem, room, late, report).best_of(tries)
+    for part in ROOMS if room else ():
+        try:
+            return _Search(_with_room(problem, part * room), CARES[:1], late, report).best_of(tries)
+        except NoWayError:
+            continue
+    return _Search(problem, CARES, late, report).best_of(tries)
 
 
 def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
@@ -101,6 +111,21 @@ def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
     return rests.found.curve
 
 
+def _with_room(problem: WayProblem, room: float) -> WayProblem:
+    """The problem with margins that are greater by some room [m]."""
+    model, limits = problem.model, problem.timing.limits
+    space = Configurations(problem.robot, model, limits)
+    least = dict.fromkeys(space.bodies, room)
+    for q in (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0]):
+        for names, gap in zip(space.bodies, space.gaps(q).tolist(), strict=True):
+            least[names] = min(least[names], 0.5 * max(gap, 0.0))
+    pairs = []
+    for one in model.pairs:
+        both = model.bodies[one.first].name, model.bodies[one.second].name
+        pairs.append(one._replace(margin=one.margin + least.get(both, 0.0)))
+    return replace(problem, model=replace(model, pairs=tuple(pairs)))
+
+
 def stretches(
     starts: FloatArray, inner: FloatArray, goals: FloatArray
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -117,11 +142,11 @@ class _Search:
     def __init__(
         self,
         problem: WayProblem,
-        room: float,
+        cares: Sequence[Care],
         late: Callable[[], bool],
         report: Callable[[int, Way | None], None],
     ) -> None:
-        self.problem, self.room, self.late, self.report = problem, room, late, report
+        self.problem, self.cares, self.late, self.report = problem, cares, late, report
         timing = problem.timing
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits, problem.loaded)
@@ -144,7 +169,7 @@ class _Search:
         free = self.space.those_free(ends)
         if not len(free):
             gap, bodies = self.space.worst(ends[0])
-            raise NoWayError(end, bodies, -gap)
+            raise NoWayError(end, bodies, -gap, solutions=len(ends))
         return free
 
     def _stopping(self, q: FloatArray) -> FloatArray:
@@ -221,12 +246,11 @@ class _Search:
         """A polyline that is proved clear."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
-        while self.care < len(CARES):
-            step, extra, checks = CARES[self.care]
-            room = max(extra, self.room) if extra else 0.0
+        while self.care < len(self.cares):
+            step, extra, checks = self.cares[self.care]
             # between all solutions, far ones are joined too soon, so those chosen come first
             few = slice(None if self.care or seed[0] else 1)
-            self.space.keep_away(room, (*starts[few], *goals[few]))
+            self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(SEEDS):
                 rng = np.random.default_rng([*seed, k])
                 most = affordable(checks, self.space)
@@ -256,7 +280,7 @@ class _Search:
             self.report(number, way)
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
         beat = np.inf if best is None else best.duration
-        exchange = Exchange(self.space, inner, first, times, pieces, self.room, problem.resolution)
+        exchange = Exchange(self.space, inner, first, times, pieces, problem.resolution)
         curve = exchange.run(self.late, beat)
         return way if curve is first else Way(curve, curve.x[::pieces], line, through, rests=False)
 

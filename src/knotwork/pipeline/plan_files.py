@@ -1,0 +1,121 @@
+"""A plan as files and plain data."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from knotwork import storage
+from knotwork.documents import resources
+from knotwork.errors import InputError
+
+if TYPE_CHECKING:
+    from knotwork.choosing import ChosenTimes
+    from knotwork.scenario import Scenario
+    from knotwork.task_to_joint import TaskSolution
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.verification import Report
+
+
+class PlanFiles:
+    """What can be written of a plan."""
+
+    if TYPE_CHECKING:
+        scenario: Scenario
+        trajectory: JointTrajectory
+        report: Report
+        solution: TaskSolution | None
+        chosen: ChosenTimes | None
+
+    def report_to_dict(self) -> dict[str, Any]:
+        """Give the report as plain data, with `solutions`: how those of poses were chosen."""
+        data = self.report.to_dict()
+        if self.solution is not None and self.solution.choices:
+            data["solutions"] = self.solution.to_dict()
+        if self.chosen is not None:
+            data["chosen_times"] = self.chosen.to_dict()
+        return data
+
+    def freeze(self, path: str | Path) -> Path:
+        """Write the scenario with the chosen times and speeds as numbers, comments kept.
+
+        Planning that file gives this motion again.
+
+        Args:
+            path: The file to write; an existing one is replaced.
+
+        Raises:
+            InputError: Nothing was free, the file can't be written, or the numbers can't be put
+                into the text of the scenario.
+
+        >>> import tempfile
+        >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+        >>> swing = kw.plan({"limits": {"acceleration": 4}, "waypoints": joints})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     again = kw.plan(swing.freeze(Path(folder) / "frozen.yaml"))
+        >>> again.trajectory.duration == swing.trajectory.duration
+        True
+        """
+        from knotwork.choosing import frozen_text
+
+        if self.chosen is None:
+            raise InputError(
+                f"{self.scenario.name}: nothing is free, so there is nothing to freeze; accepted: "
+                "a scenario with times: fastest, after: fastest or a speed that is chosen"
+            )
+        target = Path(path)
+        return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
+
+    def _scenario_file(self, folder: Path) -> str:
+        """Name of a shipped scenario, or the path from a folder to what the check was against."""
+        source = self.scenario.source
+        if self.chosen is not None or source is None:
+            return "scenario.yaml"
+        if source.parent == resources.folder("scenarios"):
+            return source.stem
+        return Path(os.path.relpath(source, folder)).as_posix()
+
+    def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
+        """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
+
+        The report states the SHA-256 of the other two under `files`, and where the scenario is
+        under `scenario_file`. Where times were chosen, the scenario with numbers in their place
+        goes with them as `scenario.yaml`, comments kept; so does one that is in no file.
+
+        Args:
+            folder: Made if it does not exist; files of these names in it are replaced.
+            rate: Samples per second [Hz]; by default the scenario's.
+
+        Returns:
+            Paths of the files.
+
+        Raises:
+            InputError: The folder can't be written to, or the rate makes too many samples.
+
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     [path.name for path in kw.plan("paper_case").save(folder)]
+        ['trajectory.json', 'samples.csv', 'report.json']
+        """
+        from knotwork.export import to_csv
+
+        rate = rate if rate is not None else self.scenario.rate
+        files = {
+            "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
+            "samples.csv": to_csv(self.trajectory, rate=rate),
+        }
+        if self._scenario_file(Path(folder)) == "scenario.yaml":
+            from knotwork.choosing import saved_text
+
+            # whose name that of the new file does not say
+            asked = self.scenario if self.chosen is None else self.chosen.scenario
+            named = replace(asked, task=asked.task.replace(name=asked.name))
+            files["scenario.yaml"] = saved_text(named, Path(folder))
+        report = {
+            **self.report_to_dict(),
+            "scenario_file": self._scenario_file(Path(folder)),
+            "files": storage.digests(files),
+        }
+        return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
