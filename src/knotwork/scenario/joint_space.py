@@ -271,6 +271,7 @@ class _Reader:
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in scenario.waypoints
         )
+        standing = [None if one is None or one.velocity.any() else one.position for one in targets]
         near = {
             i: (waypoint.near, "waypoints", k, "near")
             for i, k in enumerate(scenario.index)
@@ -280,7 +281,7 @@ class _Reader:
         }
         return {
             "targets": targets,
-            "waits": tuple(waits(scenario, targets)),
+            "waits": tuple(waits(scenario, standing)),
             "near": self.array(given(task.near, "near")) if task.near is not None else None,
             "end_acceleration": self._ends(scenario),
             "accelerations": self._presets(scenario, presets)
