@@ -11,7 +11,7 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test test-all lint types suite exhaustive docs figures keys pictures placement clean
+.PHONY: demo test test-all lint types suite exhaustive docs figures pictures placement clean
 
 # The demo draws nothing, reads no meshes but STL and chooses no times: it needs only these.
 DEMO := numpy lazy_loader pin eigenpy 'example-robot-data>=5.0,<6' pydantic PyYAML click rich
@@ -48,10 +48,6 @@ figures: $(VENV)/dev
 # Pictures of scenes: the README's, which moves, and the gallery's. Needs Chromium.
 pictures: $(VENV)/dev
 	$(BIN)/python docs/scene_pictures.py
-
-# Every key of scenario and robot files, as a page of the repository.
-keys: $(VENV)/dev
-	$(BIN)/python docs/every_key.py
 
 # Plans 1,476 scenarios, which takes minutes; started again, it goes on where it was.
 placement: $(VENV)/dev

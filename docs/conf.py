@@ -37,7 +37,7 @@ extensions = [
     "schema_tables",
     "shown",
 ]
-exclude_patterns = ["extensions", "templates", "every_key.md"]  # the site has the same tables
+exclude_patterns = ["extensions", "templates"]
 templates_path: list[str] = []
 
 # The notebook is run while its page is built. Sphinx reads nothing outside this folder.

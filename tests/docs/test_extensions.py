@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 
 import pytest
@@ -200,12 +199,6 @@ def test_examples_are_found_from_any_folder(tmp_path: Path) -> None:
     site = built(tmp_path, "# P\n\n```{run}\npython examples/spline_alone.py\n```\n")
     assert site.code == 0, site.said
     assert "SciPy loaded: False" in site.page("index")
-
-
-def test_the_page_of_every_key_is_as_the_schema_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(DOCS))
-    shown = (DOCS / "every_key.md").read_text(encoding="utf-8")
-    assert shown == importlib.import_module("every_key").page(), "run: make keys"
 
 
 def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:

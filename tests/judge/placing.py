@@ -1,4 +1,4 @@
-"""Placements of scenario files, read from their definitions in docs/every_key.md."""
+"""Placements of scenario files, read from the descriptions of the schema."""
 
 from __future__ import annotations
 

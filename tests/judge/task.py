@@ -1,4 +1,4 @@
-"""`Task`: a scenario's file, read with ruamel.yaml and the definitions of docs/every_key.md alone.
+"""`Task`: a scenario's file, read with ruamel.yaml and the descriptions of its schema alone.
 
 What no shipped scenario uses is not read, and is an error here: blends, quaternions from a file of
 points, freedoms but that of the turn, tangent turning along a curve through points, and speeds at a

@@ -1,4 +1,4 @@
-"""What a weave adds to a seam, from its definition in docs/tool_paths.md and docs/every_key.md."""
+"""What a weave adds to a seam, from its definition in docs/tool_paths.md and the schema."""
 
 from __future__ import annotations
 

@@ -40,7 +40,9 @@ from knotwork.cli.terminal import echo
 from knotwork.cli.together import check_together, with_options
 from knotwork.errors import DocumentError, InputError
 from knotwork.recording import compare_log
+from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report
 
 RECORDING = "if this is the recording of a robot, with noise, check it with --log"
 # Plans have fewer points, recordings at 100 Hz and more have more.
@@ -120,49 +122,57 @@ def check(
     With --with it says in one line how near two motions come, as `knotwork check a.yaml --with
     b.yaml --in left`.
     """
+    if other is not None and (full or log is not None):
+        raise click.UsageError("--with takes neither --full nor a log")
     if other is not None:
-        if full or log is not None:
-            raise click.UsageError("--with takes neither --full nor a log")
         return check_together(str(trajectory), reference, other, as_json=as_json)
     if alone is not None and (reference is not None or log is not None):
         raise click.UsageError("--robot and --scene take neither a scenario nor a log")
     if reference is None and alone is None:
         reference = planned_scenario(log) if log is not None else stated_path(trajectory)
-    is_csv, scenario, pieces = trajectory.suffix.lower() == ".csv", None, 0
+    report, scenario, pieces = _judged(trajectory, reference, log, alone)
+    if as_json:
+        echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
+    elif full:
+        from knotwork.cli import report_tables
+
+        report_tables.print_report(report, scenario)
+    else:
+        print_short(report)
+        echo(f"the motion: {report.planner}")
+        if alone is None:
+            print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
+    if log is None and not report.ok and _is_csv(trajectory) and pieces >= MANY_POINTS:
+        echo(f"hint: {RECORDING}", err=True)
+    return PASSED if report.ok else FAILED
+
+
+def _is_csv(path: Path | str) -> bool:
+    return Path(path).suffix.lower() == ".csv"
+
+
+def _judged(
+    trajectory: Path, reference: str | None, log: LogOptions | None, alone: Alone | None
+) -> tuple[Report, Scenario | None, int]:
+    """The report, the scenario that it is about, and of how many pieces the motion is."""
     if alone is not None:
         made = (alone.robot, alone.scene, alone.limits)
         motion, scenario, _, report = pipeline.check_alone(trajectory, *made)
-        pieces = len(motion.polynomial.x) - 1
-    elif reference is not None:
+        return report, scenario, len(motion.polynomial.x) - 1
+    if reference is not None:
         try:
             checked = read_checked(trajectory, reference, log)
         except DocumentError as error:
-            if log is None and is_csv and str(error.file).lower().endswith(".csv"):
+            if log is None and _is_csv(trajectory) and _is_csv(str(error.file)):
                 raise InputError(f"{error}\n{RECORDING}") from error
             raise
-        report, scenario = checked.report, checked.scenario
-        pieces = len(checked.trajectory.polynomial.x) - 1
-    elif log is not None:
-        report = compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances)
-    else:
+        return checked.report, checked.scenario, len(checked.trajectory.polynomial.x) - 1
+    if log is None:
         raise click.MissingParameter(
             param_hint="'--scenario' / '-s', or '--robot'", param_type="option"
         )
-    if as_json:
-        echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
-    else:
-        if full:
-            from knotwork.cli import report_tables
-
-            report_tables.print_report(report, scenario)
-        else:
-            print_short(report)
-            echo(f"the motion: {report.planner}")
-            if alone is None:
-                print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
-    if log is None and not report.ok and is_csv and pieces >= MANY_POINTS:
-        echo(f"hint: {RECORDING}", err=True)
-    return PASSED if report.ok else FAILED
+    alignment = log_beside_plan(trajectory, log)[0]
+    return compare_log(alignment, tolerances=log.tolerances), None, 0
 
 
 _EPILOG = """

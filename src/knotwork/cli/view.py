@@ -39,6 +39,9 @@ from knotwork.view.study_map import MapServer
 Made = Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]]
 """The scene of a motion and the motion, from those that were made before the source changed."""
 
+INSTEAD = ", or its robot with --robot"
+"""What may be given in place of a scenario."""
+
 _EPILOG = """
 In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene,
 c shows the shapes of the links that collisions are checked with.
@@ -122,9 +125,8 @@ def view(
     def made(
         before: Mapping[str, Any] | None, warm: Motion | None
     ) -> tuple[dict[str, Any], Motion]:
-        instead = ", or its robot with --robot"
         shown = read_motions(
-            source, reference, options, compare, robot=arm, instead=instead, log=log, warm=warm
+            source, reference, options, compare, robot=arm, instead=INSTEAD, log=log, warm=warm
         )
         print_failures(shown)
         return _scene(source, shown, arm, before), shown[0]

@@ -120,16 +120,10 @@ def motion_table(
         InputError: Options contradict each other, the rate makes more numbers than a
             table may have, or the robot has other joints or is none.
     """
-    joints: dict[str, FloatArray]
     if flag(knots_only, "knots_only"):
         if rate is not None:
             raise InputError("samples at a rate and knots only were both asked for; choose one")
-        points = motion_points(motion, accelerations=accelerations, fit=fit)
-        trajectory, knots = points.trajectory, points.trajectory.knots
-        time, note = knots.time, points.describe()
-        joints = {"position": knots.position, "velocity": knots.velocity}
-        if accelerations:
-            joints["acceleration"] = knots.acceleration
+        trajectory, time, joints, note = _knots(motion, accelerations, fit)
     else:
         if accelerations or fit is not None:
             raise InputError(
@@ -139,13 +133,7 @@ def motion_table(
         if isinstance(motion, Points):
             raise InputError("points are no motion to sample; give the trajectory, or knots_only")
         trajectory = motion
-        rate = DEFAULT_RATE if rate is None else rate
-        columns = 1 + len(DERIVATIVES) * len(trajectory.joint_names)
-        columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
-        start, end = trajectory.start_time, trajectory.end_time
-        time = sample_times(start, end, rate, most=MOST_VALUES // columns)
-        joints = {name: trajectory(time, order) for order, name in enumerate(DERIVATIVES)}
-        note = f"{time.size} samples at {rate:g} Hz"
+        time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
     tool = {} if robot is None else _tool(trajectory, robot, time)
     named = bool(trajectory.events) if labels is None else flag(labels, "labels")
     return MotionTable(
@@ -159,6 +147,29 @@ def motion_table(
         labels_at(trajectory, time) if named else {},
         trajectory,
     )
+
+
+def _samples(
+    motion: JointTrajectory, rate: float, robot: Robot | None
+) -> tuple[FloatArray, dict[str, FloatArray], str]:
+    """Times of samples, joint values there, and what is to be said of them."""
+    columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
+    columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
+    time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_VALUES // columns)
+    joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
+    return time, joints, f"{time.size} samples at {rate:g} Hz"
+
+
+def _knots(
+    motion: JointTrajectory | Points, accelerations: bool, fit: float | None
+) -> tuple[JointTrajectory, FloatArray, dict[str, FloatArray], str]:
+    """The motion of knots, their times, joint values there, and what is to be said of them."""
+    points = motion_points(motion, accelerations=accelerations, fit=fit)
+    knots = points.trajectory.knots
+    joints = {"position": knots.position, "velocity": knots.velocity}
+    if accelerations:
+        joints["acceleration"] = knots.acceleration
+    return points.trajectory, knots.time, joints, points.describe()
 
 
 def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[str, FloatArray]:

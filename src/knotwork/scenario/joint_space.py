@@ -7,9 +7,8 @@ nowhere else, joint values leave the units of the file.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from knotwork.errors import RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, JointValues, Scenario
 from knotwork.scenario.payloads import Carrying, carrying
+from knotwork.scenario.waits import waits
 from knotwork.task import PoseWaypoint
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
@@ -271,6 +271,7 @@ class _Reader:
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in scenario.waypoints
         )
+        standing = [None if one is None or one.velocity.any() else one.position for one in targets]
         near = {
             i: (waypoint.near, "waypoints", k, "near")
             for i, k in enumerate(scenario.index)
@@ -280,7 +281,7 @@ class _Reader:
         }
         return {
             "targets": targets,
-            "waits": tuple(_waits(scenario, targets)),
+            "waits": tuple(waits(scenario, standing)),
             "near": self.array(given(task.near, "near")) if task.near is not None else None,
             "end_acceleration": self._ends(scenario),
             "accelerations": self._presets(scenario, presets)
@@ -331,29 +332,3 @@ class _Reader:
         if target.velocity is None:
             return JointState(position, np.zeros_like(position))
         return JointState(position, self.array(target.velocity, missing=0.0))
-
-
-SAME = 1e-12
-"""Poses and joint positions nearer than this [m, rad] are one."""
-
-
-def _waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:
-    """Indices of waypoints at rest that are followed by an equal one, but by no tool path."""
-    moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free is not None:  # a velocity that is chosen is no stop
-        speeds = pairwise(scenario.free.speed)
-        moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
-    for i, (one, next_one) in enumerate(pairwise(scenario.waypoints)):
-        here, there = targets[i], targets[i + 1]
-        if i in moved:
-            continue
-        if isinstance(one, CartesianWaypoint) and isinstance(next_one, CartesianWaypoint):
-            gap = one.pose.homogeneous - next_one.pose.homogeneous
-            moving = [*one.twist.vector, *next_one.twist.vector]
-        elif here is not None and there is not None:
-            gap = here.position - there.position
-            moving = [*here.velocity, *there.velocity]
-        else:
-            continue
-        if np.abs(gap).max() <= SAME and not np.any(moving):
-            yield i

@@ -16,7 +16,7 @@ from knotwork.documents import Places
 from knotwork.errors import InputError, PathError
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint, PoseWaypoint, Torch
 from knotwork.tool_paths import Curve, OrientationCurve
-from knotwork.tool_paths.rotations import carried_along
+from knotwork.tool_paths.rotations import carried_along, logarithm
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray
 
@@ -229,7 +229,7 @@ class PathCurves:
     def _between(self, i: int, one: FloatArray, other: FloatArray) -> float:
         """Angle between two rotations on a path, or with normals between their z axes [rad]."""
         if i not in self.normals:
-            return angle_between(one, other)
+            return float(np.linalg.norm(logarithm(one.T @ other)))
         across = np.linalg.norm(np.cross(one[:, 2], other[:, 2]))
         return float(np.arctan2(across, one[:, 2] @ other[:, 2]))
 
@@ -333,13 +333,6 @@ class PathCurves:
         with self.errors(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, given)
         return blend
-
-
-def angle_between(one: FloatArray, other: FloatArray) -> float:
-    """Angle between two rotations [rad]."""
-    import pinocchio as pin
-
-    return float(np.linalg.norm(pin.log3(one.T @ other)))
 
 
 def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:

@@ -47,20 +47,17 @@ def completed_waypoints(
     """
     times = scenario.provisional_times
     known = np.full(positions.shape, np.nan)
-    for i in space.waits:
-        known[i : i + 2] = 0.0
+    known[[k for i in space.waits for k in (i, i + 1)]] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
-    asked = np.ones(len(names), dtype=bool)
-    columns = times, names, positions, velocities, known, asked
+    columns = times, names, positions, velocities, known, np.ones(len(names), dtype=bool)
     parts: list[tuple[Any, ...]] = []
     done = 0
     for path in scenario.paths:
         _hold(positions, space.waits)
         parts.append(tuple(one[done : path.first] for one in columns))
         start = positions[path.first]
-        begin = path.motion.start_time
-        found = way(path, start), None if pull is None else pull(path, begin, start)
-        followed = followed_path(scenario, space.robot, path, start, knots, *found)
+        own = None if pull is None else pull(path, path.motion.start_time, start)
+        followed = followed_path(scenario, space.robot, path, start, knots, way(path, start), own)
         followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # where the next path begins, its first waypoint stands for the last of this one

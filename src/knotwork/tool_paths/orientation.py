@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.errors import PathError
 from knotwork.tool_paths.bernstein import basis, sums_of_basis
 from knotwork.tool_paths.curve import checked_order, unit, unplaced
-from knotwork.tool_paths.orientation_junctions import SAME, Stretch, check_junction, meet
+from knotwork.tool_paths.orientation_junctions import SAME, Stretch, check_junction, meet, two_sided
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
 from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
@@ -84,10 +84,8 @@ class OrientationCurve:
             )
         self.length = float(self.s[-1])
         self.rotations = checked_rotations(rotations, (count, 3, 3), "rotations")
-        self.rates = _two_sided(rates, count, "rates")
-        self.changes = _two_sided(
-            0.0 * self.rates if changes is None else changes, count, "changes"
-        )
+        self.rates = two_sided(rates, count, "rates")
+        self.changes = two_sided(0.0 * self.rates if changes is None else changes, count, "changes")
         self.breaks: FloatArray = np.array(self.s if breaks is None else breaks)
         self._steps: FloatArray = np.diff(self.s)
         # Index of the piece that begins at each break.
@@ -341,12 +339,3 @@ class OrientationCurve:
         np.maximum.at(found[0], row, rate / step)
         np.maximum.at(found[1], row, change / step**2)
         return found
-
-
-def _two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:
-    """Copy values before and after each break into shape (m, 2, 3)."""
-    array = np.asarray(values, dtype=float)
-    if array.ndim == 3:
-        return read_only(array, (count, 2, 3), what)
-    array = read_only(array, (count, 3), what)
-    return np.repeat(array[:, None], 2, axis=1)

@@ -6,9 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
 from knotwork.tool_paths.rotations import logarithm
+from knotwork.waypoints import FloatArray, read_only
 
 TRANSITION = 0.25
 """Part of the shorter of two stretches in which both rates pass to that at the junction."""
@@ -86,3 +88,12 @@ def check_junction(i: int, before: Stretch, after: Stretch) -> None:
             f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
             f"stretch {i} and the start of stretch {i + 1}; they must meet"
         )
+
+
+def two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:
+    """Copy values before and after each break into shape (m, 2, 3)."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim == 3:
+        return read_only(array, (count, 2, 3), what)
+    array = read_only(array, (count, 3), what)
+    return np.repeat(array[:, None], 2, axis=1)

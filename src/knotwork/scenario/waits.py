@@ -1,0 +1,39 @@
+"""Where the arm of a scenario waits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.scenario.model import Scenario
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+SAME = 1e-12
+"""Poses and joint positions nearer than this [m, rad] are one."""
+
+
+def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
+    """Indices of waypoints at rest that are followed by an equal one, but by no tool path.
+
+    Args:
+        scenario: The scenario.
+        positions: Where the joints stand at its waypoints, of shape (d,); `None` where they move,
+            or where it gives a pose.
+    """
+    moved = {i for path in scenario.paths for i in range(path.first, path.last)}
+    if scenario.free is not None:  # a velocity that is chosen is no stop
+        speeds = pairwise(scenario.free.speed)
+        moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
+    places = [
+        one.pose.homogeneous
+        if isinstance(one, CartesianWaypoint) and not one.twist.vector.any()
+        else position
+        for one, position in zip(scenario.waypoints, positions, strict=True)
+    ]
+    for i, (here, there) in enumerate(pairwise(places)):
+        if i in moved or here is None or there is None or here.shape != there.shape:
+            continue
+        if np.abs(here - there).max() <= SAME:
+            yield i
