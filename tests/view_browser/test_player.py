@@ -198,3 +198,20 @@ def test_the_strip_says_of_limits_what_the_verdict_says(tabs: Any, tmp_path: Pat
     share = failed.time / plan.trajectory.duration
     tab.mouse.move(box["x"] + knob + share * (box["width"] - 2 * knob), box["y"] + 20)
     assert f"{100 * failed.use:.0f} % of a limit" in tab.inner_text("#tip")
+
+
+def test_a_curve_is_chosen_below_the_slider(tabs: Any, tmp_path: Path) -> None:
+    tab = tabs.scene("wall", kw.plan("ur5_wall").view, tmp_path)
+    tab.set_viewport_size({"width": 1200, "height": 700})
+    assert tab.locator("#curve option").all_inner_texts() == ["tool speed", "clearance"]
+    picture = "document.getElementById('strip').toDataURL()"
+    tab.evaluate(NEXT_FRAME)
+    before = tab.evaluate(picture)
+    tab.select_option("#curve", "clearance")
+    tab.evaluate(NEXT_FRAME)
+    assert tab.evaluate(picture) != before
+    box = tab.locator("#strip").bounding_box()
+    tab.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 60)
+    assert "limit: elbow_joint acceleration" in tab.inner_text("#tip")
+    assert "above the lower bound" in tab.inner_text("#head")
+    assert "1.011 s" in tab.inner_text("#head h1")

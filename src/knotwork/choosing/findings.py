@@ -49,6 +49,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
             verdict="information",
             message=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
+            label=_most(limits),
             brief=f"{start} to {end}: bound by {_most(limits)}",
         )
 

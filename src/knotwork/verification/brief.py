@@ -120,7 +120,7 @@ def _rows(
     indent = max(map(len, heads.values()), default=0) + 2
     lines = []
     for name, found in groups.items():
-        texts = [_own_words(one) for one in found if one.brief] or _tightest(found, units)
+        texts = own_words(found) or _tightest(found, units)
         own: list[BriefLine] = []
         for i, text in enumerate(texts):
             head = f"{'' if own else heads[name]:<{indent}}"
@@ -133,8 +133,18 @@ def _rows(
     return lines
 
 
-def _own_words(found: Finding) -> str:
-    return f"{found.brief}: undecided" if found.verdict == "undecided" else found.brief
+def own_words(findings: Sequence[Finding]) -> list[str]:
+    """What findings say in short of themselves, even where all is well."""
+    return [
+        f"{one.brief}: undecided" if one.verdict == "undecided" else one.brief
+        for one in findings
+        if one.brief
+    ]
+
+
+def facts(groups: Mapping[str, list[Finding]]) -> dict[str, list[str]]:
+    """What findings say in short of themselves, by group."""
+    return {name: words for name, found in groups.items() if (words := own_words(found))}
 
 
 def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:

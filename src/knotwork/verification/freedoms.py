@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,16 +15,35 @@ from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
 GROUP = "Freedom"
 SAMPLES = 400
 """Number of times along a path."""
 
 
-def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Say which turns, tilts and places were used where they are free, from samples."""
-    robot, waypoints = space.robot, scenario.waypoints
-    if robot is None:
-        return
+class Used(NamedTuple):
+    """What a motion uses of what a waypoint or a path leaves open.
+
+    Attributes:
+        subject: `"waypoint"` or `"path"`.
+        name: Which one.
+        time: When it was looked at [s], shape (k,).
+        values: Angles and places [rad or m] by name and unit, shape (k,) each.
+        bounds: Least and greatest that is allowed of each.
+    """
+
+    subject: str
+    name: str
+    time: FloatArray
+    values: dict[tuple[str, str], FloatArray]
+    bounds: dict[tuple[str, str], tuple[float, float]]
+
+
+def uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Used]:
+    """Sample the turns, tilts and places that are free."""
+    waypoints = scenario.waypoints
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     places = (
         ("waypoint", one.name, one.freedom, np.array([one.time]), [one.pose])
@@ -50,7 +70,12 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
         found = [robot.forward(q) for q in motion.curve(times)]
         turned = np.array([a.rotation.T @ b.rotation for a, b in zip(asked, found, strict=True)])
         apart = np.array([a.actInv(b.translation) for a, b in zip(asked, found, strict=True)])
-        used = {**_angles(freedom, turned), **_places(freedom, apart)}
+        yield Used(subject, name, times, _values(freedom, turned, apart), _open(freedom))
+
+
+def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Say which turns, tilts and places were used where they are free, from samples."""
+    for subject, name, times, used, _ in uses(motion, scenario, space.robot) if space.robot else ():
         texts = [f"{what} {_span(values, scenario, unit)}" for (what, unit), values in used.items()]
         (_, unit), values = max(used.items(), key=lambda one: float(np.ptp(one[1])))
         yield Finding(
@@ -68,29 +93,34 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
         )
 
 
-def _angles(freedom: PoseFreedom, turned: FloatArray) -> dict[tuple[str, str], FloatArray]:
-    """Angles that are free, by their names, from those of the pose [rad], shape (k,) each."""
+def _open(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
+    """What is free, by name and unit, from what to what [rad or m]."""
+    spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
+    if freedom.torch is not None:
+        spans["travel angle", "rad"] = freedom.torch.travel
+        spans["work angle", "rad"] = freedom.torch.work
+    else:
+        spans["tilt", "rad"] = (0.0, freedom.tilt)
+    spans |= {(axis, "m"): span for axis, span in zip("xyz", freedom.box, strict=True)}
+    return {key: (low, high) for key, (low, high) in spans.items() if low < high}
+
+
+def _values(
+    freedom: PoseFreedom, turned: FloatArray, apart: FloatArray
+) -> dict[tuple[str, str], FloatArray]:
+    """Values of what is free, shape (k,) each, from rotations and places in the pose's axes."""
     if freedom.torch is not None:
         names = ("turn", "travel angle", "work angle")
-        found = dict(zip(names, torch_angles(freedom.torch, turned), strict=True))
-        open_ = dict(
-            zip(names, (freedom.turn, freedom.torch.travel, freedom.torch.work), strict=True)
-        )
-        return {(k, "rad"): np.unwrap(v) for k, v in found.items() if open_[k][0] < open_[k][1]}
-    used: dict[tuple[str, str], FloatArray] = {}
-    if freedom.turn[0] < freedom.turn[1]:
+        angles = dict(zip(names, torch_angles(freedom.torch, turned), strict=True))
+    else:
         turn = np.arctan2(turned[:, 1, 0] - turned[:, 0, 1], turned[:, 0, 0] + turned[:, 1, 1])
-        used["turn", "rad"] = np.unwrap(turn)
-    if freedom.tilt:
         across = np.hypot(turned[:, 0, 2], turned[:, 1, 2])
-        used["tilt", "rad"] = np.arctan2(across, turned[:, 2, 2])
-    return used
-
-
-def _places(freedom: PoseFreedom, apart: FloatArray) -> dict[tuple[str, str], FloatArray]:
-    """Places that are free, by their axes, from the pose [m], shape (k,) each."""
-    boxes = zip("xyz", freedom.box, apart.T, strict=True)
-    return {(axis, "m"): values for axis, (low, high), values in boxes if low < high}
+        angles = {"turn": turn, "tilt": np.arctan2(across, turned[:, 2, 2])}
+    found = angles | dict(zip("xyz", apart.T, strict=True))
+    return {
+        (name, unit): np.unwrap(found[name]) if unit == "rad" else found[name]
+        for name, unit in _open(freedom)
+    }
 
 
 def _span(values: FloatArray, scenario: Scenario, unit: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from knotwork.documents import read_text
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import NOTABLE
+from knotwork.verification.brief import NOTABLE, facts
 from knotwork.verification.worst import alike, without_use, worst_failures
 from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, frame, rendered
@@ -63,6 +63,7 @@ def report_page(plan: PlanLike) -> Page:
         robot=robot,
         trajectory=plan.trajectory,
         summary=report.summary,
+        facts=facts(report.groups),
         failures=alike(report.failures),
         most_use=MOST_USE,
         tightest=[_shown(one, report.units) for one in _tightest(report)],

@@ -89,7 +89,7 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
         ]
     if len(series) == 1 and quantity != "jerk":
         _mark_knots(curves[0], first, order, factor)
-    nearest = _nearest(series, quantity)
+    nearest, note = _nearest(series, quantity), ""
     if nearest is not None:
         bounds = nearest.motion.bounds(nearest.joint, quantity)
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
@@ -98,7 +98,7 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
         panel.levels = [Level("limit", factor * float(one), span, index=index) for one in bounds]
         if one_joint:
             panel.allowed = factor * bounds[0], factor * bounds[1]
-    note, panel.broken = _limit_note(series, quantity, factor, unit)
+        note, panel.broken = _limit_note(nearest, series, quantity, factor, unit)
     panel.note = "\n".join(filter(None, [note, *_coinciding(panel, series, factor, order)]))
     return panel
 
@@ -163,13 +163,10 @@ def _nearest(series: Sequence[Series], quantity: str) -> Series | None:
 
 
 def _limit_note(
-    series: Sequence[Series], quantity: str, factor: float, unit: str
+    first: Series, series: Sequence[Series], quantity: str, factor: float, unit: str
 ) -> tuple[str, bool]:
     """Name the curve nearest to its limit, or furthest beyond it; and whether one is beyond."""
     uses = [use for one in series if (use := one.use(quantity)) is not None]
-    first = _nearest(series, quantity)
-    if first is None:
-        return "", False
     use = first.use(quantity) or uses[0]
     name = f"{first.who}: " if first.who else ""
     limits = _limits(first.motion.bounds(first.joint, quantity), factor, unit, use)

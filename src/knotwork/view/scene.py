@@ -19,7 +19,7 @@ from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
-from knotwork.verification.brief import described
+from knotwork.verification.brief import described, facts
 from knotwork.verification.worst import alike, and_more
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
@@ -44,7 +44,8 @@ from knotwork.view.path_meshes import (
     way_mesh,
     written,
 )
-from knotwork.view.playback import arm_frames, joint_panel, strip, waypoint_times
+from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
+from knotwork.view.strip import strip
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -235,10 +236,13 @@ def _robot_data(
 def _verdict(report: Report | None) -> dict[str, Any]:
     """The findings of the check."""
     if report is None:
-        return {"ok": None, "summary": "", "failed": 0, "failures": [], "tried": []}
+        nothing: dict[str, Any] = {"failures": [], "tried": [], "facts": {}}
+        return {"ok": None, "summary": "", "duration": "", "failed": 0, **nothing}
     return {
         "ok": report.ok,
         "summary": report.summary,
+        "duration": f"{report.end_time - report.start_time:.5g} s",
+        "facts": facts(report.groups),
         "failed": len(report.failures),
         "failures": [_failure(several, report.units) for several in alike(report.failures)],
         "tried": [str(item) for item in report.tried],

@@ -1,11 +1,14 @@
-// Below the slider: the tool's speed and the given speed, the use of limits, clearance, failures,
-// events, segments and the waypoints. A click goes to its time.
+// Below the slider: segments with what limits each, the use of limits, a curve of choice with its
+// axis, failures, events and the waypoints. A click goes to its time.
 
 // Half of the slider's knob: its middle goes from here to as far from the other end [pixels].
 const KNOB = 8;
 
 // Clearances up to so many times the margin, or the least if that is more, are shown to scale.
 const CLEAR = 5;
+
+// A number on an axis
+const plain = (value) => String(Number(value.toPrecision(3))).replace("-", "\u2212");
 
 class Strip {
   constructor(player) {
@@ -22,11 +25,41 @@ class Strip {
     });
     canvas.addEventListener("pointerleave", () => { byId("tip").hidden = true; });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.size = ""; });
+    byId("curve").addEventListener("change", () => { this.size = ""; });
   }
 
   set(data) {
     this.data = { ...data.strip, use: floats(data.strip.use), waypoints: data.waypoints };
     this.size = "";
+    this.curves = this.allCurves(data);
+    const chosen = byId("curve").value;
+    byId("curve").replaceChildren(...this.curves.map(({ name }) => new Option(name)));
+    if (this.curves.some(({ name }) => name === chosen)) byId("curve").value = chosen;
+    byId("curve").hidden = this.curves.length < 2;
+  }
+
+  // Curves to choose from: names, units, times from the start, values, limits and the greatest shown
+  allCurves(data) {
+    const { player } = this;
+    const { length, per_metre: factor } = data.units;
+    const found = [];
+    if (player.speeds) {
+      const limit = this.data.speed_limit;
+      found.push({ name: "tool speed", colour: "speed", unit: `${length}/s`, time: player.times,
+        value: player.speeds.map((one) => factor * one), limits: limit ? [factor * limit] : [],
+        asked: this.data.asked.map(([start, end, speed]) => [start, end, factor * speed]) });
+    }
+    if (this.data.clearance) {
+      const { time, distance, margin } = this.data.clearance;
+      const least = Math.min(...distance.filter((one) => one !== null));
+      found.push({ name: "clearance", colour: "clear", unit: length, time, limits: [factor * margin],
+        value: distance.map((one) => (one === null ? null : factor * one)), most: factor * CLEAR * Math.max(margin, least, 1e-3) });
+    }
+    return [...found, ...this.data.curves.map((one) => ({ ...one, colour: "way" }))];
+  }
+
+  get chosen() {
+    return this.curves[Math.max(byId("curve").selectedIndex, 0)];
   }
 
   timeAt(event) {
@@ -57,7 +90,7 @@ class Strip {
     const { player, data } = this;
     const parts = [`${(player.start + time).toFixed(2)} s`];
     const segment = data.segments.find(([start, end]) => time >= start && time < end);
-    if (segment) parts.push(segment[2]);
+    if (segment) parts.push(segment[3] ? `${segment[2]} (limit: ${segment[3]})` : segment[2]);
     const asked = data.asked.find(([start, end]) => time >= start && time <= end);
     if (player.speeds) {
       const speed = player.speedText(player.speeds[player.frame(time)], 1);
@@ -69,6 +102,11 @@ class Strip {
       const { distance, pair, names } = data.clearance;
       const i = this.clearanceAt(time);
       if (distance[i] !== null) parts.push(`${player.lengthText(distance[i], 1)} clear: ${names[pair[i]]}`);
+    }
+    const { chosen } = this;
+    const at = chosen ? chosen.time.findLastIndex((one) => one <= time + AT_FRAME) : -1;
+    if (at >= 0 && chosen.colour === "way" && time <= chosen.time[chosen.time.length - 1] + AT_FRAME) {
+      parts.push(`${chosen.name} ${plain(chosen.value[at])} ${chosen.unit}`);
     }
     const beside = (at) => Math.abs(at - time) < 0.012 * player.animator.duration;
     parts.push(...data.events.filter(([at]) => beside(at)).map(([, said]) => said));
@@ -95,109 +133,158 @@ class Strip {
     this.draw();
   }
 
+  // From the top: segments, the use of limits, the chosen curve, the axis of time; as much as there
+  // is room for.
   draw() {
-    const { canvas, data, player } = this;
+    const { canvas, data, player, chosen } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     const fine = window.devicePixelRatio || 1;
     Object.assign(canvas, { width: Math.round(width * fine), height: Math.round(height * fine) });
     const pen = canvas.getContext("2d");
     pen.scale(fine, fine);
+    pen.font = "10.5px system-ui, sans-serif";
     const look = getComputedStyle(document.documentElement);
     const colour = (name) => look.getPropertyValue(`--${name}`).trim();
-    const high = 1.15; // of what the strip shows, in parts of a limit
-    const up = (share) => height - 4 - (height - 6) * Math.min(share, high) / high;
-    const steps = Math.round(width - 2 * KNOB);
-    const times = [...Array(steps + 1).keys()].map((i) => (i / steps) * player.animator.duration);
-    if (data.use.some((use) => use > 0)) {
-      times.forEach((time) => {
-        const use = this.useAt(time);
-        pen.fillStyle = colour(use > 1 ? "red" : "use");
-        pen.fillRect(this.x(time) - 0.5, up(use), 1.2, height - 4 - up(use));
-      });
-      pen.strokeStyle = colour("faint");
-      pen.setLineDash([4, 3]);
-      pen.strokeRect(KNOB, up(1), width - 2 * KNOB, 0);
-      pen.setLineDash([]);
-    }
-    for (const stop of data.waypoints) {
-      pen.fillStyle = colour("faint");
-      pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, height);
-    }
-    if (player.speeds) this.drawSpeeds(pen, up, times, colour);
-    if (data.clearance) this.drawClearance(pen, up, colour);
-    this.drawNames(pen, colour);
+    const used = data.use.some((use) => use > 0);
+    const high = height > 70;
+    const top = high ? 27 : 13;
+    const bottom = height > 40 ? height - 13 : height - 1;
+    const parting = !chosen ? bottom : !used ? top : high ? top + Math.round(0.42 * (bottom - top)) : top;
     pen.fillStyle = colour("red");
-    for (const [start, end] of data.broken) {
-      pen.fillRect(this.x(start), height - 5, Math.max(this.x(end) - this.x(start), 3), 5);
+    pen.globalAlpha = 0.22;
+    for (const [start, end] of data.broken) pen.fillRect(this.x(start), 0, Math.max(this.x(end) - this.x(start), 3), bottom);
+    pen.globalAlpha = 1;
+    this.drawSegments(pen, colour, high);
+    if (used && parting > top) this.drawUse(pen, colour, top, parting);
+    if (chosen) this.drawCurve(pen, colour, parting + 3, bottom);
+    if (bottom < height - 9) this.drawTimes(pen, colour, bottom);
+    pen.fillStyle = colour("faint");
+    for (const stop of data.waypoints) pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, bottom);
+    this.drawEvents(pen, colour, top, bottom);
+    pen.fillStyle = colour("red");
+    for (const [start, end] of data.broken) pen.fillRect(this.x(start), bottom - 3, Math.max(this.x(end) - this.x(start), 3), 3);
+  }
+
+  // As much of a text as there is room for, or nothing
+  shortened(pen, text, room) {
+    let kept = text;
+    while (kept.length > 3 && pen.measureText(kept).width > room) kept = `${kept.slice(0, -2).trimEnd()}…`;
+    return pen.measureText(kept).width > room ? "" : kept;
+  }
+
+  // Words on a plate
+  write(pen, colour, text, x, y, look) {
+    pen.fillStyle = colour("name");
+    pen.fillRect(x - 1, y - 9, pen.measureText(text).width + 2, 11);
+    pen.fillStyle = colour(look);
+    pen.fillText(text, x, y);
+  }
+
+  drawSegments(pen, colour, high) {
+    this.data.segments.forEach(([start, end, name, limit], i) => {
+      const [left, right] = [this.x(start), this.x(end)];
+      pen.fillStyle = colour("use");
+      pen.globalAlpha = i % 2 ? 0.25 : 0.5;
+      pen.fillRect(left, 0, right - left, high ? 25 : 12);
+      pen.globalAlpha = 1;
+      for (const [text, y] of high ? [[name, 10], [limit, 22]] : [[name, 9]]) {
+        const short = this.shortened(pen, text, right - left - 6);
+        pen.fillStyle = colour(y > 12 ? "leader" : "ink");
+        pen.fillText(short, (left + right - pen.measureText(short).width) / 2, y);
+      }
+    });
+  }
+
+  drawUse(pen, colour, top, bottom) {
+    const high = 1.15; // of what is shown, in parts of a limit
+    const up = (share) => bottom - ((bottom - top) * Math.min(share, high)) / high;
+    const steps = Math.round(this.canvas.clientWidth - 2 * KNOB);
+    for (let i = 0; i <= steps; i++) {
+      const time = (i / steps) * this.player.animator.duration;
+      const use = this.useAt(time);
+      pen.fillStyle = colour(use > 1 ? "red" : "use");
+      pen.fillRect(this.x(time) - 0.5, up(use), 1.2, bottom - up(use));
+    }
+    this.line(pen, colour("leader"), up(1));
+    this.write(pen, colour, "100 % of a limit", KNOB + 2, up(1) + 10, "leader");
+  }
+
+  line(pen, look, y) {
+    pen.strokeStyle = look;
+    pen.lineWidth = 1;
+    pen.setLineDash([4, 3]);
+    pen.strokeRect(KNOB, y, this.canvas.clientWidth - 2 * KNOB, 0);
+    pen.setLineDash([]);
+  }
+
+  drawCurve(pen, colour, top, bottom) {
+    const { name, unit, time, value, limits, asked = [], most: scale = Infinity, colour: look } = this.chosen;
+    const given = [...value].filter((one) => one !== null);
+    const reach = given.reduce((far, one) => [Math.min(far[0], one), Math.max(far[1], one)], [Infinity, -Infinity]);
+    const near = limits.filter((one) => one <= 1.6 * Math.max(reach[1], 1e-9) && one >= reach[0] - (reach[1] - reach[0]));
+    const low = Math.min(look === "way" ? reach[0] : 0, ...near, reach[0]);
+    const high = Math.max(Math.min(reach[1], scale), ...near, ...asked.map((one) => one[2]), low + 1e-9);
+    const up = (one) => bottom - 1 - ((bottom - top - 2) * (Math.min(one, high) - low)) / (high - low);
+    pen.lineWidth = 6;
+    pen.strokeStyle = colour("asked");
+    pen.beginPath();
+    for (const [start, end, speed] of asked) {
+      pen.moveTo(this.x(start), up(speed));
+      pen.lineTo(this.x(end), up(speed));
+    }
+    pen.stroke();
+    for (const limit of near) this.line(pen, colour(look), up(limit));
+    pen.lineWidth = 1.6;
+    pen.strokeStyle = colour(look);
+    pen.beginPath();
+    const every = Math.max(1, Math.floor(value.length / 4000));
+    for (let i = 0; i < value.length; i += every) {
+      if (value[i] !== null) pen[i && value[i - every] !== null ? "lineTo" : "moveTo"](this.x(time[i]), up(value[i]));
+    }
+    pen.stroke();
+    const far = limits.filter((one) => !near.includes(one)).map((one) => `, limit ${plain(one)}`).join("");
+    this.write(pen, colour, `${scale < reach[1] ? "≥ " : ""}${plain(high)} ${unit}${this.curves.length < 2 ? ` ${name}` : ""}${far}`, KNOB + 2, top + 8, look);
+    if (bottom - top > 26) this.write(pen, colour, plain(low), KNOB + 2, bottom - 1, look);
+    for (const limit of near) {
+      const text = `${name === "clearance" ? "margin" : "limit"} ${plain(limit)} ${unit}`;
+      const x = this.canvas.clientWidth - KNOB - 2 - pen.measureText(text).width;
+      this.write(pen, colour, text, x, Math.min(Math.max(up(limit) + 4, top + 8), bottom - 1), look);
     }
   }
 
-  // Segments by name where they are long enough; events, with their names where there is room
-  drawNames(pen, colour) {
-    const { events, segments } = this.data;
-    const write = (text, x, y, look) => {
-      pen.fillStyle = colour("name");
-      pen.fillRect(x - 1, y - 8, pen.measureText(text).width + 2, 10);
-      pen.fillStyle = colour(look);
-      pen.fillText(text, x, y);
-    };
-    pen.font = "9px system-ui, sans-serif";
-    for (const [start, end, name] of segments) {
-      const room = this.x(end) - this.x(start) - pen.measureText(name).width;
-      if (room > 6) write(name, this.x(start) + room / 2, 8, "leader");
+  // Round times, as many as there is room for
+  drawTimes(pen, colour, top) {
+    const { start, animator: { duration } } = this.player;
+    const rough = (70 * duration) / Math.max(this.canvas.clientWidth, 1);
+    const ten = 10 ** Math.floor(Math.log10(rough || 1));
+    const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= rough) || 1;
+    pen.fillStyle = colour("leader");
+    for (let at = Math.ceil(start / step - 1e-6) * step; at <= start + duration + 1e-9; at += step) {
+      const x = this.x(at - start);
+      const text = `${Number(at.toPrecision(6))} s`;
+      pen.fillRect(x - 0.5, top, 1, 3);
+      pen.fillText(text, Math.min(Math.max(x - pen.measureText(text).width / 2, 0), this.canvas.clientWidth - pen.measureText(text).width), top + 12);
     }
-    const free = [0, 0]; // of each row, from where on
+  }
+
+  // Events, with their names where there is room
+  drawEvents(pen, colour, top, bottom) {
+    const { events } = this.data;
+    const rows = bottom - top > 24 ? [0, 0] : [0]; // of each row, from where on it is free
     events.forEach(([time, said], i) => {
       const x = this.x(time);
       const width = pen.measureText(said).width;
       const left = x + 5 + width < this.canvas.clientWidth ? x + 5 : x - 5 - width;
       const next = i + 1 < events.length ? this.x(events[i + 1][0]) - 4 : Infinity;
-      const row = free.findIndex((from, k) => left > from && (k || left + width < next));
+      const row = rows.findIndex((from, k) => left > from && (k || left + width < next));
       if (row >= 0) {
-        write(said, left, 18 + 10 * row, "event");
-        free[row] = left + width;
+        this.write(pen, colour, said, left, top + 10 + 11 * row, "event");
+        rows[row] = left + width;
       }
       pen.fillStyle = colour("event");
       pen.beginPath();
-      [[x, 18], [x - 3, 11], [x + 3, 11]].forEach((corner) => pen.lineTo(...corner));
+      [[x, top + 8], [x - 3, top + 1], [x + 3, top + 1]].forEach((corner) => pen.lineTo(...corner));
       pen.fill();
     });
-  }
-
-  drawClearance(pen, up, colour) {
-    const { time, distance, margin } = this.data.clearance;
-    const found = distance.filter((one) => one !== null);
-    if (!found.length) return;
-    const most = CLEAR * Math.max(margin, Math.min(...found), 1e-3);
-    const height = (one) => up(Math.min(Math.max(one, 0) / most, 1));
-    pen.strokeStyle = colour("clear");
-    pen.lineWidth = 1;
-    pen.setLineDash([2, 3]);
-    pen.strokeRect(KNOB, height(margin), this.x(time[time.length - 1]) - KNOB, 0);
-    pen.setLineDash([]);
-    pen.lineWidth = 1.6;
-    pen.beginPath();
-    distance.forEach((one, i) => {
-      if (one !== null) pen[i && distance[i - 1] !== null ? "lineTo" : "moveTo"](this.x(time[i]), height(one));
-    });
-    pen.stroke();
-  }
-
-  drawSpeeds(pen, up, times, colour) {
-    const { player, data } = this;
-    const most = Math.max(...player.speeds, ...data.asked.map((one) => one[2]), 1e-9);
-    pen.lineWidth = 6;
-    pen.strokeStyle = colour("asked");
-    for (const [start, end, speed] of data.asked) {
-      pen.beginPath();
-      pen.moveTo(this.x(start), up(speed / most));
-      pen.lineTo(this.x(end), up(speed / most));
-      pen.stroke();
-    }
-    pen.lineWidth = 1.6;
-    pen.strokeStyle = colour("speed");
-    pen.beginPath();
-    times.forEach((time) => pen.lineTo(this.x(time), up(player.speeds[player.frame(time)] / most)));
-    pen.stroke();
   }
 }

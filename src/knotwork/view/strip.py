@@ -1,0 +1,177 @@
+"""The strip below a scene: segments, what limits each, curves over time and what is broken."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Finding, Motion, Report
+from knotwork.verification.freedoms import uses
+from knotwork.view.clearance_curve import clearance_curve, nearest_around
+from knotwork.view.limit_share import frame_values, limit_shares
+from knotwork.view.packing import packed_numbers
+from knotwork.view.tool_curves import stretches
+from knotwork.waypoints import FloatArray
+
+SAMPLES = 800
+# A break at one time is shown this wide, in parts of the motion.
+LEAST_WIDTH = 0.003
+# A limit that is used less than this limits nothing.
+NOTABLE = 0.01
+
+
+def strip(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    report: Report | None,
+) -> dict[str, Any]:
+    """Give segments, the use of limits, curves over time, failures and events.
+
+    Args:
+        robot: The arm.
+        trajectory: Its motion, joints in the robot's order.
+        scenario: The task.
+        space: Its limits.
+        report: Of the check; the use of the limits in it is shown.
+
+    Returns:
+        Times from the start of the motion [s].
+    """
+    curve = trajectory.polynomial
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    time = np.linspace(start, end, SAMPLES)
+    found = report.findings if report is not None else ()
+    shares = list(limit_shares(robot, curve, space, found, time)) if space is not None else []
+    asked = [
+        [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
+        for _, part, low, high in stretches(scenario, curve)
+    ]
+    use = np.max([np.zeros(SAMPLES), *(share for _, share in shares)], axis=0)
+    return {
+        "use": packed_numbers(use.astype("<f4")),
+        "asked": asked,
+        "broken": broken_spans(report, shares, time),
+        "clearance": _clearance(trajectory, scenario, space, report),
+        "speed_limit": None if scenario is None else scenario.motion_limits.tool_speed,
+        "curves": [
+            {**one, "time": (one["time"] - start).tolist()}
+            for one in _more_curves(robot, trajectory, scenario, space, time)
+        ],
+        "events": [[one.time - start, one.said] for one in trajectory.events],
+        "segments": [
+            [
+                one.start - start,
+                one.end - start,
+                one.name,
+                _limiting(one.start, one.end, found, shares, time),
+            ]
+            for one in trajectory.segments
+        ],
+    }
+
+
+_Shares = list[tuple[Finding, FloatArray]]
+
+
+def broken_spans(report: Report | None, shares: _Shares, time: FloatArray) -> list[list[float]]:
+    """From when to when something fails, since the start [s]: as long as it does, but visible.
+
+    Args:
+        report: Of the check.
+        shares: Use of each limit, as `limit_shares` gives it.
+        time: When that was sampled [s].
+    """
+    start, end = float(time[0]), float(time[-1])
+    spans = [
+        span
+        for one in (report.failures if report is not None else ())
+        if one.at is not None
+        for span in one.spans or ((one.at, one.at),)
+    ]
+    for one, share in shares:
+        over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not one.ok), False]))
+        spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
+    least = 0.5 * LEAST_WIDTH * (end - start)
+    return [[max(a - least, start) - start, min(b + least, end) - start] for a, b in spans]
+
+
+def _limiting(
+    start: float, end: float, findings: Sequence[Finding], shares: _Shares, time: FloatArray
+) -> str:
+    """What limits a segment: what a choice of times was bound by, else the limit nearest to it.
+
+    A position within its range slows nothing.
+    """
+    for one in findings:
+        span = one.interval if one.quantity == "binding_limits" else None
+        if span is not None and span[0] <= start and end <= span[1]:
+            return one.label
+    within = (time >= start) & (time <= end)
+    slowing = [pair for pair in shares if pair[0].quantity != "position" or not pair[0].ok]
+    if not slowing or not within.any():
+        return ""
+    one, share = max(slowing, key=lambda pair: float(pair[1][within].max()))
+    most = float(share[within].max())
+    if most < NOTABLE:
+        return ""
+    part = f"{100.0 * most:.0f} %" if np.isfinite(most) else "a jump"
+    return f"{one.name} {one.title} {part}".lstrip()
+
+
+def _more_curves(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    time: FloatArray,
+) -> Iterator[dict[str, Any]]:
+    """Speeds of links that are limited, and what paths leave open, in the units shown."""
+    if scenario is None or space is None:
+        return
+    shown, curve = scenario.units.shown, trajectory.polynomial
+    for one in scenario.motion_limits.frame_speeds:
+        factor, unit = shown(1.0, "m/s")
+        speed = frame_values(robot, one.frame, 1, *(curve(time, order) for order in range(3)))
+        yield _curve(f"speed of {one.frame}", unit, time, factor * speed, [factor * one.speed])
+    for path in uses(Motion(trajectory, space), scenario, robot):
+        for (what, of), values in path.values.items() if path.subject == "path" else ():
+            factor, unit = shown(1.0, of)
+            bounds = [factor * edge for edge in path.bounds[what, of] if np.isfinite(edge)]
+            yield _curve(f"{what}, {path.name}", unit, path.time, factor * values, bounds)
+
+
+def _curve(
+    name: str, unit: str, time: FloatArray, values: FloatArray, limits: list[float]
+) -> dict[str, Any]:
+    given = [float(f"{value:.5g}") for value in values]
+    return {"name": name, "unit": unit, "time": time, "value": given, "limits": limits}
+
+
+def _clearance(
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    report: Report | None,
+) -> dict[str, Any] | None:
+    """Clearance from what stands around over time, the nearest pairs, and what is to be kept."""
+    nearest = nearest_around(report.findings) if report is not None else None
+    also = [] if nearest is None or nearest.time is None else [nearest.time]
+    start, end = trajectory.start_time, trajectory.end_time
+    found = clearance_curve(trajectory, scenario, space, (start, end), also)
+    if found is None or scenario is None:
+        return None
+    return {
+        "time": (found.time - start).tolist(),
+        "distance": [round(d, 6) if np.isfinite(d) else None for d in found.distance.tolist()],
+        "pair": found.pair,
+        "names": found.names,
+        "margin": scenario.scene.rules.margin,
+    }
