@@ -19,7 +19,7 @@ from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
-from knotwork.verification.brief import described, facts
+from knotwork.verification.brief import facts, in_short
 from knotwork.verification.worst import alike, and_more
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
@@ -252,12 +252,8 @@ def _verdict(report: Report | None) -> dict[str, Any]:
 def _failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
     """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
     worst, *others = several
-    if worst.label:
-        short = f"{worst.label} at {worst.when} s" if worst.when else worst.label
-    else:
-        short = worst.message if worst.value is None else described(worst, units)
     return {
-        "line": f"{short}{and_more(len(others))}",
+        "line": f"{in_short(worst, units)}{and_more(len(others))}",
         "remedy": worst.remedy,
         "fact": worst.fact,
         "at": worst.at,
