@@ -72,10 +72,9 @@ OBVIOUS = {
         "errors.TimeRangeError",
         "errors.WaypointDataError",
     ),
-    "they need Drake, ROS 2, or a writer that was killed": (
+    "they need Drake or ROS 2": (
         "export.to_drake",
         "export.to_ros2_message",
-        "storage.finish_interrupted",
     ),
 }
 # Plain data, by what gives or takes it, which has an example.

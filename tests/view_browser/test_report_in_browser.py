@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from PIL import Image
 
 import knotwork as kw
@@ -108,3 +109,63 @@ def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
     assert tab.locator("iframe").count() == 0
     assert tab.locator("#still").count() == 0
     assert tab.locator("#plots svg").count() == 1
+
+
+def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time(
+    tabs: Any, tmp_path: Path
+) -> None:
+    wall = {"box": [0.5, 0.03, 0.4], "position": [0.45, 0, 0.19]}
+    here, there = (
+        {"name": name, "stop": True, "pose": {"position": [0.45, y, 0.1], "rpy": [180, 0, 0]}}
+        for name, y in (("here", -0.25), ("there", 0.25))
+    )
+    tool = {"offset": {"position": [0, 0, 0.12]}}
+    around = {"objects": {"wall": wall}}
+    task = {"robot": "ur5", "tool": tool, "scene": around, "units": {"angle": "deg"}}
+    plan = kw.plan({**task, "waypoints": [here, there | {"after": 2}]})
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1440, "height": 900})
+    tab.goto(report_page(plan).save(tmp_path / "hit.html").as_uri())
+    tab.wait_for_selector("html.has-still", state="attached")
+    for link in tab.locator("nav a").all():
+        assert tab.locator(link.get_attribute("href") or "").count() == 1
+    panels = tab.locator(".cursor").count()
+    assert tab.locator("[data-part=contact]").count() == panels
+
+    plot = tab.locator("#plot-2 .plot")
+    plot.scroll_into_view_if_needed()
+    tab.mouse.move(5, 5)
+    scene = tab.locator("iframe").bounding_box()
+    assert scene["y"] >= 0
+    assert scene["y"] + scene["height"] <= 900
+    box = plot.bounding_box()
+    inside = box["x"] + 0.4 * box["width"], box["y"] + 0.2 * box["height"]
+    tab.mouse.move(*inside)
+    assert tab.locator(".cursor.hover:visible").count() == panels
+
+    def shown() -> float:
+        return float(tab.inner_text("#now").split()[0])
+
+    time = shown()
+    assert 0.2 < time < 1.8
+    for i, joint in enumerate(plan.trajectory.joint_names):
+        row = tab.locator("#values tbody tr").filter(has_text=joint)
+        found = [
+            float(text.replace("−", "-")) for text in row.locator(".value").all_inner_texts()[:2]
+        ]
+        motion = plan.trajectory
+        expected = [motion.position(time)[i], motion.velocity(time)[i]]
+        assert found == pytest.approx(np.degrees(expected), abs=0.2)
+    tab.mouse.click(*inside)
+    tab.mouse.move(5, 5)
+    assert tab.locator("#whole").is_disabled()
+    tab.click("#closer")
+    assert tab.locator("#whole").is_enabled()
+    assert shown() == pytest.approx(time, abs=0.01)  # that of a frame
+    tab.mouse.move(*inside)
+    assert shown() == pytest.approx(time, abs=0.02)  # what the window is about stays in place
+    tab.mouse.move(inside[0] + 0.1 * box["width"], inside[1])
+    near = shown() - time
+    tab.mouse.dblclick(inside[0] + 0.1 * box["width"], inside[1])
+    assert tab.locator("#whole").is_disabled()
+    assert shown() - time == pytest.approx(2 * near, abs=0.02)

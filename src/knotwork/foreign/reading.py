@@ -66,7 +66,6 @@ def read_trajectory(
     (array([0.25]), [])
     """
     path = Path(path)
-    storage.finish_interrupted(path.parent)
     if _suffix(path) in CSV:
         table = read_csv(path, joint_names, joint_units, start_time=span[0], owner=owner)
         return to_trajectory(table, f"{path.name} (CSV)"), []

@@ -1,4 +1,3 @@
-from .files import finish_interrupted as finish_interrupted
 from .files import write_file as write_file
 from .files import write_files as write_files
 from .reading import knot_disagreement as knot_disagreement

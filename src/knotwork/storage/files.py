@@ -1,37 +1,25 @@
-"""Files written into a folder, all of them or none, whatever ends the process.
-
-They are written into a hidden folder next to their places, which is then renamed: that one step
-decides. Whoever reads or writes in the folder next finishes what is decided and removes all that is
-not. A folder with other files of the user's own stays that folder, which is not true of a new
-one that takes its place.
-"""
+"""Files written whole: into a hidden folder next to their places first, from there into these."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import shutil
-import sys
-import time
+import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from knotwork.errors import InputError
 
-if sys.platform != "win32":
-    import fcntl
-
-_PREFIX = ".knotwork-"
-UNDECIDED, DECIDED, REPLACED = ".part", ".whole", ".old"
-"""Ends of the hidden folders: not yet all of the files, all of them, those that they replace."""
-LONGEST_WAIT = 30.0
-"""How long another writer may take [s]."""
+_HIDDEN = ".knotwork-"
+"""Begins the name of the hidden folder."""
 
 
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
     """Write files into a folder, all of them or none; existing ones are replaced.
 
-    Of several writers at once, the files of the last one stay, all of them.
+    A process that is killed leaves each file whole, and may leave files of two sets next to one
+    another: `set_disagreement` says so.
 
     >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
     ['a.txt', 'b.bin']
@@ -96,27 +84,30 @@ def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = Tr
         ValueError: A name or text that no file can have.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with _alone_in(folder):
-        if not replace and any((folder / name).exists() for name in contents):
-            raise FileExistsError(None, "it is there already")
-        token = f"{_PREFIX}{os.urandom(6).hex()}"
-        new, whole, old = (folder / f"{token}{end}" for end in (UNDECIDED, DECIDED, REPLACED))
+    if not replace and any((folder / name).exists() for name in contents):
+        raise FileExistsError(None, "it is there already")
+    with tempfile.TemporaryDirectory(prefix=_HIDDEN, dir=folder) as hidden:
+        new, old = Path(hidden, "new"), Path(hidden, "old")
+        new.mkdir()
+        old.mkdir()
+        for name, content in contents.items():
+            _write_one(new / name, content, folder / name)
+        begun: list[str] = []
         try:
-            new.mkdir()
-            for name, content in contents.items():
-                _write_one(new / name, content, folder / name)
-            old.mkdir()
             for name in contents:
-                if (folder / name).exists():
+                if not replace:  # takes the name before another writer does
+                    (folder / name).open("xb").close()
+                elif (folder / name).exists():
                     _link(folder / name, old / name)
-            _to_disk(new)
-            os.rename(new, whole)
-            _to_disk(folder)
-            _put_in_place(whole, folder, old)
-        finally:  # what is decided and not in place, as after an interrupt, is left to the next
-            for left in (new, old):
-                shutil.rmtree(left, ignore_errors=True)
-        _to_disk(folder)
+                begun.append(name)
+                os.replace(new / name, folder / name)
+        except BaseException:  # of an interrupt from the keyboard, too
+            for name in begun:
+                if (old / name).exists():
+                    os.replace(old / name, folder / name)
+                else:
+                    (folder / name).unlink(missing_ok=True)
+            raise
     return [folder / name for name in contents]
 
 
@@ -137,103 +128,3 @@ def _link(existing: Path, other: Path) -> None:
         os.link(existing, other, follow_symlinks=False)
     except OSError:
         shutil.copy2(existing, other, follow_symlinks=False)
-
-
-def _put_in_place(whole: Path, folder: Path, old: Path) -> None:
-    """Move new files into their places; if one can't be, put back what was there before.
-
-    Raises:
-        OSError: A file could not be moved.
-    """
-    moved: list[str] = []
-    try:
-        for name in sorted(os.listdir(whole)):
-            os.replace(whole / name, folder / name)
-            moved.append(name)
-    except OSError:
-        for name in moved:
-            if (old / name).exists():
-                os.replace(old / name, folder / name)
-            else:
-                (folder / name).unlink()
-        shutil.rmtree(whole, ignore_errors=True)
-        raise
-    shutil.rmtree(whole, ignore_errors=True)
-
-
-def finish_interrupted(folder: Path) -> None:
-    """Finish what a writer that was ended had decided to write into a folder.
-
-    Raises:
-        InputError: There is something to finish, and it can't be.
-    """
-    failure = f"writing to {folder} was interrupted, and can't be finished"
-    with _refusing(failure, "plan again into another folder"):
-        if any(name.endswith(DECIDED) for name in _left_in(folder)):
-            with _alone_in(folder):
-                pass
-
-
-def _left_in(folder: Path) -> list[str]:
-    """Hidden folders that writers left behind.
-
-    A link of such a name is none: where a stranger made it, it leads to files of the user's own.
-    """
-    if not folder.is_dir():
-        return []
-    ends = (UNDECIDED, DECIDED, REPLACED)
-    with os.scandir(folder) as entries:  # which knows the kind even of what has gone meanwhile
-        ours = [one for one in entries if one.name.startswith(_PREFIX) and one.name.endswith(ends)]
-        return [one.name for one in ours if one.is_dir(follow_symlinks=False)]
-
-
-@contextlib.contextmanager
-def _alone_in(folder: Path) -> Iterator[None]:
-    """Be the only writer in a folder; whatever others left there is of processes that have ended.
-
-    The lock is the system's, on the folder itself, and ends with the process.
-
-    Raises:
-        OSError: Another process writes there for longer than `LONGEST_WAIT`.
-    """
-    if sys.platform == "win32":  # it has no locks on folders
-        yield
-        return
-    number = os.open(folder, os.O_RDONLY)
-    try:
-        if _locked(number, folder):
-            for name in _left_in(folder):
-                if name.endswith(DECIDED):
-                    for file in sorted(os.listdir(folder / name)):
-                        os.replace(folder / name / file, folder / file)
-                shutil.rmtree(folder / name, ignore_errors=True)
-        yield
-    finally:
-        os.close(number)
-
-
-def _locked(number: int, folder: Path) -> bool:
-    """Lock an open folder; whether the file system can."""
-    if sys.platform == "win32":
-        return False
-    give_up = time.monotonic() + LONGEST_WAIT
-    while True:
-        try:
-            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return True
-        except BlockingIOError:
-            if time.monotonic() > give_up:
-                raise BlockingIOError(None, "another process is writing there") from None
-            time.sleep(0.01)
-        except OSError:  # some network file systems have no locks on folders
-            return False
-
-
-def _to_disk(folder: Path) -> None:
-    """Have a folder's list of files survive a power cut, where the file system can."""
-    with contextlib.suppress(OSError):
-        number = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)

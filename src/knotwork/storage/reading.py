@@ -15,7 +15,6 @@ from knotwork import documents
 from knotwork.documents import Document, Finite, StrictModel, Text
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.storage.files import finish_interrupted
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.trajectory.events import SegmentKind
@@ -199,7 +198,6 @@ def read_trajectory_document(path: Path | str) -> Document:
     path = Path(path)
     if path.is_dir():
         path = path / "trajectory.json"
-    finish_interrupted(path.parent)
 
     def mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         data = dict(pairs)

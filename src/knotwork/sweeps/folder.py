@@ -61,7 +61,6 @@ class StudyFolder:
             return {index: io.BytesIO(content) for index, content in sorted(self._kept.items())}
         found = {}
         for folder in sorted((self.path / CHUNKS).glob("*/")):
-            storage.finish_interrupted(folder)
             for file in sorted(folder.glob("*.parquet")):
                 if file.stem.isdecimal() and file == _file(self.path, int(file.stem)):
                     found[int(file.stem)] = file

@@ -16,6 +16,7 @@ from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
+from knotwork.verification.finding import united
 from knotwork.verification.limits import LIMITS, derivative_limits
 from knotwork.view.clearance_curve import nearest_around
 from knotwork.view.style import DASHES
@@ -80,6 +81,7 @@ class Motion:
         judged: Findings of the check on limits of tool and links.
         knots: Breaks of the motion [s], without the ends of a window.
         whole: The motion, whatever the window is.
+        contacts: From when to when [s] bodies are too near to one another.
         window: From when to when [s] it is shown.
     """
 
@@ -93,6 +95,7 @@ class Motion:
     judged: tuple[Finding, ...]
     knots: FloatArray
     whole: JointTrajectory
+    contacts: tuple[tuple[float, float], ...] = ()
     window: tuple[float, float] = (-np.inf, np.inf)
 
     @property
@@ -193,7 +196,10 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     nearest = nearest_around(found)
     if nearest is not None:
         judged += (nearest,)
-    return Motion(label, trajectory, space, marks, scenario, ok, uses, judged, knots, trajectory)
+    contacts = tuple(united(at for one in found if one.bodies and not one.ok for at in one.spans))
+    return Motion(
+        label, trajectory, space, marks, scenario, ok, uses, judged, knots, trajectory, contacts
+    )
 
 
 def _marks(

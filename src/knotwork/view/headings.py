@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,8 @@ MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
 # Gap between names, in points; size of letters, in parts of the font's.
 GAP, LETTER, LINE = 4.0, 0.65, 1.3
 MARGIN = 0.012
+# A contact is shown at least so long, in parts of the motion.
+LEAST_SPAN = 0.003
 SEGMENTS = ("tool path", "way", "wait")
 
 
@@ -83,6 +86,19 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
         for kind, times in marked.items():
             if times:
                 top.plot(times, [1.0] * len(times), gid=kind, **LOOKS[kind], **upright)
+
+
+def mark_contacts(axes: Sequence[Axes], motions: Sequence[Motion]) -> None:
+    """Mark over the whole height of panels when bodies are too near to one another."""
+    for axis, motion in product(axes, motions):
+        low, high = (float(at) for at in motion.curve.x[[0, -1]])
+        least = 0.5 * LEAST_SPAN * (high - low)
+        for start, end in motion.contacts:
+            if start <= high and end >= low:
+                span = [max(start - least, low), min(end + least, high)]
+                look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0}
+                upright = axis.get_xaxis_transform()
+                axis.fill_between(span, 0.0, 1.0, transform=upright, gid="contact", **look)
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
@@ -198,6 +214,7 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
         "broken": "limit broken",
         "beyond": "beyond the tolerance",
         "worst": "worst",
+        "contact": "collision",
         **{kind: kind for kind in (*SEGMENTS, "event")},
     }
     handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}

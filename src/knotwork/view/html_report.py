@@ -7,13 +7,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from knotwork.documents import read_text
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE, facts
 from knotwork.verification.worst import alike, without_use, worst_failures
 from knotwork.view.drawn_motions import PlanLike
-from knotwork.view.page import Page, asset, frame, rendered
+from knotwork.view.page import Page, asset, frame, json_in_html, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
@@ -52,7 +55,8 @@ def report_page(plan: PlanLike) -> Page:
         if robot.tcp_frame_id is not None:
             plots.append(("The tool over time", plot_tool(plan)))
         scene = view_plan(plan, embedded=True, autoplay=False)
-    parts = {"style": asset("report.css"), "night": night_colours()}
+    parts = {"style": asset("report.css"), "night": night_colours(), "script": asset("report.js")}
+    parts["limits"] = json_in_html(_limits(plan))
     parts["scene"] = frame(scene.html, height="100%", name="3D view") if scene else ""
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
     text = rendered(
@@ -120,17 +124,35 @@ def _picture(figure: Figure) -> dict[str, str]:
 
     Returns:
         `drawing`, and `axes`, JSON: places of panels in parts of the drawing, from its upper left
-        corner, and from when to when they show [s].
+        corner, from when to when they show [s], and from which value to which, with its unit.
     """
     from markupsafe import Markup
 
-    drawing = inline_svg(figure)
     axes = []
-    for axis in figure.axes:
-        box, (start, end) = axis.get_position(), axis.get_xlim()
+    for i, axis in enumerate(figure.axes):
+        axis.set_gid(f"panel:{i}")
+        box, (start, end), (low, high) = axis.get_position(), axis.get_xlim(), axis.get_ylim()
         place = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
-        axes.append({**place, "start": float(start), "end": float(end)})
+        span = {"start": float(start), "end": float(end), "low": float(low), "high": float(high)}
+        unit = axis.get_ylabel().partition("[")[2].removesuffix("]")
+        axes.append({**place, **span, "unit": unit})
+    drawing = inline_svg(figure)
     return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
+
+
+def _limits(plan: PlanLike) -> dict[str, dict[str, dict[str, float]]]:
+    """Lower and upper limits that are finite, by joint and quantity, in the units shown."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    units = plan.trajectory.joint_units
+    for order, quantity in enumerate(DERIVATIVES):
+        lower, upper = plan.space.bounds(quantity)
+        for i, name in enumerate(plan.space.joint_names):
+            own = units[plan.trajectory.joint_names.index(name)]
+            factor = plan.scenario.units.shown(1.0, rate_unit(own, order))[0]
+            if np.isfinite([lower[i], upper[i]]).all():
+                bounds = {"low": factor * float(lower[i]), "high": factor * float(upper[i])}
+                found.setdefault(name, {})[quantity] = bounds
+    return found
 
 
 def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:

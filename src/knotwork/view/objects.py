@@ -179,14 +179,14 @@ def _carried(
     mount = frames[robot.frame_index(robot.tool_frame)].placement
     for shape in scene.tool:
         mesh = shape_mesh(shape, TOOL, size).placed(mount)
-        yield "tool", mesh, [thing("tool shape", mesh, carrier=joint)]
+        yield "tool", mesh, [thing("tool shape", mesh, carrier=joint, of="tool")]
     times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     for held in scene.held:
         mesh = shape_mesh(held.shape, HELD, size)
         taken, left = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
         appears = None if held.appears is None else times[held.appears]
         carried = mesh.placed(frame.placement)
-        parts = [thing("held", carried, carrier=joint, between=[taken, left])]
+        parts = [thing("held", carried, carrier=joint, between=[taken, left], of=held.name)]
         for at, frame_there, between in zip(
             (taken, left), held.carriers, ([appears, taken], [left, None]), strict=True
         ):
@@ -196,7 +196,7 @@ def _carried(
                 lying = mesh.placed(placement * pose)
             else:
                 lying = mesh.placed(robot.base_placement * pose)
-            parts.append(thing("held", lying, carrier=rider, between=between))
+            parts.append(thing("held", lying, carrier=rider, between=between, of=held.name))
         yield f"object {held.name!r}", mesh, parts
 
 

@@ -85,8 +85,10 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 
 _METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 _LEFT_OUT = re.compile(
-    r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|(?<=<g) id=\"[^\"]*\"", re.DOTALL
+    r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|(?<=<g) id=\"(?!xtick)[^\":]*_\d+\"",
+    re.DOTALL,
 )
+_PART = re.compile(r'(?<=<g) id="')
 _SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
 _COLOUR = re.compile(r": #([0-9a-f]{6})\b")
 
@@ -94,8 +96,8 @@ _COLOUR = re.compile(r": #([0-9a-f]{6})\b")
 def inline_svg(figure: Figure) -> str:
     """Draw a figure as an element of HTML, without a size of its own.
 
-    Colours that look different in the dark are variables: see `night_colours`. Names that the
-    figure gives its parts are left out.
+    Colours that look different in the dark are variables: see `night_colours`. What has a name in
+    the figure has it as `data-part`; names that Matplotlib makes are left out, but `xtick_…`.
     """
     file = io.StringIO()
     with settings():
@@ -105,7 +107,8 @@ def inline_svg(figure: Figure) -> str:
 
 def inlined(text: str) -> str:
     """Make the text of an SVG file an element of HTML, as `inline_svg` does."""
-    head, tag, body = _LEFT_OUT.sub("", text[text.index("<svg") :]).partition(">")
+    named = _PART.sub(' data-part="', _LEFT_OUT.sub("", text[text.index("<svg") :]))
+    head, tag, body = named.partition(">")
     body = _COLOUR.sub(lambda found: f": {_variable(found[1])}", body)
     return _SIZE.sub("", head) + tag + re.sub(r"\s*\n\s*", "\n", body)
 

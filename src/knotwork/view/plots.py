@@ -24,6 +24,7 @@ from knotwork.view.headings import (
     curve_legend,
     explain_marks,
     frame_times,
+    mark_contacts,
     mark_segments,
     picture_title,
     settle,
@@ -104,6 +105,8 @@ def plot_joints(
         head = picture_title(found, "joint motions") if title is None else title
         curve_legend(figure, owners if overlaid else () if split else names, head)
         mark_segments(figure.axes[: len(cells[0])], found[0])
+        for i, one in enumerate(found):  # each has a column of its own, or shares all
+            mark_contacts(figure.axes[i :: len(found)] if together else figure.axes, [one])
         explain_marks(figure, len(found) if overlaid else 1)
         heads = owners if together else kinds if split else names
         columns = len(cells[0])

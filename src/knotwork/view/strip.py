@@ -12,6 +12,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion, Report
+from knotwork.verification.finding import united
 from knotwork.verification.freedoms import uses
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import frame_values, limit_shares
@@ -100,7 +101,8 @@ def broken_spans(report: Report | None, shares: _Shares, time: FloatArray) -> li
         over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not one.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
     least = 0.5 * LEAST_WIDTH * (end - start)
-    return [[max(a - least, start) - start, min(b + least, end) - start] for a, b in spans]
+    wide = united((max(a - least, start), min(b + least, end)) for a, b in spans)
+    return [[a - start, b - start] for a, b in wide]
 
 
 def _limiting(

@@ -16,6 +16,7 @@ from knotwork.view.headings import (
     curve_legend,
     explain_marks,
     frame_times,
+    mark_contacts,
     mark_segments,
     picture_title,
     settle,
@@ -90,6 +91,7 @@ def plot_tool(
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
         curve_legend(figure, [one.label for one in found] if len(found) > 1 else [], heading)
         mark_segments(figure.axes[:1], found[0])
+        mark_contacts(figure.axes, found)
         explain_marks(figure)
         frame_times(figure.axes[:1], figure.axes[-1:], found)
         settle(figure, len(panels), grows=page is None)

@@ -24,7 +24,7 @@ async function showScene(data, options) {
   document.documentElement.dataset.ready = "true";
   if (window.parent !== window) {
     givePictures(viewer, () => still(viewer, camera, labels));
-    shareTime(player);
+    shareTime(stage);
   }
   if (options.editing) stage.editing = new Editing(stage);
   if (options.live !== null) followChanges(stage, options.live);
@@ -49,7 +49,10 @@ class Stage {
     this.strip = new Strip(this.player);
     this.joints = new Joints(this.player);
     this.camera = new Camera(viewer);
-    document.body.addEventListener("click", (event) => this.goTo(event.target.closest("[data-at]")));
+    document.body.addEventListener("click", (event) => {
+      const button = event.target.closest("[data-at]");
+      if (button) this.goTo(Number(button.dataset.at));
+    });
     this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
     Object.assign(this.player.uses, {
       a: () => this.camera.choose("whole arm"),
@@ -89,9 +92,7 @@ class Stage {
   }
 
   // Go to the time of a failure, and look at its place.
-  goTo(button) {
-    if (!button) return;
-    const time = Number(button.dataset.at);
+  goTo(time) {
     this.player.seek(time - this.player.start);
     const miss = this.data.labels.find((label) => label.kind === "miss" && Math.abs(label.time - time) < AT_FRAME);
     if (miss) this.camera.near(miss.at);
@@ -114,7 +115,7 @@ class Stage {
     const things = new Set(touching.flatMap((one) => one.things));
     const dye = ({ material: paint }, on) => paint.emissive?.setHex(on ? TOUCHING : 0);
     this.links.forEach((parts, joint) => parts.forEach((part) => dye(part, joints.has(joint))));
-    for (const { object, name } of this.data.things) dye(object, things.has(name));
+    for (const { object, of } of this.data.things) dye(object, things.has(of));
   }
 
   // What is around the scene
@@ -210,9 +211,12 @@ function givePictures(viewer, picture) {
 }
 
 // The page around this one has plots over the same time: they share the cursor.
-function shareTime(player) {
-  window.addEventListener("message", (event) => {
-    if (event.source === window.parent && Number.isFinite(event.data?.knotworkSeek)) player.seek(event.data.knotworkSeek - player.start);
+function shareTime(stage) {
+  const { player } = stage;
+  window.addEventListener("message", ({ source, data }) => {
+    if (source !== window.parent || !Number.isFinite(data?.knotworkSeek)) return;
+    player.seek(data.knotworkSeek - player.start);
+    if (data.knotworkFrame) stage.goTo(data.knotworkSeek);
   });
   let sent = null;
   const tell = () => {
