@@ -17,10 +17,8 @@ from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
-from knotwork.units import SI, Units
-from knotwork.verification import Finding, Report, check
-from knotwork.verification.brief import facts, in_short
-from knotwork.verification.worst import alike, and_more
+from knotwork.units import SI
+from knotwork.verification import Report
 from knotwork.view.arm_at_waypoints import Stops, find_stops
 from knotwork.view.camera import views
 from knotwork.view.drawn_joints import drawn_joints
@@ -45,6 +43,7 @@ from knotwork.view.path_meshes import (
     written,
 )
 from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
+from knotwork.view.scene_verdict import failures, verdict
 from knotwork.view.strip import strip
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_trace
@@ -154,21 +153,13 @@ def make_scene(
     objects = scene_objects(scenario, robot, shown.curve, report, size, shown.model)
     around = other_robots(shown.model, scenario, robot.base_placement, size)
     things, labels, legend = _task_data(shown, size)
-    feet = footing(robot)
-    ghosts = feet.positions(shown.stops.position[shown.stops.distinct(size)])
-    unmoved = np.zeros(len(still["joints"]) - ghosts.shape[1])  # ghosts are of the robot alone
-    arms = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
+    feet, said = footing(robot), [*warnings, *shown.shapes.warnings]
     return {
         **_description(robot, trajectory, scenario),
         **still,
-        "arms": [
-            arm_frames(name, motion, robot, shown.model, shown.paths)
-            for name, motion in arms.items()
-        ],
-        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
+        **_arms(shown, len(still["joints"]), size),
         "things": feet.carrying([*things, *objects.things, *around.things]),
         "labels": feet.carrying([*labels, *objects.labels, *around.labels]),
-        "first_joint": feet.count,
         "waypoints": waypoint_times(scenario, trajectory),
         "strip": strip(robot, shown.trajectory, scenario, space, report),
         "legend": legend,
@@ -179,19 +170,28 @@ def make_scene(
             shown.task_points(),
             before["view"]["from"] if same and before is not None else None,
         ),
-        **_verdict(report),
-        "contacts": _contacts(report, robot, feet.count) if report is not None else [],
+        **verdict(report, robot, feet.count),
         "others": [
-            {"name": name, "failures": _failures(other, scenario, space)}
+            {"name": name, "failures": failures(other, scenario, space)}
             for name, other in others.items()
         ],
-        "warnings": [
-            *warnings,
-            *shown.shapes.warnings,
-            *objects.warnings,
-            *around.warnings,
-            *unread,
+        "warnings": [*said, *objects.warnings, *around.warnings, *unread],
+    }
+
+
+def _arms(shown: _Shown, joints: int, size: float) -> dict[str, Any]:
+    """The moving arms, and where copies of the first one stand, of a number of joints each."""
+    feet = footing(shown.robot)
+    ghosts = feet.positions(shown.stops.position[shown.stops.distinct(size)])
+    unmoved = np.zeros(joints - ghosts.shape[1])  # ghosts are of the robot alone
+    motions = {shown.trajectory.planner or "trajectory": shown.curve, **shown.motions}
+    return {
+        "arms": [
+            arm_frames(name, motion, shown.robot, shown.model, shown.paths)
+            for name, motion in motions.items()
         ],
+        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
+        "first_joint": feet.count,
     }
 
 
@@ -233,46 +233,6 @@ def _robot_data(
     return still, unread
 
 
-def _verdict(report: Report | None) -> dict[str, Any]:
-    """The findings of the check."""
-    if report is None:
-        nothing: dict[str, Any] = {"failures": [], "tried": [], "facts": {}}
-        return {"ok": None, "summary": "", "duration": "", "failed": 0, **nothing}
-    return {
-        "ok": report.ok,
-        "summary": report.summary,
-        "duration": f"{report.end_time - report.start_time:.5g} s",
-        "facts": facts(report.groups),
-        "failed": len(report.failures),
-        "failures": [_failure(several, report.units) for several in alike(report.failures)],
-        "tried": [str(item) for item in report.tried],
-    }
-
-
-def _failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
-    """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
-    worst, *others = several
-    return {
-        "line": f"{in_short(worst, units)}{and_more(len(others))}",
-        "remedy": worst.remedy,
-        "fact": worst.fact,
-        "at": worst.at,
-    }
-
-
-def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:
-    """From when to when two bodies are too near: joints that carry links, and other bodies."""
-    found = []
-    for one in report.failures:
-        links = [name for name in one.bodies if robot.model.existBodyName(name)]
-        frames = [robot.model.frames[robot.model.getBodyId(name)] for name in links]
-        joints = [first_joint + frame.parentJoint for frame in frames]
-        things = [name for name in one.bodies if name not in links]
-        if one.bodies:
-            found.append({"spans": one.spans, "joints": joints, "things": things})
-    return found
-
-
 def _gathered(
     robot: Robot,
     trajectory: JointTrajectory,
@@ -299,15 +259,6 @@ def _gathered(
         path = tool_trace(robot, curve.polynomial, space, report, times, paths)
     model = moving_model(scenario, robot, trajectory, space)
     return _Shown(robot, curve, motions, scenario, space, report, shapes, stops, asked, path, model)
-
-
-def _failures(
-    trajectory: JointTrajectory, scenario: Scenario | None, space: JointSpace | None
-) -> list[str] | None:
-    """Failures of another planner's motion; `None` where there is nothing to check it by."""
-    if scenario is None:
-        return None
-    return [str(item) for item in check(trajectory, scenario, space=space).failures]
 
 
 def _task_data(
