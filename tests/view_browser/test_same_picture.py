@@ -37,7 +37,7 @@ FRAMES = """new Promise((done) => {
 })"""
 
 # Pixels: an address has the time to a microsecond.
-ROUNDED = 2
+ROUNDED = 8
 
 # Words stay on their side of a point while a scene turns: where they are tells how it came there.
 WITHOUT_LABELS = "document.querySelector('#switches input[name=labels]').click()"

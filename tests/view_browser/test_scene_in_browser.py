@@ -396,3 +396,19 @@ def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     assert time == pytest.approx(next(one.at for one in plan.report.failures))
     assert 1 <= tab.locator(".label.miss:visible").count() <= 3
     assert is_red(picture(tab)).sum() > 3 * is_red(clean).sum()
+    wall_drawn = """(() => {
+      let found = null;
+      const { object } = viewer.scene_tree.find(["Knotwork", "objects"]);
+      object.traverse((one) => { if (one.isMesh) found = one.material; });
+      return [found.opacity < 1, found.emissive.getHex() > 0];
+    })()"""
+    assert tab.evaluate(wall_drawn)[1]
+    hides = []
+    for side in (-1, 1):  # the wall lies between one of them and the contact
+        tab.evaluate(f"viewer.camera.position.set(0.45, 0.25, {side}); viewer.set_dirty()")
+        tab.evaluate(NEXT_FRAME)
+        hides.append(tab.evaluate(wall_drawn)[0])
+    assert any(hides)
+    tab.evaluate("knotwork.seek(0)")
+    tab.evaluate(NEXT_FRAME)
+    assert tab.evaluate(wall_drawn) == [False, False]

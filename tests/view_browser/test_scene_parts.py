@@ -473,3 +473,9 @@ def test_an_arm_is_seen_from_beside_its_task_and_a_flat_one_from_above() -> None
     assert np.degrees(aside) % 360 == pytest.approx(10, abs=10)
     flat = scene(at_rest(kw.load_robot("planar2")))
     assert flat["view"]["from"][2] > 0.7
+
+
+def test_a_frame_and_an_object_of_one_name_have_one_label() -> None:
+    labels = scene(kw.plan("ur3_lid").view())["labels"]
+    (jar,) = (one for one in labels if one["text"] == "jar")
+    assert jar["detail"] == "frame and object 'jar'"

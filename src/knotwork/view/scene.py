@@ -159,7 +159,7 @@ def make_scene(
         **still,
         **_arms(shown, len(still["joints"]), size),
         "things": feet.carrying([*things, *objects.things, *around.things]),
-        "labels": feet.carrying([*labels, *objects.labels, *around.labels]),
+        "labels": feet.carrying(_merged([*labels, *objects.labels, *around.labels])),
         "waypoints": waypoint_times(scenario, trajectory),
         "strip": strip(robot, shown.trajectory, scenario, space, report),
         "legend": legend,
@@ -300,6 +300,17 @@ def _task_data(
         legend["tolerance"] = shown.scenario.tolerances.path
         legend["deviation_colours"] = written(DEVIATION_COLOURS)
     return things, labels, legend
+
+
+def _merged(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Labels of which an object's is that of the frame of the same name, where there is one."""
+    names = [{one["text"] for one in labels if one["kind"] == kind} for kind in ("frame", "object")]
+    both = set.intersection(*names)
+    return [
+        one | ({"detail": f"frame and object {one['text']!r}"} if one["text"] in both else {})
+        for one in labels
+        if one["kind"] != "object" or one["text"] not in both
+    ]
 
 
 def _thinned(points: FloatArray, most: int = 800) -> FloatArray:

@@ -86,6 +86,7 @@ class Stage {
     this.camera.set(data);
     if (this.data && !before && !this.camera.touched) this.camera.look(); // another robot
     this.data = data;
+    this.uncovered = null;
     this.editing?.shown();
     viewer.set_dirty();
     return ready.then(() => viewer.set_dirty());
@@ -116,6 +117,37 @@ class Stage {
     const dye = ({ material: paint }, on) => paint.emissive?.setHex(on ? TOUCHING : 0);
     this.links.forEach((parts, joint) => parts.forEach((part) => dye(part, joints.has(joint))));
     for (const { object, of } of this.data.things) dye(object, things.has(of));
+    this.uncover(time, touching, joints);
+  }
+
+  // What stands between the camera and a contact is translucent, but the links that touch.
+  uncover(time, touching, joints) {
+    const { viewer: { camera, scene } } = this;
+    camera.updateMatrixWorld();
+    const seen = touching.length ? [time, ...camera.matrixWorld.elements].join() : "";
+    if (seen === this.uncovered) return;
+    this.uncovered = seen;
+    for (const [paint, look] of this.faded ?? []) Object.assign(paint, look);
+    this.faded = [];
+    if (!touching.length) return;
+    scene.updateMatrixWorld();
+    const spans = touching.flatMap((one) => one.spans);
+    const within = (at) => spans.some(([from, to]) => at >= from - AT_FRAME && at <= to + AT_FRAME);
+    const others = this.links.filter((_, joint) => !joints.has(joint)).flat();
+    const around = [...others, ...this.data.things.filter(({ around, of, object }) => (around || of) && object.visible).map(({ object }) => object)];
+    const eye = camera.getWorldPosition(new THREE.Vector3());
+    const misses = this.data.labels.filter((label) => label.kind === "miss" && within(label.time));
+    const nearest = misses.sort((a, b) => Math.abs(a.time - time) - Math.abs(b.time - time)).slice(0, MISSES);
+    for (const { at } of nearest) {
+      const way = world(at).sub(eye);
+      const ray = new THREE.Raycaster(eye, way.clone().normalize(), 0, way.length());
+      for (const { object: { material: paint } } of ray.intersectObjects(around)) {
+        if (this.faded.some(([one]) => one === paint)) continue;
+        const { transparent, opacity } = paint;
+        this.faded.push([paint, { transparent, opacity }]);
+        Object.assign(paint, { transparent: true, opacity: 0.35 * opacity });
+      }
+    }
   }
 
   // What is around the scene
