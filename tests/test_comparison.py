@@ -228,7 +228,7 @@ def test_tables_fit_the_terminal_and_name_every_planner(
     name: str, in_full: bool, printed: Callable[..., str]
 ) -> None:
     out = printed(compared(name), *["--all"] * in_full)
-    tables = [line for line in out.splitlines() if "refused:" not in line]
+    tables = out.partition("* best of those that pass")[0].splitlines()
     assert max(map(len, tables)) <= (90 if in_full else 78)
     for planner in PLANNERS:
         assert re.search(rf"^{re.escape(planner)} +(passed|\d+ fail) ", out, re.MULTILINE)
@@ -274,7 +274,8 @@ def test_csv_and_json_say_the_same(paper: Comparison, tmp_path: Path) -> None:
     for line, row in zip(rows, data["planners"], strict=True):
         jerk = row["peak_jerk"]
         assert line["peak_jerk.value"] == ("" if jerk is None else str(jerk["value"]))
-        assert line["reason"] == ""
+        assert line["reason"] == row["reason"]
+        assert bool(row["reason"]) == (row["failed"] > 0)
         assert float(line["velocity_fluctuation"]) == row["velocity_fluctuation"]
         assert float(line["peak_velocity.value"]) == row["peak_velocity"]["value"]
 
@@ -380,8 +381,11 @@ class TestCommand:
         assert ran.code == 0
         lines = ran.out.splitlines()
         for planner in PLANNERS:
-            (line,) = (line for line in lines if line.startswith(f"{planner} "))
+            line, *reasons = (line for line in lines if line.startswith(f"{planner} "))
             assert "…" not in line
+            assert [one.startswith(f"{planner} fails: ") for one in reasons] == [True] * (
+                " fail " in line
+            )
         assert re.search(r"^cubic .* inf *$", ran.out, re.MULTILINE)
 
     def test_json_alone_and_files(self, knotwork: Command, tmp_path: Path) -> None:

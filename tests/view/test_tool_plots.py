@@ -64,8 +64,10 @@ def test_planners_lie_over_each_other(deburring: Plan) -> None:
             "modified-hermite",
             "trapezoidal",
         ]
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["modified-hermite", "trapezoidal"]
+    passed, failed = figure.legends[0].get_texts()
+    assert passed.get_text() == "modified-hermite"
+    assert failed.get_text().startswith("trapezoidal: ")
+    assert failed.get_color() != passed.get_color()
 
 
 def test_a_trajectory_needs_its_scenario(deburring_by_waypoints: Plan, paper_case: Plan) -> None:

@@ -168,4 +168,6 @@ def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time
     near = shown() - time
     tab.mouse.dblclick(inside[0] + 0.1 * box["width"], inside[1])
     assert tab.locator("#whole").is_disabled()
+    tab.mouse.move(*inside)
+    tab.mouse.move(inside[0] + 0.1 * box["width"], inside[1])
     assert shown() - time == pytest.approx(2 * near, abs=0.02)

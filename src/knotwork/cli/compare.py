@@ -125,7 +125,7 @@ def planners(as_json: bool) -> int:
 
 
 def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
-    """Print the table of a comparison, or several, and below why planners refused."""
+    """Print the table of a comparison, or several, and below why planners fail or refused."""
     scores = comparison.scores
     duration = f": {scores[0].duration:g} s" if scores else ""
     paths = any(score.tool_path_deviation is not None for score in scores)
@@ -146,8 +146,9 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
         out.print("Times are free here: they were chosen once, and every planner got them.")
         out.print("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
-        if isinstance(row, Refusal):
-            tables.print_wrapped(f"{row.planner} refused: {row.reason}", "", "    ")
+        if row.reason:
+            verdict = "refused" if isinstance(row, Refusal) else "fails"
+            tables.print_wrapped(row.reason, f"{row.planner} {verdict}: ", "    ", "red")
 
 
 def _table(comparison: Comparison, shown: dict[str, tuple[str, str]], title: str) -> Table:

@@ -41,6 +41,7 @@ class Score:
         required, failed: How much the check requires, and how much of that fails: waypoints,
             continuity, limits, tool paths and whatever else it looks at.
         time_to_plan: Time that the planner took, the best of a few runs [s].
+        reason: Why it fails, in one line; empty where it passes.
     """
 
     planner: str
@@ -63,6 +64,7 @@ class Score:
     required: int
     failed: int
     time_to_plan: float
+    reason: str = ""
 
     @property
     def passed(self) -> bool:
@@ -90,8 +92,7 @@ _PARTS = tuple(item.name for item in fields(metrics.Peak))
 def flat_columns() -> list[str]:
     """Columns of `flat`, in the order of a score."""
     parts = {name: [f"{name}.{part}" for part in _PARTS] for name in _PEAKS}
-    columns = [one for item in fields(Score) for one in parts.get(item.name, [item.name])]
-    return [*columns, "reason"]
+    return [one for item in fields(Score) for one in parts.get(item.name, [item.name])]
 
 
 def flat(row: Score | Refusal) -> dict[str, Any]:
@@ -103,7 +104,7 @@ def flat(row: Score | Refusal) -> dict[str, Any]:
     return values
 
 
-_NOT_RANKED = ("planner", "clearance", "duration", "required")
+_NOT_RANKED = ("planner", "clearance", "duration", "required", "reason")
 COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
 
 TIE = 0.01

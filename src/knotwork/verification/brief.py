@@ -183,6 +183,22 @@ def described(found: Finding, units: Units) -> str:
     return " ".join(filter(None, (one_line(found.name), found.title, number, at)))
 
 
+def in_short(found: Finding, units: Units) -> str:
+    """A failure in one short line: what, where, by how much."""
+    if found.label:
+        return f"{found.label} at {found.when} s" if found.when else found.label
+    return found.message if found.value is None else described(found, units)
+
+
+def worst_in_short(findings: Sequence[Finding], units: Units) -> str:
+    """The first kind of failure in one short line, and how many failures there are; or nothing."""
+    kinds = alike(findings)
+    if not kinds:
+        return ""
+    count = len(findings) - 1
+    return in_short(kinds[0][0], units) + (f", and {count} more" if count else "")
+
+
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
     """Whether all have limits, and no part of them worth a word is used."""
     numbers = [one for one in findings if one.value is not None]

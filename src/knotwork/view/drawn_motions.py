@@ -16,6 +16,7 @@ from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
+from knotwork.verification.brief import worst_in_short
 from knotwork.verification.finding import united
 from knotwork.verification.limits import LIMITS, derivative_limits
 from knotwork.view.clearance_curve import nearest_around
@@ -77,6 +78,7 @@ class Motion:
         marks: The waypoints, or `None`.
         scenario: The task, or `None`.
         ok: Whether the check passes, or `None` without a check.
+        reason: Why it fails, in one line, or empty.
         uses: Use of each limit given, by joint and quantity.
         judged: Findings of the check on limits of tool and links.
         knots: Breaks of the motion [s], without the ends of a window.
@@ -96,6 +98,7 @@ class Motion:
     knots: FloatArray
     whole: JointTrajectory
     contacts: tuple[tuple[float, float], ...] = ()
+    reason: str = ""
     window: tuple[float, float] = (-np.inf, np.inf)
 
     @property
@@ -197,8 +200,12 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     if nearest is not None:
         judged += (nearest,)
     contacts = tuple(united(at for one in found if one.bodies and not one.ok for at in one.spans))
+    reason = worst_in_short(plan.report.failures, plan.scenario.units) if plan else ""
+    whole = trajectory
     return Motion(
-        label, trajectory, space, marks, scenario, ok, uses, judged, knots, trajectory, contacts
+        *(label, trajectory, space, marks, scenario, ok),
+        *(uses, judged, knots, whole, contacts),
+        reason=reason,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ from knotwork.view.style import (
     LOOKS,
     NORMAL,
     SMALL,
+    WRONG,
     colour,
     dashes,
     least_height,
@@ -25,8 +27,9 @@ from knotwork.view.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
 
-MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
+MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS, MOST_REASON_LETTERS = 16, 26, 50, 84
 # Gap between names, in points; size of letters, in parts of the font's.
 GAP, LETTER, LINE = 4.0, 0.65, 1.3
 MARGIN = 0.012
@@ -114,12 +117,29 @@ def picture_title(motions: Sequence[Motion], default: str) -> str:
     return " · ".join(parts) or default
 
 
-def curve_legend(figure: Figure, curves: Sequence[str], title: str) -> None:
-    """Put the title above the panels, and below it names of curves, in the order of colours."""
+def curve_legend(
+    figure: Figure, curves: Sequence[str], title: str, reasons: Sequence[str] = ()
+) -> None:
+    """Put the title above the panels, and below it names of curves, in the order of colours.
+
+    Args:
+        figure: Where.
+        curves: The names.
+        title: Of the picture.
+        reasons: For each curve why its motion fails, or nothing; then it is told in red.
+    """
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
-    add_legend(figure, handles, shortened(curves, MOST_LEGEND_LETTERS), "upper", title)
+    names = shortened(curves, MOST_LEGEND_LETTERS)
+    told = [
+        textwrap.shorten(printable(one), MOST_REASON_LETTERS, placeholder=" …") for one in reasons
+    ] or [""] * len(names)
+    words = [f"{name}: {why}" if why else name for name, why in zip(names, told, strict=True)]
+    legend = add_legend(figure, handles, words, "upper", title)
+    for text, why in zip(legend.get_texts(), told, strict=True):
+        if why:
+            text.set_color(WRONG)
 
 
 def name_waypoints(axis: Axes, marks: Marks) -> None:
@@ -155,7 +175,7 @@ def _thinned(at: np.ndarray[Any, Any], least: float) -> list[int]:
 
 def add_legend(
     figure: Figure, handles: Sequence[Any], names: Sequence[str], place: str, title: str = ""
-) -> None:
+) -> Legend:
     """Put a legend above or below the panels, in as many columns as fit.
 
     Args:
@@ -190,6 +210,7 @@ def add_legend(
     )
     for text, name in zip(legend.get_texts(), names, strict=True):
         text.set_text(name)
+    return legend
 
 
 def explain_marks(figure: Figure, rows: int = 1) -> None:

@@ -103,7 +103,10 @@ def plot_joints(
     with settings():
         figure = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
         head = picture_title(found, "joint motions") if title is None else title
-        curve_legend(figure, owners if overlaid else () if split else names, head)
+        if overlaid:
+            curve_legend(figure, owners, head, [one.reason for one in found])
+        else:
+            curve_legend(figure, () if split else names, head)
         mark_segments(figure.axes[: len(cells[0])], found[0])
         for i, one in enumerate(found):  # each has a column of its own, or shares all
             mark_contacts(figure.axes[i :: len(found)] if together else figure.axes, [one])

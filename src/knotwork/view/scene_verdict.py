@@ -11,7 +11,7 @@ from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report, check
-from knotwork.verification.brief import described, facts
+from knotwork.verification.brief import facts, in_short
 from knotwork.verification.worst import alike, and_more
 
 
@@ -35,12 +35,8 @@ def verdict(report: Report | None, robot: Robot, first_joint: int) -> dict[str, 
 def _failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
     """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
     worst, *others = several
-    if worst.label:
-        short = f"{worst.label} at {worst.when} s" if worst.when else worst.label
-    else:
-        short = worst.message if worst.value is None else described(worst, units)
     return {
-        "line": f"{short}{and_more(len(others))}",
+        "line": f"{in_short(worst, units)}{and_more(len(others))}",
         "remedy": worst.remedy,
         "fact": worst.fact,
         "at": worst.at,

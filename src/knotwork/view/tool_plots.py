@@ -89,7 +89,9 @@ def plot_tool(
             draw_panel(axis, panel, panel.span(), len(panels), 1)
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
-        curve_legend(figure, [one.label for one in found] if len(found) > 1 else [], heading)
+        several = found if len(found) > 1 else []
+        reasons = [one.reason for one in several]
+        curve_legend(figure, [one.label for one in several], heading, reasons)
         mark_segments(figure.axes[:1], found[0])
         mark_contacts(figure.axes, found)
         explain_marks(figure)
