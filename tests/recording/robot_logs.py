@@ -17,12 +17,11 @@ START = 1_700_000_000.0
 
 @dataclass(frozen=True)
 class Samples:
-    """What a robot has recorded: time since the first sample [s], positions and velocities."""
+    """What a robot has recorded: time since the first sample [s], positions."""
 
     names: tuple[str, ...]
     time: np.ndarray
     position: np.ndarray
-    velocity: np.ndarray
 
 
 def record(
@@ -40,12 +39,10 @@ def record(
     time = np.arange(0.0, before + motion.duration + after, 1.0 / rate)
     at = time - before + motion.start_time
     inside = np.clip(at, motion.start_time, motion.end_time)
-    still = (inside != at)[:, None]
     q = motion.position(inside) + random.normal(0.0, noise, (time.size, len(motion.joint_names)))
-    v = np.where(still, 0.0, motion.velocity(inside)) + random.normal(0.0, 10.0 * noise, q.shape)
     stamps = np.sort(time + random.normal(0.0, jitter, time.size))
     stamps[0] = 0.0
-    return Samples(motion.joint_names, stamps, q, v)
+    return Samples(motion.joint_names, stamps, q)
 
 
 def write(
@@ -53,21 +50,16 @@ def write(
     samples: Samples,
     digits: int = 6,
     *,
-    velocity: bool = False,
     topic: str = "/joint_states",
 ) -> Path:
     """Write a log as PlotJuggler exports a topic."""
     names = [f"{topic}/{name}/position" for name in samples.names]
-    columns = [samples.position]
-    if velocity:
-        names += [f"{topic}/{name}/velocity" for name in samples.names]
-        columns.append(samples.velocity)
     return write_rows(
         path,
         ["__time", *names],
         [
             [f"{START + t:.6f}", *(f"{value:.{digits}f}" for value in row)]
-            for t, row in zip(samples.time, np.hstack(columns), strict=True)
+            for t, row in zip(samples.time, samples.position, strict=True)
         ],
     )
 

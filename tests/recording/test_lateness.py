@@ -24,7 +24,7 @@ def delayed(made: kw.Plan, clock: Clock, noise: float = 1e-4) -> Samples:
     at = np.clip(clock(whole.time - 0.5), motion.start_time, motion.end_time)
     q = motion.position(at)
     q += np.random.default_rng(0).normal(0.0, noise, q.shape)
-    return Samples(whole.names, whole.time, q, whole.velocity)
+    return Samples(whole.names, whole.time, q)
 
 
 def paused(at: float, lasts: float, again: float = np.inf) -> Clock:

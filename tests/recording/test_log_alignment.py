@@ -35,9 +35,7 @@ def test_the_shift_is_found_to_a_fraction_of_the_period(
 
 def test_a_log_that_starts_in_the_middle_is_found(tmp_path: Path, deburring: Plan) -> None:
     whole = record(deburring.trajectory, noise=1e-4)
-    late = Samples(whole.names, whole.time[400:] - whole.time[400], *(
-        values[400:] for values in (whole.position, whole.velocity)
-    ))  # fmt: skip
+    late = Samples(whole.names, whole.time[400:] - whole.time[400], whole.position[400:])
     found = align(tmp_path, deburring, late)
     assert found.start == pytest.approx(0.5 - whole.time[400], abs=1e-3)
     assert found.trajectory.start_time == pytest.approx(whole.time[400] - 0.5, abs=1e-3)

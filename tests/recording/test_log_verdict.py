@@ -24,22 +24,21 @@ def judge(
     digits: int = 6,
     *,
     scenario: Scenario | None = None,
-    velocity: bool = False,
     noise: float | None = None,
 ) -> Report:
     motion = made.trajectory
-    file = write(path / "log.csv", samples, digits, velocity=velocity)
+    file = write(path / "log.csv", samples, digits)
     curve = smooth(file, motion, noise)
     return check_log(aligned(curve, motion), scenario or made.scenario, made.space)
 
 
 @pytest.mark.parametrize(
-    ("rate", "noise", "digits", "jitter", "velocity"),
+    ("rate", "noise", "digits", "jitter"),
     [
-        (500.0, 2e-5, 6, 0.0, True),
-        (125.0, 1e-4, 5, 0.0, False),
-        (100.0, 1e-5, 4, 3e-4, False),
-        (50.0, 1e-3, 6, 0.0, True),
+        (500.0, 2e-5, 6, 0.0),
+        (125.0, 1e-4, 5, 0.0),
+        (100.0, 1e-5, 4, 3e-4),
+        (50.0, 1e-3, 6, 0.0),
     ],
 )
 def test_a_good_motion_passes_however_noisy_its_log(
@@ -49,10 +48,9 @@ def test_a_good_motion_passes_however_noisy_its_log(
     noise: float,
     digits: int,
     jitter: float,
-    velocity: bool,
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
-    report = judge(tmp_path, deburring, samples, digits, velocity=velocity)
+    report = judge(tmp_path, deburring, samples, digits)
     assert report.ok, [str(one) for one in report.failures]
     said = " ".join(found.message for found in report.findings)
     assert "undecided" in said
@@ -126,7 +124,7 @@ def test_a_sudden_change_of_speed_fails(tmp_path: Path, deburring: Plan) -> None
 
 
 def part(whole: Samples, keep: np.ndarray) -> Samples:
-    return Samples(whole.names, whole.time[keep], whole.position[keep], whole.velocity[keep])
+    return Samples(whole.names, whole.time[keep], whole.position[keep])
 
 
 def holes(report: Report) -> list[tuple[str, str]]:
@@ -147,10 +145,10 @@ def test_a_hole_in_which_the_plan_moves_is_not_decided(tmp_path: Path, deburring
     assert short.ok
     # the mean of what is recorded at one time is one sample, and rows without numbers are none
     stuck = np.where((whole.time > 4.5) & (whole.time < 8.0), 4.5, whole.time)
-    clock = judge(tmp_path, deburring, Samples(whole.names, stuck, whole.position, whole.velocity))
+    clock = judge(tmp_path, deburring, Samples(whole.names, stuck, whole.position))
     lost = whole.position.copy()
     lost[(whole.time > 4.5) & (whole.time < 8.0), 3] = np.nan
-    rows = judge(tmp_path, deburring, Samples(whole.names, whole.time, lost, whole.velocity))
+    rows = judge(tmp_path, deburring, Samples(whole.names, whole.time, lost))
     for one in (clock, rows):
         assert [verdict for verdict, _ in holes(one)] == ["failed"]
 
@@ -370,7 +368,7 @@ def test_a_simulated_controller_with_all_digits_passes(tmp_path: Path, deburring
     for _ in range(2):
         for k in range(1, len(q)):
             q[k] = decay * q[k - 1] + (1.0 - decay) * q[k]
-    late = Samples(samples.names, samples.time[::80], q[::80], samples.velocity[::80])
+    late = Samples(samples.names, samples.time[::80], q[::80])
     report = judge_exact(tmp_path, deburring, late)
     assert "sample_off_the_curve" not in {one.quantity for one in report.failures}
 

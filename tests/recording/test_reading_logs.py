@@ -124,7 +124,6 @@ def test_every_kind_of_log_gives_its_samples(tmp_path: Path, kind: str) -> None:
     log = read_log(write_rows(tmp_path / "log.csv", head, body, delimiter), NAMES, UNITS)
     assert log.time == pytest.approx(TIME, abs=3e-7)
     assert log.position == pytest.approx(Q, abs=6e-6)
-    assert log.velocity == pytest.approx(V, abs=6e-6)
     assert log.period == pytest.approx(0.02)
     last = np.radians(1e-4) if kind == "spreadsheet" else 1e-5
     assert log.resolution == pytest.approx([last, last])
@@ -162,14 +161,6 @@ def test_rows_are_put_in_order_and_rows_at_one_time_are_one(tmp_path: Path) -> N
     assert (np.diff(log.time) > 0).all()
     assert log.position[7] == pytest.approx(Q[7:9].mean(axis=0), abs=6e-6)
     assert log.notes == ("1 rows were out of the order of time and 1 rows had the time of another",)
-
-
-def test_velocities_with_holes_are_left_out(tmp_path: Path) -> None:
-    head, body, _ = rows("counted from one")
-    body[3][4] = "nan"
-    log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
-    assert log.velocity is None
-    assert log.notes == ("velocities, which some rows lack",)
 
 
 def two_topics() -> tuple[list[str], list[list[str]]]:

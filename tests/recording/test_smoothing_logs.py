@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import Samples, record, smooth, write, write_rows
+from robot_logs import Samples, record, smooth, write
 from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
@@ -22,10 +22,9 @@ def curve_of(
     samples: Samples,
     digits: int = 6,
     *,
-    velocity: bool = False,
     noise: float | None = None,
 ) -> Smoothed:
-    file = write(path / "log.csv", samples, digits, velocity=velocity)
+    file = write(path / "log.csv", samples, digits)
     return smooth(file, plan.trajectory, noise)
 
 
@@ -72,58 +71,19 @@ def test_the_noise_may_be_stated(tmp_path: Path, deburring: Plan) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rate", "noise", "jitter", "velocity"),
-    [(125.0, 1e-4, 0.0, False), (500.0, 1e-5, 0.0, True), (100.0, 1e-5, 5e-4, False)],
+    ("rate", "noise", "jitter"), [(125.0, 1e-4, 0.0), (500.0, 1e-5, 0.0), (100.0, 1e-5, 5e-4)]
 )
 def test_the_curve_is_the_motion_as_far_as_it_is_known(
-    tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float, velocity: bool
+    tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
-    curve = curve_of(tmp_path, deburring, samples, velocity=velocity)
+    curve = curve_of(tmp_path, deburring, samples)
     for order, most in ((0, 4.0), (1, 4.0), (2, 5.0)):
         off = gaps(curve, deburring, order)
         assert np.sqrt((off**2).mean()) < 1.2
         assert np.abs(off).max() < most
     share = curve.residuals / curve.sigma
     assert np.sqrt((share**2).mean()) == pytest.approx(1.0, abs=0.15)
-
-
-def test_recorded_velocities_make_the_curves_better(tmp_path: Path, deburring: Plan) -> None:
-    samples = record(deburring.trajectory, rate=125.0, noise=1e-4)
-    without = curve_of(tmp_path, deburring, samples)
-    beside = curve_of(tmp_path, deburring, samples, velocity=True)
-    assert "used" in beside.velocities
-    assert np.median(beside.errors[1]) < 0.95 * np.median(without.errors[1])
-
-
-def test_velocities_that_contradict_the_positions_are_left_out(
-    tmp_path: Path, deburring: Plan
-) -> None:
-    samples = record(deburring.trajectory, noise=1e-4)
-    late = Samples(
-        samples.names, samples.time, samples.position, np.roll(samples.velocity, 20, axis=0)
-    )
-    curve = curve_of(tmp_path, deburring, late, velocity=True)
-    assert "left out" in curve.velocities
-    without = curve_of(tmp_path, deburring, late)
-    assert (curve.trajectory.polynomial.c == without.trajectory.polynomial.c).all()
-
-
-@pytest.mark.parametrize(("rate", "late"), [(100.0, 0), (500.0, 0), (500.0, 1)])
-def test_velocities_that_are_more_exact_than_the_curve_are_left_out(
-    tmp_path: Path, deburring: Plan, rate: float, late: int
-) -> None:
-    """A log with all digits is off its curve where the jerk jumps."""
-    motion = deburring.trajectory
-    samples = record(motion, rate=rate)
-    rows = np.column_stack([samples.time, samples.position, np.roll(samples.velocity, late, 0)])
-    names = [f"{name}/{what}" for what in ("position", "velocity") for name in samples.names]
-    file = write_rows(
-        tmp_path / "log.csv", ["time", *names], [[repr(x) for x in row] for row in rows.tolist()]
-    )
-    said = smooth(file, motion).velocities
-    assert said.startswith("left out")
-    assert "times their noise" in said
 
 
 def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Plan) -> None:

@@ -10,12 +10,14 @@ from typing import Any, NamedTuple, TypeVar, cast
 from pydantic import BaseModel, ValidationError
 
 from knotwork.documents.document import Document, Location
-from knotwork.documents.first_errors import FEW, first_errors
 from knotwork.documents.values import StrictModel
 from knotwork.documents.words import SAY_WHAT_IS_ACCEPTED, hint, problem_words
 from knotwork.errors import DocumentError, Problem, did_you_mean, shown
 
 ModelT = TypeVar("ModelT", bound=StrictModel)
+
+FEW = 1_000
+"""Of more problems the first ones are reported."""
 
 
 def validate(model: type[ModelT], document: Document, instance: ModelT | None = None) -> ModelT:
@@ -36,12 +38,10 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
             document.data, self_instance=instance
         )
     except ValidationError as error:
-        many = error.error_count() > FEW
-        found = [] if many else [dict(item) for item in error.errors(include_url=False)]
+        found = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    if many:
-        found = first_errors(model, document.data)
+    many = len(found) > FEW
     found = [item for item in found if not _long_enough(item)]
     problems = [_problem(model, document, item) for item in found[:FEW]]
     problems.sort(key=lambda problem: problem.line or 0)

@@ -23,8 +23,8 @@ MOST_NESTED = 100
 MOST_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
 MOST_BYTES = 100_000_000
-# Where each is wrong, it takes some 700 bytes.
-MOST_VALUES = 3_000_000
+# Where each is wrong, it takes some 1,400 bytes.
+MOST_VALUES = 1_500_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]

@@ -1,19 +1,18 @@
 """Which columns of a log hold what: headings of PlotJuggler, ROS bags and loggers of robots.
 
-Columns of a log that are no joint's position or velocity and no time are left out.
+Columns of a log that are no joint's position and no time are left out.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from knotwork.foreign.header import HeadingError, column, quantity_named
 from knotwork.foreign.units import words
 
-USED = ("position", "velocity")
 STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
 PREFERRED = "joint_states"
 
@@ -29,20 +28,18 @@ class LogColumns:
     Attributes:
         clock: The columns of the time and what each is multiplied with to be in s; 0 where only
             the size of the values tells.
-        joints: By `"position"` and, if there is one for every joint, `"velocity"`: index of the
-            column and factor to SI, for each joint.
+        position: Index of the column and factor to SI, for each joint.
         units_given: The headings of positions say the units of these joints, by their index.
     """
 
     clock: tuple[tuple[int, float], ...]
-    joints: Mapping[str, tuple[tuple[int, float], ...]]
+    position: tuple[tuple[int, float], ...]
     units_given: frozenset[int]
 
 
 @dataclass(frozen=True)
 class _Found:
     topic: str
-    quantity: str
     joint: int
     index: int
     factor: float
@@ -58,7 +55,7 @@ def log_columns(
     topic: str | None = None,
     degrees: bool = False,
 ) -> LogColumns:
-    """Find time, positions and velocities among the headings of a log.
+    """Find time and positions among the headings of a log.
 
     Args:
         headings: The headings.
@@ -71,24 +68,19 @@ def log_columns(
     Raises:
         HeadingError: No time, or not exactly one position of each joint.
     """
-    found = list(_named(headings, joint_names, joint_units))
-    if not any(one.quantity == "position" for one in found):
-        found = list(_numbered(headings, first, joint_names))
-    positions = [one for one in found if one.quantity == "position"]
-    chosen = _topic(positions, joint_names, topic)
-    joints: dict[str, tuple[tuple[int, float], ...]] = {}
-    for quantity in USED:
-        of = {one.joint: one for one in found if (one.topic, one.quantity) == (chosen, quantity)}
-        if len(of) < len(joint_names):
-            continue
-        joints[quantity] = tuple(
-            (of[i].index, math.radians(1.0))
-            if degrees and unit == "rad" and not of[i].unit_given
-            else (of[i].index, of[i].factor)
-            for i, unit in enumerate(joint_units)
-        )
-    stated = (one.joint for one in positions if one.topic == chosen and one.unit_given)
-    return LogColumns(_clock(headings, chosen), joints, frozenset(stated))
+    found = list(_named(headings, joint_names, joint_units)) or list(
+        _numbered(headings, first, joint_names)
+    )
+    chosen = _topic(found, joint_names, topic)
+    of = {one.joint: one for one in found if one.topic == chosen}
+    position = tuple(
+        (of[i].index, math.radians(1.0))
+        if degrees and unit == "rad" and not of[i].unit_given
+        else (of[i].index, of[i].factor)
+        for i, unit in enumerate(joint_units)
+    )
+    stated = (one.joint for one in of.values() if one.unit_given)
+    return LogColumns(_clock(headings, chosen), position, frozenset(stated))
 
 
 def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) -> Iterable[_Found]:
@@ -99,10 +91,10 @@ def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) 
             content = column(rest, names, units)
         except HeadingError:
             continue
-        if content.joint is None or content.quantity not in USED:
+        if content.joint is None or content.quantity != "position":
             continue
         stated = any(word in ("rad", "deg", "m", "mm", "degrees", "°") for word in words(rest))
-        yield _Found(topic, content.quantity, content.joint, index, content.factor, stated)
+        yield _Found(topic, content.joint, index, content.factor, stated)
 
 
 def _split(heading: str, names: Sequence[str]) -> tuple[str, str]:
@@ -125,20 +117,20 @@ def _numbered(
     Columns of names, if there are any, say in which order; otherwise it is that of the robot.
     """
     named: dict[str, dict[int, str]] = {}
-    counted: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
+    counted: dict[tuple[str, str], list[tuple[int, int]]] = {}
     for index, heading in enumerate(headings):
         topic, _, last = re.sub(r"[./:]", "/", heading.strip()).rpartition("/")
         match = _INDEXED.fullmatch(last)
         if match is None:
             continue
         *kind, word = words(match["word"])
-        number, quantity = int(match["index"]), quantity_named(word)
+        number = int(match["index"])
         if match["word"] in ("name", "joint_names"):
             named.setdefault(topic, {})[number] = first[index].strip()
-        elif quantity in USED and not set(kind) & set(_ASKED):
-            group = (topic, "/".join([topic, *kind]), str(quantity))
+        elif quantity_named(word) == "position" and not set(kind) & set(_ASKED):
+            group = (topic, "/".join([topic, *kind]))
             counted.setdefault(group, []).append((number, index))
-    for (topic, group_name, quantity), columns in counted.items():
+    for (topic, group_name), columns in counted.items():
         # of a controller's state the names stand beside the groups of values
         own = named.get(topic, named.get(topic.rpartition("/")[0]))
         if own is None and len(columns) != len(names):
@@ -147,7 +139,7 @@ def _numbered(
         for number, index in columns:
             if order.get(number) in names:
                 joint = list(names).index(order[number])
-                yield _Found(group_name, quantity, joint, index, 1.0, False)
+                yield _Found(group_name, joint, index, 1.0, False)
 
 
 def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None) -> str:

@@ -24,24 +24,17 @@ class Fit:
         breaks: FloatArray,
         position: FloatArray,
         sigma: FloatArray,
-        velocity: FloatArray | None = None,
-        velocity_sigma: FloatArray | None = None,
     ) -> None:
         from scipy.linalg import cho_solve_banded, cholesky_banded
 
         self.breaks, self._time = breaks, time
         self._knots = np.concatenate(([breaks[0]] * DEGREE, breaks, [breaks[-1]] * DEGREE))
-        rows, slopes = self._basis(time, 0), None
-        if velocity is not None:
-            slopes = self._basis(time, 1)
+        rows = self._basis(time, 0)
         self._factors, columns = [], []
         for j in range(position.shape[1]):
             weight = sigma[:, j] ** -2
             normal = rows.T @ rows.multiply(weight[:, None])
             right = rows.T @ (weight * position[:, j])
-            if slopes is not None and velocity is not None and velocity_sigma is not None:
-                normal = normal + slopes.T @ slopes * velocity_sigma[j] ** -2
-                right = right + slopes.T @ velocity[:, j] * velocity_sigma[j] ** -2
             # the normal equations have as many diagonals as the degree has, on each side
             band = np.zeros((DEGREE + 1, len(right)))
             for k in range(DEGREE + 1):

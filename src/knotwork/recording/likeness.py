@@ -45,8 +45,8 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
     time, grid = curve.log.time, curve.grid
     if plan.continuity.order < 1:
         return LeftOfPlan(np.zeros(len(plan.joint_names)), np.zeros_like(curve.errors))
-    position, velocity = (_going_on(plan, time - start, order) for order in range(2))
-    followed = curve.curve_of(position, velocity)
+    position = _going_on(plan, time - start, 0)
+    followed = curve.curve_of(position)
     samples = np.abs(position - followed(time))
     # many times in each piece, for the jerk may jump between two
     breaks, parts = followed.x, np.linspace(0.0, 1.0, LOOKS)

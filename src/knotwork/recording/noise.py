@@ -38,13 +38,11 @@ class Noise:
 
     Attributes:
         position: Of each joint's positions [rad or m], shape (d,).
-        velocity: Of its recorded velocities [rad/s or m/s], shape (d,), or `None`.
         jitter: Of the time stamps [s].
         stated: The noise was given, not estimated.
     """
 
     position: FloatArray
-    velocity: FloatArray | None
     jitter: float
     stated: bool
 
@@ -65,23 +63,13 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
     Raises:
         InputError: The stated noise is no positive number.
     """
-    position, jitter = _estimated(log.time, log.position, log.resolution)
+    floor = np.maximum(log.resolution * ROUNDING, SMALLEST)
+    sigma, jitter = _by_speed(*_left_over(log.time, log.position), floor)
+    position = np.maximum(sigma, floor)
     if stated is not None:
         given = finite_number(stated, "noise", "rad or m", positive=True)
         position, jitter = np.full_like(position, given), 0.0
-    velocity = None
-    if log.velocity is not None and log.velocity_resolution is not None:
-        velocity, _ = _estimated(log.time, log.velocity, log.velocity_resolution)
-    return Noise(position, velocity, jitter, stated is not None)
-
-
-def _estimated(
-    time: FloatArray, values: FloatArray, resolution: FloatArray
-) -> tuple[FloatArray, float]:
-    """Noise of each joint, at least that of rounding, and the jitter."""
-    floor = np.maximum(resolution * ROUNDING, SMALLEST)
-    sigma, jitter = _by_speed(*_left_over(time, values), floor)
-    return np.maximum(sigma, floor), jitter
+    return Noise(position, jitter, stated is not None)
 
 
 def largest_near(values: FloatArray, steps: int, axis: int = 0) -> FloatArray:

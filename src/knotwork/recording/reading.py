@@ -36,9 +36,7 @@ class Recording:
         joint_units: `"rad"` or `"m"` for each.
         time: Times since the first sample [s], shape (n,), increasing.
         position: Joint positions [rad or m], shape (n, d).
-        velocity: Joint velocities [rad/s or m/s], shape (n, d), or `None`.
         resolution: What the last digit of each joint's positions counts [rad or m], shape (d,).
-        velocity_resolution: The same of velocities, or `None`.
         origin: Time of the first sample by the log's own clock [s].
         source: Name of the file.
         notes: What was left out or mended, in words.
@@ -48,9 +46,7 @@ class Recording:
     joint_units: tuple[str, ...]
     time: FloatArray
     position: FloatArray
-    velocity: FloatArray | None
     resolution: FloatArray
-    velocity_resolution: FloatArray | None
     origin: float
     source: str
     notes: tuple[str, ...]
@@ -90,7 +86,7 @@ def read_log(
         joint_names: The joints that the log must have, in any order.
         joint_units: `"rad"` or `"m"` for each.
         topic: The topic whose columns count, where several have positions of all joints.
-        degrees: Positions and velocities of rad joints whose headings name no unit are in degrees.
+        degrees: Positions of rad joints whose headings name no unit are in degrees.
 
     Raises:
         DocumentError: The file can't be read, lacks the time or a joint, has fewer than 16 samples
@@ -111,7 +107,7 @@ def read_log(
 def _recording(
     rows: Rows, columns: LogColumns, names: Sequence[str], units: Sequence[str]
 ) -> Recording:
-    position, resolution = _values(rows, columns.joints["position"])
+    position, resolution = _values(rows, columns.position)
     clock = np.column_stack([_numbers(rows, index) for index, _ in columns.clock])
     notes: list[str] = []
     whole = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
@@ -121,13 +117,6 @@ def _recording(
         message = f"has {int(whole.sum())} rows with the time and a position of every joint"
         raise rows.error(None, None, message, f"at least {FEWEST}")
     position = position[whole]
-    velocity = velocity_resolution = None
-    if "velocity" in columns.joints:
-        velocity, velocity_resolution = _values(rows, columns.joints["velocity"])
-        velocity = velocity[whole]
-        if not np.isfinite(velocity).all():
-            velocity = velocity_resolution = None
-            notes.append("velocities, which some rows lack")
     time, origin = _seconds(clock[whole], [factor for _, factor in columns.clock])
     _refuse_degrees(rows, columns, position, names, units)
     time, order, merged = _in_order(time)
@@ -137,10 +126,9 @@ def _recording(
         message = f"has samples at {time.size} times"
         raise rows.error(None, None, message, f"at least {FEWEST}")
     position = _mean(position, order, time.size)
-    velocity = None if velocity is None else _mean(velocity, order, time.size)
     return Recording(
-        tuple(names), tuple(units), time, position, velocity, resolution, velocity_resolution,
-        origin, rows.path.name, tuple(notes),
+        tuple(names), tuple(units), time, position, resolution, origin,
+        rows.path.name, tuple(notes),
     )  # fmt: skip
 
 
@@ -197,7 +185,7 @@ def _refuse_degrees(
     names: Sequence[str],
     units: Sequence[str],
 ) -> None:
-    for j, (index, factor) in enumerate(columns.joints["position"]):
+    for j, (index, factor) in enumerate(columns.position):
         largest = float(np.abs(position[:, j]).max())
         plain = units[j] == "rad" and factor == 1.0 and j not in columns.units_given
         if plain and largest > WHOLE_TURNS:

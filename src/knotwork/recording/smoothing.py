@@ -30,9 +30,6 @@ SURE = 5.0
 """The curve misses the samples for sure beyond this many standard deviations of white noise."""
 ORDERS = 4
 """Standard errors are known of position, velocity, acceleration and jerk."""
-AGREEING = 2.0
-"""Recorded velocities count if they are off the slope of the positions by less than this many
-standard deviations, in root mean square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +48,6 @@ class Smoothed:
         sigma: Standard deviation of each sample [rad or m], shape (n, d).
         missed: Spans of time [s] in which the curve can't follow the samples, though it has a piece
             for every few of them: the motion changes faster there than the log shows.
-        velocities: How the recorded velocities were used, in words.
-        velocity_sigma: Their standard deviations [rad/s or m/s], shape (d,), where they were used.
     """
 
     trajectory: JointTrajectory
@@ -63,20 +58,14 @@ class Smoothed:
     residuals: FloatArray
     sigma: FloatArray
     missed: tuple[tuple[float, float], ...]
-    velocities: str
-    velocity_sigma: FloatArray | None
 
-    def curve_of(self, position: FloatArray, velocity: FloatArray) -> PiecewisePolynomial:
+    def curve_of(self, position: FloatArray) -> PiecewisePolynomial:
         """What the same knots and weights make of samples of another motion.
 
         Args:
             position: Of that motion at the times of the log [rad or m], shape (n, d).
-            velocity: Its velocity there [rad/s or m/s], shape (n, d).
         """
-        rates = velocity if self.velocity_sigma is not None else None
-        breaks = self.trajectory.breaks
-        fit = Fit(self.log.time, breaks, position, self.sigma, rates, self.velocity_sigma)
-        return fit.polynomial()
+        return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial()
 
 
 def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
@@ -104,9 +93,6 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     coarse = Fit(log.time, coarse_ends, log.position, sigma)
     fit = Fit(log.time, ends, log.position, sigma)
     spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
-    velocities, velocity_sigma = _use_of_velocities(log, known, fit)
-    if velocity_sigma is not None:
-        fit = Fit(log.time, ends, log.position, sigma, log.velocity, velocity_sigma)
     grid = _grid(log, fit.breaks)
     trajectory = JointTrajectory(
         log.joint_names,
@@ -118,24 +104,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     noise_left = np.stack([fit.standard_errors(grid, order) for order in range(ORDERS)])
     changes = [fit.values(order, grid) - coarse.values(order, grid) for order in range(ORDERS)]
     errors = np.hypot(noise_left, largest_near(np.abs(changes), 2, axis=1))
-    return Smoothed(
-        trajectory, log, known, grid, errors, residuals, sigma, spans, velocities, velocity_sigma
-    )
-
-
-def _use_of_velocities(log: Recording, known: Noise, fit: Fit) -> tuple[str, FloatArray | None]:
-    """Say how recorded velocities are used, with their standard deviations if they are."""
-    if log.velocity is None or known.velocity is None:
-        return "none are recorded", None
-    unknown = np.hypot(known.velocity, fit.standard_errors(log.time, 1))
-    off = np.sqrt((((log.velocity - fit.values(1)) / unknown) ** 2).mean(axis=0))
-    if (off <= AGREEING).all():
-        return "used, for they agree with the positions", known.velocity
-    j = int(off.argmax())
-    return (
-        f"left out: those of joint {log.joint_names[j]!r} are off the slope of its curve by "
-        f"{off[j]:.3g} times their noise"
-    ), None
+    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, spans)
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:

@@ -273,8 +273,7 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
         f"{curve.trajectory.breaks.size - 1} cubics; noise {sizes} and jitter "
-        f"of time stamps {1e3 * noise.jitter:.2g} ms, {origin}; recorded velocities: "
-        f"{curve.velocities}",
+        f"of time stamps {1e3 * noise.jitter:.2g} ms, {origin}",
     )
     if log.notes:
         yield _information("left_out", f"left out or mended: {'; '.join(log.notes)}")
