@@ -409,9 +409,7 @@ CLOSE_BY = {
 }
 
 
-@pytest.mark.parametrize(
-    ("name", "nearest"), [*((name, True) for name in CLOSE_BY), ("z1", False)]
-)
+@pytest.mark.parametrize(("name", "nearest"), [*((name, True) for name in CLOSE_BY), ("z1", False)])
 def test_the_solution_beside_the_start_is_not_left(name: str, nearest: bool) -> None:
     robot, (q, off) = ROBOTS[name], CLOSE_BY[name]
     found = solve_pose_ik(robot, robot.forward(q), np.add(q, off), nearest=nearest)
