@@ -220,6 +220,25 @@ def test_velocities_at_both_ends_are_kept() -> None:
         assert np.abs(twist.angular).max() < 1e-9
 
 
+@pytest.mark.parametrize("end", [0, 1])
+def test_joints_come_to_rest_by_themselves_where_they_can_not_straight(end: int) -> None:
+    """Straight, the last joint would go as long as the first, beyond its limit."""
+    side = (1.0, -1.0)[end]
+    given = past()
+    asked = [OUTSIDE | {"shoulder_pan_joint": q} for q in (-60, 60)]
+    asked[end] |= {"wrist_3_joint": side * 359.4}
+    asked[1 - end] |= {"wrist_3_joint": side * 300}
+    waypoints = [{"joints": one, "stop": True} for one in asked]
+    speeds = {"shoulder_pan_joint": 90, "wrist_3_joint": 10}
+    waypoints[end] = {"joints": asked[end], "velocity": dict.fromkeys(OUTSIDE, 0) | speeds}
+    waypoints[1]["way"] = "clear"
+    made = planned({**given, "waypoints": waypoints})
+    reached = made.trajectory.position(made.scenario.times[end])
+    assert np.degrees(reached[-1]) == pytest.approx(side * 359.4, abs=1e-9)
+    v = np.degrees(made.trajectory.velocity(made.scenario.times[end]))
+    assert v == pytest.approx([90, 0, 0, 0, 0, 10], abs=1e-9)
+
+
 def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
     along = {
         "name": "along",

@@ -23,7 +23,7 @@ class Way:
         time: When it passes the waypoints [s], shape (n,).
         line: The polyline that it was made from, shape (n, d).
         through: The problem with the polyline's corners as waypoints, or `None` where the motion
-            begins with a stop that was given.
+            comes to rest or from rest other than straight.
         rests: Whether it rests at corners of the polyline between the waypoints.
     """
 
