@@ -199,7 +199,7 @@ class Rules(NamedTuple):
         if self.resting is None:
             return travel
         slowest = (self.weights * least_time(share, self.ramp)).max(axis=-1)
-        return np.where(self.resting[interval], slowest + BESIDE * travel, travel)
+        return np.asarray(np.where(self.resting[interval], slowest + BESIDE * travel, travel))
 
 
 def least_time(share: FloatArray, ramp: Any) -> FloatArray:
@@ -209,7 +209,8 @@ def least_time(share: FloatArray, ramp: Any) -> FloatArray:
         share: The distance over the greatest speed [s].
         ramp: How long the joint takes to that speed [s].
     """
-    return np.where(share < ramp, 2.0 * np.sqrt(share * ramp), share + ramp * (share > 0.0))
+    longer = share + ramp * (share > 0.0)
+    return np.asarray(np.where(share < ramp, 2.0 * np.sqrt(share * ramp), longer))
 
 
 def likely_durations(
