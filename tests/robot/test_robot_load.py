@@ -98,7 +98,7 @@ def test_a_model_in_a_python_package_is_found_without_importing_it(
         load_robot(inline)
     monkeypatch.syspath_prepend(tmp_path / "site")
     assert load_robot(inline).joint_names == ("shoulder", "elbow")
-    with pytest.raises(RobotError, match="there is no URDF file .*leg.urdf"):
+    with pytest.raises(RobotError, match=r"there is no URDF file .*leg\.urdf"):
         load_robot({"urdf": "some_models:leg.urdf"})
 
 
