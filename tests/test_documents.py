@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 import math
 from pathlib import Path
@@ -17,7 +16,6 @@ from pydantic import Discriminator, Field, Tag
 
 from knotwork import documents
 from knotwork.documents import (
-    Document,
     Number,
     Positive,
     StrictModel,
@@ -91,11 +89,6 @@ def test_nan_is_a_number_of_yaml(text: str) -> None:
     assert math.isnan(documents.parse(f"key: {text}").data["key"])
 
 
-def test_merge_keys_are_not_of_yaml_1_2() -> None:
-    data = documents.parse("a: &a {x: 1}\nb: {<<: *a, y: 2}\n").data
-    assert data["b"] == {"<<": {"x": 1}, "y": 2}
-
-
 def test_an_integer_of_thousands_of_digits_is_refused_with_its_line() -> None:
     error = refused("a: 1\nb: " + "9" * 5000)
     assert error.problems[0].line == 2
@@ -125,17 +118,6 @@ def test_aliases_that_multiply_without_end_are_refused() -> None:
     assert "its aliases repeat more than 1000000 values" in str(refused("\n".join(lines)))
 
 
-def test_only_what_aliases_repeat_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.documents.yaml_text.MOST_REPEATED", 100)
-    row = ", ".join("0" * 50)
-    many = "\n".join(f"- [{row}]" for _ in range(20))
-    assert documents.parse(many).data == [[0] * 50] * 20
-    anchored = many.replace("- [", "- &row [", 1)
-    assert documents.parse(f"{anchored}\n- *row").data == [[0] * 50] * 21
-    with pytest.raises(DocumentError, match="repeat more than 100 values"):
-        documents.parse(f"{anchored}\n- *row\n- *row\n- *row")
-
-
 def test_lines_of_parts_that_share_one() -> None:
     text = "rows:\n- [1, 2,\n   3]\n- {a: 4, b:\n    5}\nrow: {c: [6]}\n"
     document = documents.parse(text)
@@ -153,20 +135,6 @@ def test_lines_of_parts_that_share_one() -> None:
     assert document.part(("row", "c", 0)).line(()) == 6
 
 
-def test_the_collector_runs_on_after_a_document() -> None:
-    assert gc.isenabled()
-    documents.parse("a: 1")
-    refused("a: &a [*a]")
-    refused("a: [1")
-    assert gc.isenabled()
-    gc.disable()
-    try:
-        documents.parse("a: 1")
-        assert not gc.isenabled()
-    finally:
-        gc.enable()
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -181,25 +149,11 @@ def test_deep_nesting_is_an_error_and_no_crash(text: str) -> None:
     assert "nested" in str(refused(text))
 
 
-def test_deep_nesting_through_aliases_is_an_error() -> None:
-    lines = ["a0: &a0 [x]"] + [f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 3000)]
-    assert "nested" in str(refused("\n".join(lines)))
-
-
 @pytest.mark.parametrize("tag", ["!thing", "!!python/object:os.system", "!!binary", "!!set"])
 def test_tags_are_refused(tag: str) -> None:
     error = refused(f"a: 1\nb: {tag} x\n")
     assert problems_of(error) == [(2, "b")]
     assert "tag" in str(error)
-
-
-def test_a_tag_on_a_mapping_or_list_is_refused_too() -> None:
-    assert problems_of(refused("a: !thing {x: 1}\nb: !thing [1]\n")) == [(1, "a"), (2, "b")]
-
-
-@pytest.mark.parametrize("scalar", ["!!int x", "!!float x", "!!int 1.5"])
-def test_a_tag_that_does_not_fit_its_value_is_refused(scalar: str) -> None:
-    assert problems_of(refused(f"a: {scalar}")) == [(1, "a")]
 
 
 def problems_of(error: DocumentError) -> list[tuple[int | None, str]]:
@@ -251,11 +205,6 @@ def test_a_syntax_error_has_its_line(text: str, line: int) -> None:
     error = refused(text)
     assert "is not valid YAML" in str(error)
     assert error.problems[0].line == line
-
-
-@pytest.mark.parametrize("text", ["a: 1\n\tb: 2\n", "a:\n  \t- 1\n", "a:\r\n\t- 1\r\n"])
-def test_a_tab_before_what_is_in_a_line_is_named(text: str) -> None:
-    assert "line 2: is not valid YAML: there is a tab; lines are" in str(refused(text))
 
 
 def test_characters_yaml_does_not_allow_are_refused() -> None:
@@ -321,14 +270,6 @@ def outer(text: str, file: Path | None = None) -> Outer:
     return documents.validate(Outer, documents.parse(text, file))
 
 
-def test_a_valid_document_becomes_the_model() -> None:
-    model = outer("name: a\nin: b\ninner: {size: 2}\nshapes: [{radius: 1}, {width: 2}]\n")
-    assert model.name == "a"
-    assert model.renamed == "b"
-    assert isinstance(model.shapes[0], Circle)
-    assert isinstance(model.shapes[1], Box)
-
-
 def test_every_problem_is_reported_in_the_order_of_the_file() -> None:
     text = """\
 inner:
@@ -372,43 +313,6 @@ nmae: x
     assert "-1: must be greater than 0" in text
     assert "'big': must be a number" in text
     assert "true: must be a number" in text
-
-
-def test_unknown_keys_inside_a_union_offer_only_the_keys_of_the_kind_meant() -> None:
-    with pytest.raises(DocumentError) as caught:
-        outer("name: a\nshapes:\n  - width: 1\n    part: []\n")
-    (problem,) = caught.value.problems
-    assert (problem.line, problem.field) == (4, "shapes[0].part")
-    assert problem.accepted == "did you mean 'parts'? Accepted: parts, width"
-
-
-def test_the_name_in_the_file_counts_and_not_the_name_in_the_code() -> None:
-    with pytest.raises(DocumentError, match=r"renamed: unknown key .*\bin\b"):
-        outer("name: a\nrenamed: b\n")
-
-
-def test_a_part_of_a_document_still_knows_where_it_stands() -> None:
-    document = documents.parse("x: 1\nshapes:\n  - a: 1\n  - size: no\n", Path("d/t.yaml"))
-    part = document.part(("shapes", 1))
-    assert part.where(("size",)) == "d/t.yaml: line 4: shapes[1].size"
-    with pytest.raises(DocumentError) as caught:
-        documents.validate(Inner, part)
-    assert problems_of(caught.value) == [(4, "shapes[1].size")]
-    again = document.part(("shapes",)).part((1,))
-    assert again.where(("size",)) == part.where(("size",))
-
-
-def test_a_mapping_given_in_python_has_fields_and_no_lines() -> None:
-    with pytest.raises(DocumentError) as caught:
-        documents.validate(Outer, Document({"name": "a", "inner": {"size": "x"}}))
-    assert problems_of(caught.value) == [(None, "inner.size")]
-    assert str(caught.value).startswith("(given in Python): inner.size: ")
-
-
-def test_long_values_are_shortened_in_messages() -> None:
-    with pytest.raises(DocumentError) as caught:
-        outer(f"name: a\ninner: {{size: {'x' * 10_000}}}\n")
-    assert len(str(caught.value)) < 300
 
 
 # Whatever comes in, either a scenario or an error of ours comes out.
@@ -461,101 +365,35 @@ def test_any_mapping_gives_a_scenario_or_an_error(mapping: dict[Any, Any]) -> No
     scenario_or_error(mapping)
 
 
-NUMBERS = st.one_of(
-    st.floats(-10, 10),
-    st.floats(),
-    st.sampled_from([0, 1, 1e12, -1e12, 1.7e308, -1.7e308, 1e200, 5e-324]),
-)
-VECTORS = st.lists(NUMBERS, min_size=3, max_size=3)
-PLACEMENTS = st.fixed_dictionaries(
-    {"position": VECTORS},
-    optional={
-        "rpy": VECTORS,
-        "rotation_vector": VECTORS,
-        "quaternion_wxyz": st.lists(NUMBERS, min_size=4, max_size=4),
-        "rotation_matrix": st.lists(VECTORS, min_size=3, max_size=3),
-        "euler": st.fixed_dictionaries(
-            {"order": st.sampled_from(["ZYX", "zyx"]), "angles": VECTORS}
-        ),
-    },
-)
-FRAMES = st.dictionaries(
-    st.sampled_from(["a", "b", "c", "base", "tool"]),
-    st.builds(
-        lambda placement, parent: {**placement, "in": parent},
-        PLACEMENTS,
-        st.sampled_from(["a", "b", "c", "base", "x"]),
-    ),
-    max_size=3,
-)
-WAYPOINTS = st.lists(
-    st.one_of(
-        st.fixed_dictionaries(
-            {"pose": PLACEMENTS},
-            optional={
-                "time": NUMBERS,
-                "after": NUMBERS,
-                "speed": NUMBERS,
-                "stop": st.booleans(),
-                "frame": st.sampled_from(["a", "b", "base", "tool", "x"]),
-                "velocity": st.fixed_dictionaries(
-                    {},
-                    optional={
-                        "linear": VECTORS,
-                        "angular": VECTORS,
-                        "in": st.sampled_from(["a", "tool", "x"]),
-                    },
-                ),
-            },
-        ),
-        st.fixed_dictionaries(
-            {"joints": st.dictionaries(st.sampled_from(["j", "k"]), NUMBERS)},
-            optional={"time": NUMBERS, "after": NUMBERS},
-        ),
-    ),
-    max_size=4,
-)
-TASKS = st.fixed_dictionaries(
-    {"waypoints": WAYPOINTS},
-    optional={
-        "robot": st.just("ur5"),
-        "frames": FRAMES,
-        "tool": st.fixed_dictionaries({}, optional={"offset": PLACEMENTS}),
-        "units": st.just({"length": "mm", "angle": "deg"}),
-        "knots": st.lists(NUMBERS, max_size=4),
-        "start": st.just("home"),
-        "tolerances": st.fixed_dictionaries({"position": NUMBERS}),
-    },
-)
 HUGE, FAR = [1e200, 0, 0], [1e12, 0, 0]
 
 
-@examples(100)
-@given(TASKS)
-@example(
-    {"waypoints": [{"joints": {"j": 0}, "time": 1.7e308}, {"joints": {"j": 1}, "after": 1.7e308}]}
+UR5, FAR, HUGE = {"robot": "ur5"}, [1e12, 0, 0], [1e200, 0, 0]
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        {
+            "waypoints": [
+                {"joints": {"j": 0}, "time": 1e308},
+                {"joints": {"j": 1}, "after": 1.7e308},
+            ]
+        },
+        UR5 | {"waypoints": [{"pose": {"position": [0, 0, 0], "rotation_matrix": [HUGE] * 3}}]},
+        UR5
+        | {
+            "frames": {"a": {"position": [1e12] * 3, "rpy": [1, 1, 1]}},
+            "frame": "a",
+            "waypoints": [
+                {"pose": {"position": [1e12] * 3, "rpy": FAR}, "velocity": {"linear": [1e12] * 3}},
+                {"pose": {"position": [-1e12] * 3, "rpy": FAR}, "after": 1, "speed": 1e12},
+                {"pose": {"position": [0, 0, 0], "rpy": FAR}, "after": 1e12, "stop": True},
+            ],
+        },
+    ],
 )
-@example(
-    {
-        "robot": "ur5",
-        "waypoints": [{"pose": {"position": [0, 0, 0], "rotation_matrix": [HUGE] * 3}}],
-    }
-)
-@example(
-    {
-        "robot": "ur5",
-        "frames": {"a": {"position": [1e12] * 3, "rpy": [1, 1, 1]}},
-        "frame": "a",
-        "waypoints": [
-            {"pose": {"position": [1e12] * 3, "rpy": FAR}, "velocity": {"linear": [1e12] * 3}},
-            {"pose": {"position": [-1e12] * 3, "rpy": FAR}, "after": 1, "speed": 1e12},
-            {"pose": {"position": [0, 0, 0], "rpy": FAR}, "after": 1e12, "stop": True},
-        ],
-    }
-)
-def test_any_task_of_the_right_shape_gives_a_finite_scenario_or_an_error(
-    task: dict[str, Any],
-) -> None:
+def test_numbers_out_of_range_give_a_finite_scenario_or_an_error(task: dict[str, Any]) -> None:
     scenario_or_error(task)
 
 
@@ -656,16 +494,6 @@ def test_many_problems_are_told_in_few_lines() -> None:
     lines = str(caught.value).splitlines()
     assert len(lines) == 51
     assert lines[-1] == "(given in Python): and at least 950 more problems"
-
-
-def test_of_very_many_problems_the_first_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.documents.validation.FEW", 100)
-    wrong = [{"joints": {"a": 0}, "stop": True, "after": 1, "speedy": 1} for _ in range(1500)]
-    with pytest.raises(DocumentError) as caught:
-        load_scenario({"waypoints": wrong})
-    fields = [problem.field for problem in caught.value.problems]
-    assert fields == [f"waypoints[{i}].speedy" for i in range(100)]
-    assert str(caught.value).endswith("and at least 50 more problems")
 
 
 def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

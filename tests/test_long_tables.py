@@ -60,7 +60,9 @@ def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_p
     # and so on a page, where the others can be opened
     page = tmp_path / "page.html"
     assert knotwork("report", tmp_path / "out", "--scenario", task, "--html", page).code == 1
-    listed = page.read_text().partition(">What fails</h2>")[2].partition("</header>")[0]
+    listed = (
+        page.read_text().partition('<h2 id="fails">What fails</h2>')[2].partition("</header>")[0]
+    )
     worst, others = listed.split("<summary>and 2 more like it</summary>")
     assert "w333" in worst
     assert "w331" in others

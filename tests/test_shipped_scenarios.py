@@ -1,4 +1,4 @@
-"""Every shipped scenario, planned by name and by path, and checked by Pinocchio used directly."""
+"""Every shipped scenario, planned by name and by path, and what its description promises."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 import pytest
-import yaml
 from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
-from judge.arm import with_axes
+from judge.task import Task
 from knotwork.errors import UnknownNameError
-from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
-from shipped import LONG
+from shipped import LONG, SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
 Array = NDArray[np.float64]
@@ -38,11 +37,6 @@ WARNINGS = {
     "ur5_turntable_rim": ["efforts are not judged, as table, which carries the poses, moves"],
 }
 """Of scenarios that are warned of, on purpose."""
-motions = pytest.mark.parametrize(
-    "path",
-    mostly_exhaustive(PATHS + BY_WAYPOINTS, *QUICK, *BY_WAYPOINTS),
-    ids=lambda path: f"{path.parent.name}/{path.stem}",
-)
 
 
 @cache
@@ -105,116 +99,6 @@ def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
     assert len(scenario.description.split()) >= 4
     assert not any(waypoint.name.startswith("waypoint ") for waypoint in scenario.waypoints)
     assert path.read_text().startswith("#")
-
-
-class Arm:
-    """A scenario's arm: the whole URDF as Pinocchio reads it, its tool placed by hand."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        assert isinstance(scenario.robot, str)
-        robot = kw.load_robot(scenario.robot)
-        if scenario.on:
-            robot = robot.with_base(scenario.on)
-        # Names and files are taken from the robot, nothing that it computes.
-        self.model = pin.buildModelFromUrdf(str(robot.urdf))
-        axes = yaml.safe_load(robot.source.read_text()).get("external_axes")
-        if axes:
-            self.model = with_axes(self.model, axes)
-        self.data = self.model.createData()
-        self.base = robot.base_frame
-        self.tool = scenario.tool.frame or robot.tool_frame or ""
-        self.offset = scenario.tool.offset or pin.SE3.Identity()
-        self.joints = robot.joint_names
-        self.locked = dict(robot.locked)
-
-    def configuration(self, values: Array) -> Array:
-        """Joint angles in the model's own coordinates: cosine and sine where it has those."""
-        q = pin.neutral(self.model)
-        for name, value in [*self.locked.items(), *zip(self.joints, values, strict=True)]:
-            joint = self.model.joints[self.model.getJointId(name)]
-            start = joint.idx_q
-            q[start : start + joint.nq] = (
-                [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
-            )
-        return np.asarray(q)
-
-    def pose(self, values: Array) -> Any:
-        pin.framesForwardKinematics(self.model, self.data, self.configuration(values))
-        base, tool = (
-            self.data.oMf[self.model.getFrameId(name, pin.BODY)] for name in (self.base, self.tool)
-        )
-        return base.inverse() * tool * self.offset
-
-    def twist(self, trajectory: kw.JointTrajectory, time: float) -> Array:
-        """Linear and angular velocity, by differences of poses, to second order at the ends too."""
-        h = 2e-5
-        inside = trajectory.start_time + h <= time <= trajectory.end_time - h
-        forward = time < trajectory.start_time + h
-        steps = [-h, h] if inside else [0, h, 2 * h] if forward else [0, -h, -2 * h]
-        weights = [-0.5, 0.5] if inside else [-1.5, 2, -0.5]
-        here = self.pose(trajectory(time))
-        total = np.zeros(6)
-        for step, weight in zip(steps, weights, strict=True):
-            pose = self.pose(trajectory(time + step))
-            turn = pin.log3(pose.rotation @ here.rotation.T)
-            change = np.concatenate([pose.translation - here.translation, turn])
-            total += weight * change / (h if inside or forward else -h)
-        return total
-
-
-@motions
-def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
-    scenario, trajectory = planned(path).scenario, planned(path).trajectory
-    arm = Arm(scenario) if scenario.robot is not None else None
-    if arm is not None:
-        assert arm.joints == trajectory.joint_names
-    for waypoint in scenario.waypoints:
-        q, v = trajectory(waypoint.time), trajectory(waypoint.time, 1)
-        if isinstance(waypoint, JointTarget):
-            if not isinstance(waypoint.joints.values, str):
-                scale = {"rad": waypoint.joints.angle, "m": waypoint.joints.length}
-                given = waypoint.joints.values
-                assert isinstance(given, dict)
-                units = zip(trajectory.joint_names, trajectory.joint_units or (), strict=True)
-                wanted = np.array([given[joint] * scale[unit] for joint, unit in units])
-                np.testing.assert_allclose(q, wanted, atol=1e-9)
-            if waypoint.velocity is None:
-                np.testing.assert_allclose(v, 0, atol=1e-9)
-            continue
-        assert isinstance(waypoint, CartesianWaypoint)
-        assert arm is not None
-        pose = arm.pose(q)
-        np.testing.assert_allclose(pose.translation, waypoint.position, atol=1e-7)
-        wanted = np.concatenate([waypoint.linear, waypoint.angular])
-        twist, kept = arm.twist(trajectory, waypoint.time), slice(None)
-        if waypoint.freedom is not None:  # of the tool's turn only the axis is asked for
-            kept = slice(2, None)
-            twist[3:] -= (twist[3:] - wanted[3:]) @ pose.rotation[:, 2] * pose.rotation[:, 2]
-        np.testing.assert_allclose(pose.rotation[:, kept], waypoint.rotation[:, kept], atol=1e-7)
-        # a difference quotient is as good as the jerk lets it be, and torques alone allow much
-        np.testing.assert_allclose(twist, wanted, atol=1e-5)
-
-
-@motions
-def test_joints_keep_their_limits_and_move_without_a_jump(path: Path) -> None:
-    """Dense samples against the report, which has them from the polynomials."""
-    plan = planned(path)
-    assert plan.report.ok
-    trajectory = plan.trajectory
-    assert trajectory.continuity.order >= 2
-    time = np.linspace(trajectory.start_time, trajectory.end_time, 20_001)
-    orders = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
-    for item in plan.report.select(group="Joint limits", proof="exact"):
-        if item.limit is None:
-            continue
-        index = trajectory.joint_names.index(item.name)
-        values = trajectory(time, orders[item.quantity])[:, index]
-        assert item.margin is not None
-        assert item.value is not None
-        lower = item.value - item.limit == item.margin
-        beyond = item.limit - values if lower else values - item.limit
-        assert beyond.max() <= -item.margin + 1e-9 * max(1.0, abs(item.limit))
-        assert item.margin >= 0
 
 
 class Asked(NamedTuple):
@@ -311,8 +195,7 @@ def test_the_tool_keeps_to_the_path_that_the_description_promises(name: str) -> 
     assert f"{asked.speed} mm/s" in scenario.description
     when = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     t = np.linspace(when[asked.first], when[asked.last], 3001)
-    arm, q = Arm(scenario), plan.trajectory(t)
-    poses = [arm.pose(row) for row in q]
+    poses = Task.read(SCENARIO_FILES[name]).arm.poses(plan.trajectory(t), t)
     position = 1e3 * np.array([pose.translation for pose in poses])
     place, angles = asked.frame
     turn = pin.rpy.rpyToMatrix(*np.radians(angles))
@@ -362,9 +245,9 @@ def test_a_path_says_in_fewer_lines_what_waypoints_say(path: Path) -> None:
     given = np.array([w.position for w in on if isinstance(w, CartesianWaypoint)])
     assert len(given) == len(on) >= 7
     assert asked.off((1e3 * given - place) @ turn).max() < 1e-3
-    arm, motion = Arm(scenario), planned(path).trajectory
     t = np.linspace(on[0].time, on[1].time, 301)
-    position = 1e3 * np.array([arm.pose(q).translation for q in motion(t)])
+    motion, robot = planned(path).trajectory, planned(path).space.robot
+    position = 1e3 * np.array([robot.forward(q).translation for q in motion(t)])
     off = asked.off((position - place) @ turn).max()
     assert off > 1e3 * kw.load_scenario(short).tolerances.path
 

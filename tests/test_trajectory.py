@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import CubicHermiteSpline
 
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
 from knotwork.interpolation import ModifiedHermiteSpline
@@ -37,18 +36,6 @@ def test_quantities_are_the_derivatives_in_order(trajectory):
         np.testing.assert_array_equal(values, trajectory(t, nu))
         np.testing.assert_array_equal(values, trajectory.polynomial(t, nu))
     assert trajectory.position(2.0).shape == (2,)
-
-
-def test_times(trajectory):
-    assert (trajectory.start_time, trajectory.end_time, trajectory.duration) == (1.0, 7.0, 6.0)
-    np.testing.assert_array_equal(trajectory.breaks, trajectory.polynomial.x)
-    assert trajectory.joint_units == ("rad", "rad")
-
-
-def test_jerk_at_a_break_is_that_of_the_piece_after_it(trajectory):
-    c, t = trajectory.polynomial.c, trajectory.breaks
-    np.testing.assert_allclose(trajectory.jerk(t[:-1]), 6 * c[0], rtol=1e-15)
-    np.testing.assert_allclose(trajectory.jerk(t[-1]), 6 * c[0, -1], rtol=1e-15)
 
 
 @pytest.mark.parametrize("t", [np.nextafter(1.0, 0.0), np.nextafter(7.0, 8.0), np.nan])
@@ -99,13 +86,6 @@ def test_joints_in_another_order_are_the_same_motion(trajectory):
         mixed.reordered(NAMES, ("rad", "rad"))
 
 
-def test_is_frozen(trajectory):
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        trajectory.planner = "other"
-    with pytest.raises(ValueError, match="read-only"):
-        trajectory.waypoint_times[0] = 0.0
-
-
 # ---- knots --------------------------------------------------------------------------------------
 
 
@@ -120,17 +100,6 @@ def test_knots_carry_the_whole_curve(trajectory):
     np.testing.assert_allclose(again.knots.acceleration, knots.acceleration, atol=1e-12)
     assert again.continuity.order == 2
     assert again.planner == "again"
-
-
-def test_from_knots_is_the_cubic_hermite_spline():
-    rng = np.random.default_rng(0)
-    t, r, v = np.cumsum(rng.uniform(0.1, 1, 9)), *rng.normal(size=(2, 9, 2))
-    ours = JointTrajectory.from_knots(
-        list(NAMES), t, r, v, joint_units=["rad", "m"], waypoint_times=t[::2]
-    )
-    np.testing.assert_allclose(ours.polynomial.c, CubicHermiteSpline(t, r, v).c, atol=1e-11)
-    assert ours.joint_units == ("rad", "m")
-    assert ours.continuity.order == 1
 
 
 @pytest.mark.parametrize(
@@ -189,26 +158,6 @@ def test_planned_curve_is_measured_to_be_c2(trajectory):
     assert continuity.order == 2
     assert continuity.acceleration.jump < 1e-12
     assert continuity.acceleration.time in trajectory.breaks[1:-1]
-
-
-def test_a_single_piece_has_nothing_to_jump():
-    curve = JointTrajectory(NAMES, ModifiedHermiteSpline([0, 1], np.eye(2), np.eye(2)))
-    assert curve.continuity.order == 3
-    assert curve.continuity.position.jump == 0.0
-    assert curve.continuity.position.joint is None
-    assert curve.continuity.position.time is None
-
-
-@pytest.mark.parametrize("slope", [0.0, 0.1, 1 / 3])
-def test_noise_about_a_straight_motion_is_no_jump(slope):
-    t = np.array([0.0, 0.3, 5.0, 15.0, 25.1])
-    r = np.stack((slope * t + 0.03, np.sin(t)), axis=1)
-    v = np.stack((np.full(5, slope), np.cos(t)), axis=1)
-    planned = JointTrajectory(NAMES, ModifiedHermiteSpline(t, r, v))
-    assert planned.continuity.order == 2
-    knots = planned.knots
-    again = JointTrajectory.from_knots(NAMES, knots.time, knots.position, knots.velocity)
-    assert again.continuity.order == 2
 
 
 def test_a_jump_of_a_quantity_that_is_zero_elsewhere_counts():
@@ -278,23 +227,6 @@ def test_sample_times_of_any_rate(start, duration, rate):
     np.testing.assert_allclose(step[:-1], 1 / rate, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("end", "rate", "count"),
-    [(0.3, 10, 4), (1.0, 3, 4), (0.7, 10, 8), (2.0, 1e3, 2001), (0.1, 1, 2), (1 / 3, 3, 2)],
-)
-def test_a_whole_number_of_periods_gives_no_second_sample_at_the_end(end, rate, count):
-    t = sample_times(0.0, end, rate)
-    assert len(t) == count
-    assert t[-1] == end
-    assert np.diff(t).min() > 0.9 * min(end, 1 / rate)
-
-
-def test_times_of_a_clock_since_1970():
-    t = sample_times(1.7e9, 1.7e9 + 10, 1000)
-    assert len(t) == 10_001
-    assert (np.diff(t) > 0.9e-3).all()
-
-
 @pytest.mark.parametrize("rate", [0, -1, np.nan, np.inf, "fast", None, 1j, [1, 2]])
 def test_bad_rates(trajectory, rate):
     with pytest.raises(InputError, match="sample rate"):
@@ -304,8 +236,3 @@ def test_bad_rates(trajectory, rate):
 def test_too_many_samples_are_refused_with_the_rate_that_would_do(trajectory):
     with pytest.raises(InputError, match=r"at most 20000000 are taken.*Hz"):
         trajectory.sample(1e12)
-
-
-def test_a_period_below_the_clocks_resolution_is_refused():
-    with pytest.raises(InputError, match="too close for times near"):
-        sample_times(1.7e9, 1.7e9 + 1e-3, 1e6)

@@ -18,7 +18,6 @@ from shipped import SCENARIO_FILES
 
 ROOT = Path(__file__).parents[2]
 BROKEN = ROOT / "tests" / "failing" / "jerk_limit_broken.yaml"
-CURVED = ROOT / "tests" / "failing" / "cubic_planner_acceleration_jumps.yaml"
 SCENARIO = "paper_case"
 ALONG_PATHS = ("xarm7_bead", "ur10_weld", "kinova_dispense")
 TABLES = ([], ["--knots-only"], ["--knots-only", "--accelerations"])
@@ -265,30 +264,6 @@ def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
     assert knotwork(*line, "--allow-failed").code == 0
 
 
-def test_a_fit_is_taken_by_a_scenario_that_allows_its_jumps(
-    knotwork: Command, tmp_path: Path
-) -> None:
-    task = yaml.safe_load(SCENARIO_FILES[SCENARIO].read_text(encoding="utf-8"))
-    del task["knots"]
-    task |= {"planner": "quintic", "continuity": 1}
-    scenario, file = tmp_path / "c1.yaml", tmp_path / "m.csv"
-    scenario.write_text(yaml.safe_dump(task), encoding="utf-8")
-    assert knotwork("export", scenario, "-f", "pvt", "--fit", "1e-5", "-o", file).code == 0
-    assert knotwork("check", file, "-s", scenario).code == 0
-
-
-def test_a_fit_of_a_stored_trajectory_says_what_it_loses(knotwork: Command, tmp_path: Path) -> None:
-    knotwork("plan", "ur5_deburring", "--planner", "septic", "-o", tmp_path / "p")
-    line = ("export", tmp_path / "p", "-f", "pvt", "--fit", "1e-5")
-    ran = knotwork(*line)
-    assert ran.code == 0
-    assert "C1: acceleration jumps by up to" in ran.err
-    assert "C1: acceleration jumps by up to" in ran.out.splitlines()[1]
-    judged = knotwork(*line, "-s", "ur5_deburring")
-    assert judged.code == 0
-    assert "points of --fit fail the check: exported, because a fit by cubics" in judged.err
-
-
 def test_samples_say_how_many_they_are(knotwork: Command, tmp_path: Path) -> None:
     file = tmp_path / "m.csv"
     ran = knotwork("export", SCENARIO, "-f", "csv", "--rate", "20", "-o", file)
@@ -362,26 +337,10 @@ def test_names_of_folders_are_no_files(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("path", [None, 3, b"m.csv", ["m.csv"], ""])
-def test_what_is_no_path(path: object) -> None:
-    with pytest.raises(kw.InputError, match=r"can't write to .*give the path of a file"):
-        kw.plan(SCENARIO).trajectory.save_as("csv", path)  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("name", [3, None, ["csv"], "xls"])
 def test_what_is_no_format(name: object, tmp_path: Path) -> None:
     with pytest.raises(kw.InputError, match="unknown format"):
         kw.plan(SCENARIO).trajectory.save_as(name, tmp_path / "m")  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
-def test_a_replaced_file_keeps_its_permissions(tmp_path: Path, mode: int) -> None:
-    file = tmp_path / "m.csv"
-    file.write_text("old")
-    file.chmod(mode)
-    kw.plan(SCENARIO).trajectory.save_as("csv", file, force=True, rate=5.0)
-    assert file.read_text() != "old"
-    assert file.stat().st_mode & 0o777 == mode
 
 
 @pytest.mark.parametrize("command", ["check", "export"])
@@ -405,20 +364,6 @@ def test_links_are_followed(tmp_path: Path) -> None:
     save(trajectory, "csv", link, force=True, rate=5.0)
     assert link.is_symlink()
     assert target.read_text() == trajectory.to_csv(rate=5.0)
-
-
-def test_nothing_is_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "m.csv"
-    file.write_text("mine")
-
-    def fail(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "replace", fail)
-    with pytest.raises(kw.InputError, match="No space left"):
-        kw.plan(SCENARIO).trajectory.save_as("csv", file, force=True)
-    assert file.read_text() == "mine"
-    assert list(tmp_path.iterdir()) == [file]
 
 
 def test_every_method_gives_what_its_function_gives(deburring: object) -> None:

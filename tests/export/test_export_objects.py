@@ -12,7 +12,6 @@ from replay import ppval
 from scipy.interpolate import PPoly
 from scipy.io import loadmat
 
-from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.export import to_scipy_npz
 from knotwork.interpolation import PLANNERS
@@ -41,10 +40,6 @@ def same_in_drake(trajectory: JointTrajectory) -> None:
 @pytest.mark.parametrize("planner", sorted(PLANNERS))
 def test_drake(planner: str) -> None:
     same_in_drake(motion(planner))
-
-
-def test_drake_of_a_robot(deburring: Plan) -> None:
-    same_in_drake(deburring.trajectory)
 
 
 def test_without_drake(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,6 @@ from motions import hermite_data, motion
 from replay import hermite
 
 from knotwork.errors import ExportError, InputError, UnknownNameError
-from knotwork.export import motion_points
 from knotwork.trajectory import JointTrajectory
 
 
@@ -84,17 +83,6 @@ def test_steps_add_up() -> None:
         assert abs(total - Fraction(end)) < 1e-13
 
 
-def test_a_quintic_needs_a_fit() -> None:
-    with pytest.raises(ExportError, match="position and velocity of its 5 knots"):
-        motion("quintic").to_pvt()
-    comments, _, rows = read(motion("quintic").to_pvt(fit=1e-4))
-    assert any(f"{len(rows)} points" in line and "inserted" in line for line in comments)
-    at = np.linspace(0.0, rows[-1, 0], 2000)
-    q, _ = hermite(rows[:, 0], rows[:, 1::2], rows[:, 2::2], at)
-    own = np.clip(at + 1.0, 1.0, motion("quintic").end_time)
-    assert np.abs(q - motion("quintic")(own)).max() <= 1e-4
-
-
 def test_names_with_commas_and_lines_stay_in_their_cell() -> None:
     name = 'a,"b"\n#c'
     curve = JointTrajectory.from_knots([name], [0, 1], [[0], [1]], [[0], [0]])
@@ -103,12 +91,6 @@ def test_names_with_commas_and_lines_stay_in_their_cell() -> None:
     head, *rows = csv.reader(body.splitlines(keepends=True))
     assert head[1] == f"{name}.position_rad"
     assert len(rows) == 2
-
-
-@pytest.mark.parametrize("value", [0.0, math.nan, math.inf, "x"])
-def test_scales_that_can_not_be(value: float) -> None:
-    with pytest.raises(InputError, match="scale of joint 'a'"):
-        motion().to_pvt(scale={"a": value})
 
 
 def test_unknown_joints() -> None:
@@ -157,25 +139,6 @@ def test_offsets_that_lose_the_motion_are_refused(value: float, scale: float) ->
     _, _, rows = read(motion().to_pvt(offset={"slide": most}, scale={"slide": scale}))
     back = (rows[:, 5] - most) / scale
     assert back == pytest.approx(motion().knots.position[:, 2], abs=1e-9)
-
-
-@pytest.mark.parametrize("bits", [12, 17, 20])
-@pytest.mark.parametrize("counted", [2**30, 2**31, -(2**31)])
-def test_counts_of_an_encoder_may_begin_far_from_zero(bits: int, counted: int) -> None:
-    """A 32-bit counter in its middle holds the motion to a small part of a count."""
-    scale = 2**bits / (2 * np.pi)
-    _, _, rows = read(motion().to_pvt(offset={"a": counted}, scale={"a": scale}))
-    back = (rows[:, 1] - counted) / scale
-    off = np.abs(back - motion().knots.position[:, 0]).max()
-    assert off < min(1e-9, 1e-5 / scale)
-
-
-def test_a_fit_leaves_room_for_rounding() -> None:
-    curve = motion("quintic")
-    with pytest.raises(ExportError, match="offset of joint 'a' is"):
-        curve.to_pvt(fit=1e-6, offset={"a": 1e12})
-    _, _, rows = read(curve.to_pvt(fit=1e-3, offset={"a": 1e9}))
-    assert len(rows) == motion_points(curve, fit=1e-3).count
 
 
 def test_a_joint_at_rest_takes_any_offset() -> None:

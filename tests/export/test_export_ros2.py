@@ -12,7 +12,6 @@ from replay import NANOSECONDS, accepted_by_ros2, controller, nanoseconds
 
 from knotwork import Plan
 from knotwork.errors import ExportError, InputError
-from knotwork.export import motion_points
 from knotwork.export.ros2 import replay_bound
 from knotwork.trajectory import JointTrajectory
 
@@ -42,16 +41,6 @@ def test_replay_at_1_khz_is_the_plan(
     assert len(message["points"]) == 2 * len(deburring_by_waypoints.scenario.waypoints)
 
 
-def test_replay_with_knots_between_nanoseconds() -> None:
-    trajectory = motion()
-    exact = [
-        (Fraction(t) - Fraction(trajectory.breaks[0])) * NANOSECONDS for t in trajectory.breaks
-    ]
-    assert any(tick.denominator > 1 for tick in exact)
-    message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
-    assert replayed_error(trajectory, message) < 1e-13
-
-
 @pytest.mark.parametrize(
     ("planner", "accelerations"),
     [("cubic", False), ("parabolic-blend", False), ("quintic", True), ("3-5-3", True)],
@@ -65,31 +54,6 @@ def test_replay_keeps_to_the_bound(planner: str, accelerations: bool) -> None:
     message = accepted_by_ros2(trajectory.to_ros2(accelerations=accelerations), goal=False)
     error = replayed_error(trajectory, message)
     assert bound / 100 < error <= bound + ROUNDING
-
-
-@pytest.mark.parametrize("planner", ["cubic", "trapezoidal", "parabolic-blend"])
-def test_at_the_speeds_of_arms_the_bound_is_a_nanoradian(planner: str) -> None:
-    slow = motion(planner)
-    stretched = slow.polynomial.x * 10.0
-    c = slow.polynomial.c * 0.1 ** np.arange(len(slow.polynomial.c) - 1, -1, -1.0)[:, None, None]
-    from knotwork.polynomial import PiecewisePolynomial
-
-    trajectory = JointTrajectory(slow.joint_names, PiecewisePolynomial(c, stretched))
-    assert replay_bound(trajectory) <= 1e-9
-    message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
-    assert replayed_error(trajectory, message) <= 1e-9
-
-
-def test_shape_functions_are_bounded() -> None:
-    from knotwork.export import ros2
-
-    s = np.linspace(0, 1, 100_001)
-    for bound, shape in (
-        (ros2.CUBIC_SHAPE, s - 2 * s**2 + s**3),
-        (ros2.QUINTIC_SHAPE, s - 6 * s**3 + 8 * s**4 - 3 * s**5),
-        (ros2.ACCELERATION_SHAPE, s**2 * (1 - s) ** 3 / 2),
-    ):
-        assert 0.999 * bound < shape.max() <= bound * (1 + 1e-12)
 
 
 @given(hermite_data())
@@ -120,11 +84,6 @@ def test_the_first_point_is_the_start_whatever_the_clock() -> None:
     assert first["positions"] == motion()(1.0).tolist()
     assert first["velocities"] == motion()(1.0, 1).tolist()
     assert message["joint_names"] == ["a", "b", "slide"]
-
-
-def test_goal_holds_the_message() -> None:
-    goal = accepted_by_ros2(motion().to_ros2(goal=True), goal=True)
-    assert goal == accepted_by_ros2(motion().to_ros2(), goal=False)
 
 
 @pytest.mark.parametrize("value", [1e-5, 1e22, -3e-300, 5e-324, 0.1, 2.0, -0.0])
@@ -160,15 +119,6 @@ def test_jumping_accelerations_can_not_go() -> None:
         motion("cubic").to_ros2(accelerations=True)
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
-def test_a_fit_is_replayed_within_its_tolerance(tolerance: float) -> None:
-    trajectory = motion("quintic")
-    message = accepted_by_ros2(trajectory.to_ros2(fit=tolerance), goal=False)
-    assert len(message["points"]) > trajectory.breaks.size
-    bound = replay_bound(motion_points(trajectory, fit=tolerance).trajectory)
-    assert replayed_error(trajectory, message) <= tolerance + bound + ROUNDING
-
-
 def test_the_end_speed_is_told() -> None:
     curve = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [1]])
     assert "allow_nonzero_velocity_at_trajectory_end" in curve.to_ros2()
@@ -199,14 +149,6 @@ def test_a_motion_longer_than_a_duration_is_refused() -> None:
     curve = JointTrajectory.from_knots(["a"], [0, 2.0**31], [[0], [1]], [[0], [0]])
     with pytest.raises(InputError, match="2147483647 s"):
         curve.to_ros2()
-
-
-def test_message_objects_where_ros_2_is_importable() -> None:
-    messages = pytest.importorskip("trajectory_msgs.msg", reason="ROS 2 is not installed")
-    message = motion().to_ros2_message()
-    assert isinstance(message, messages.JointTrajectory)
-    data = accepted_by_ros2(motion().to_ros2(), goal=False)
-    assert [list(p.positions) for p in message.points] == [p["positions"] for p in data["points"]]
 
 
 def test_message_objects_without_ros_2(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -101,20 +101,6 @@ def test_the_arm_accelerates_as_planned() -> None:
     assert rounded > 10.0 * exact
 
 
-def test_every_number_has_all_its_digits() -> None:
-    motion = planned("ur10_spray")
-    text = motion.to_urscript()
-    rows = [
-        [float(value) for value in re.findall(r"-?\d+\.\d+", line)]
-        for line in re.findall(r"^  kw_cubic\(.*", text, re.MULTILINE)
-    ]
-    knots = motion.knots
-    assert (np.array([row[:6] for row in rows]) == knots.position[1:]).all()
-    assert (np.array([row[6:12] for row in rows])[:-1] == knots.velocity[1:-1]).all()
-    ends = np.cumsum([row[12] for row in rows])
-    assert ends == pytest.approx(knots.time[1:] - knots.time[0], abs=1e-12)
-
-
 def test_joints_of_any_order_and_prefix_are_told_in_the_controllers_order() -> None:
     motion = cubic_arm(names=tuple(f"left_{name}" for name in ARM))
     order = [3, 0, 5, 2, 1, 4]

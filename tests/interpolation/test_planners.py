@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
@@ -91,18 +88,3 @@ def test_cubic_refuses_what_it_does_not_support(waypoints, options, says):
     said = rf"'cubic': option \w+ asks for {says}.*does not support"
     with pytest.raises(InputError, match=said):
         get_planner("cubic")(waypoints, PlannerOptions(**options))
-
-
-def test_planning_loads_no_scipy():
-    code = (
-        "import sys, numpy as np\n"
-        "from knotwork.interpolation import ModifiedHermiteSpline\n"
-        "x = np.arange(3000.0)\n"
-        "s = ModifiedHermiteSpline(x, np.sin(x), np.cos(x))\n"
-        "s(x), s.jumps(2), s.extrema(1), s.integrate(0, 9), s.antiderivative()\n"
-        "print([m for m in sys.modules if m.partition('.')[0] in ('scipy', 'pinocchio')])\n"
-    )
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert result.stdout.strip() == "[]"

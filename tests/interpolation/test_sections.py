@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.interpolate import BSpline, make_interp_spline
 
 import knotwork as kw
 from knotwork.errors import WaypointDataError
@@ -78,22 +77,6 @@ def test_each_section_is_the_spline_of_its_own_waypoints(rule):
             np.testing.assert_allclose(whole(t, nu), alone(t, nu), atol=1e-10 * scale(whole, nu))
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, 8])
-@pytest.mark.parametrize("end", [0, -1])
-def test_a_section_with_one_free_end_equals_b_spline_collocation(n, end):
-    x, y, v, a = data(n)
-    spline = ModifiedHermiteSpline(x, y, v, acceleration=with_cuts(a, [end]))
-    t = spline.x
-    basis = BSpline(np.concatenate(([t[0]] * 3, t, [t[-1]] * 3)), np.eye(len(t) + 2), 3)
-    matrix = np.concatenate((basis(x), basis(x, 1), basis(x[[end]], 2)))
-    assert matrix.shape[0] == matrix.shape[1]  # 2n positions and velocities, one acceleration
-    dense = np.linalg.solve(matrix, np.concatenate((y, v, a[[end]])))
-    at = np.linspace(x[0], x[-1], 200)
-    np.testing.assert_allclose(
-        spline(at), BSpline(basis.t, dense, 3)(at), atol=1e-9 * scale(spline, 0)
-    )
-
-
 def test_an_arm_that_waits_does_not_move_at_all():
     x = np.array([0.0, 1.0, 1.3, 3.0])
     y = np.array([[0.0], [0.7], [0.7], [2.0]])
@@ -112,19 +95,6 @@ def test_no_known_acceleration_is_the_papers_curve_to_the_bit():
     same = ModifiedHermiteSpline(x, y, v, acceleration=np.full_like(a, np.nan))
     np.testing.assert_array_equal(plain.c, same.c)
     np.testing.assert_array_equal(plain.x, same.x)
-
-
-def test_a_smooth_curve_is_followed_to_fourth_order():
-    curve = make_interp_spline(t := np.linspace(0, 3, 41), np.sin(2 * t) + 0.3 * t**2, k=7)
-    at = np.linspace(0, 3, 4001)
-
-    def error(intervals):
-        x = np.linspace(0, 3, intervals + 1)
-        spline = ModifiedHermiteSpline(x, curve(x), curve(x, 1), acceleration=curve(x, 2))
-        return np.abs(spline(at) - curve(at)).max()
-
-    for few in (6, 12, 24):
-        assert 13.0 < error(few) / error(2 * few) < 19.0
 
 
 @pytest.mark.parametrize("planner", ["modified-hermite", "quintic", "septic", "nonic", "3-5-3"])

@@ -23,6 +23,7 @@ PLANNERS = ("modified-hermite", "cubic", "quintic", "septic")
 def test_the_judge_passes_every_shipped_scenario(name: str) -> None:
     plan = kw.plan(name)
     assert plan.report.ok
+    assert plan.trajectory.continuity.order >= 2
     assert judged(plan, SCENARIO_FILES[name]) == []
 
 

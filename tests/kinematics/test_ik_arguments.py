@@ -89,13 +89,6 @@ def test_restarts_are_counted(bad: Any) -> None:
         kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=bad)
 
 
-def test_numbers_of_numpy_are_numbers() -> None:
-    pose = UR5.forward(HOME)
-    few = {"max_restarts": np.int64(4), "position_tolerance": np.float32(1e-6)}
-    assert kw.solve_pose_ik(UR5, pose, HOME, **few).converged  # type: ignore[arg-type]
-    assert kw.solve_pose_ik_all(UR5, pose, spread=np.int64(4))  # type: ignore[arg-type]
-
-
 def test_starts_of_many_poses_are_rows_of_one_length() -> None:
     pose = UR5.forward(HOME)
     with pytest.raises(WaypointDataError, match="start must be numbers"):

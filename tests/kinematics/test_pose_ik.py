@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
@@ -14,7 +14,6 @@ from knotwork.errors import (
     WaypointDataError,
 )
 from knotwork.kinematics import solve_pose_ik, solve_pose_ik_all
-from knotwork.kinematics.chain.joint_ranges import nearest_turns
 from sweeps import first_of, mostly_exhaustive
 
 # Those whose URDF has all their joints
@@ -143,59 +142,11 @@ def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
     assert min(gaps) < 1e-6
 
 
-@settings(max_examples=60)
-@given(ANGLE, ANGLE)
-def test_both_elbow_branches_are_found_by_their_start(a: float, b: float) -> None:
-    assume(abs(b) > 0.05)
-    for branch in (b, -b):
-        q = np.array([a, branch])
-        found = solve_pose_ik(PLANAR, PLANAR.forward(q), q + np.array([0.02, -0.02])).q
-        np.testing.assert_allclose(found, q, atol=1e-6)
-
-
-def test_the_nearest_of_the_ur5_branches_is_found() -> None:
-    """Every branch, found by many searches, is the answer when started beside it."""
-    q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
-    pose = UR5.forward(q)
-    generator = np.random.default_rng(3)
-    branches: list[np.ndarray] = []
-    for _ in range(60):
-        start = generator.uniform(-np.pi, np.pi, 6)
-        found = solve_pose_ik(UR5, pose, start).q
-        if all(np.abs(found - other).max() > 1e-6 for other in branches):
-            branches.append(found)
-    geometric = {tuple(np.round(np.cos(found), 6)) for found in branches}
-    assert len(geometric) == 8
-    for branch in branches:
-        nearby = branch + generator.uniform(-0.2, 0.2, 6)
-        found = solve_pose_ik(UR5, pose, nearby)
-        best = min(np.linalg.norm(other - nearby) for other in branches)
-        assert found.distance <= best + 1e-9
-
-
-@pytest.mark.parametrize("turn", [-1, 0, 1])
-def test_a_joint_takes_the_turn_nearest_the_start(turn: int) -> None:
-    q = np.array([-0.2 * turn, -1.4, 1.2, -0.5, 1.1, -0.4 * turn])
-    start = q.copy()
-    start[[0, 5]] += 2 * np.pi * turn
-    found = solve_pose_ik(UR5, UR5.forward(q), start + 0.05).q
-    np.testing.assert_allclose(found, start, atol=1e-8)
-
-
 def test_an_unbounded_joint_takes_the_turn_nearest_the_start() -> None:
     q = np.array(KINOVA.configuration("home"))
     far = q + 2 * np.pi * np.array([40, 0, 0, -7, 0, 1]) + 0.1
     found = solve_pose_ik(KINOVA, KINOVA.forward(q), far).q
     np.testing.assert_allclose(found - far, -0.1, atol=1e-7)
-
-
-def test_a_redundant_arm_held_at_a_limit_is_not_sent_far_away() -> None:
-    """The search from the start ends at a limit of joint 6; beside it there are solutions."""
-    robot = ROBOTS["xarm7"]
-    q = np.array([-1.478958, -1.70084, 2.175214, -0.159235, 1.44616, 3.084507, -0.112973])
-    start = np.array([-1.51927, -1.725489, 2.273881, -0.19198, 1.361554, 3.102458, -0.20812])
-    found = solve_pose_ik(robot, robot.forward(q), start)
-    assert found.distance <= np.linalg.norm(q - start) + 1e-6
 
 
 def test_near_may_differ_from_the_start() -> None:
@@ -229,22 +180,6 @@ def test_the_same_question_has_the_same_answer() -> None:
     assert not first.q.flags.writeable
 
 
-def test_reported_errors_are_those_of_forward_kinematics() -> None:
-    tolerance = 1e-3
-    pose = UR5.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
-    found = solve_pose_ik(
-        UR5,
-        pose,
-        UR5.configuration("home"),
-        position_tolerance=tolerance,
-        orientation_tolerance=tolerance,
-    )
-    linear, angular = errors(reference_pose(UR5, found.q), pose)
-    assert found.position_error == pytest.approx(linear, abs=1e-12)
-    assert found.orientation_error == pytest.approx(angular, abs=1e-12)
-    assert max(linear, angular) <= tolerance
-
-
 def test_a_start_outside_the_limits_is_only_a_wish() -> None:
     pose = PLANAR.forward([2.8, 0.5])
     found = solve_pose_ik(PLANAR, pose, [4.0, 0.5])
@@ -261,15 +196,6 @@ def test_out_of_reach_says_how_far() -> None:
     assert str(caught.value).startswith("task.yaml:7: waypoint 'far': the pose is out of reach")
     assert caught.value.position_shortfall == pytest.approx(0.6, abs=1e-6)
     assert caught.value.orientation_shortfall == pytest.approx(0, abs=1e-3)
-
-
-@pytest.mark.parametrize("name", ["ur5", "panda", "kinova"])
-def test_a_point_far_away_is_out_of_reach(name: str) -> None:
-    robot = ROBOTS[name]
-    pose = pin.SE3(np.eye(3), np.array([5.0, 0, 0]))
-    with pytest.raises(UnreachablePoseError, match="out of reach") as caught:
-        solve_pose_ik(robot, pose, robot.configuration("home"))
-    assert 3.4 < caught.value.position_shortfall < 5
 
 
 def test_a_wrong_orientation_is_told_from_a_point_out_of_reach() -> None:
@@ -308,19 +234,6 @@ def test_limits_count_from_the_nearest_turn() -> None:
     assert value == pytest.approx(2.3, abs=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("pose", "start", "options"),
-    [
-        (pin.SE3.Identity(), [0], {}),
-        (pin.SE3.Identity(), [0, 0], {"near": [0, 0, 0]}),
-        (pin.SE3.Identity(), [0, 0], {"position_tolerance": 0.0}),
-    ],
-)
-def test_input_is_checked(pose: object, start: list, options: dict) -> None:
-    with pytest.raises(WaypointDataError):
-        solve_pose_ik(PLANAR, pose, start, **options)
-
-
 def test_a_robot_without_a_tool_is_an_error() -> None:
     robot = load_robot(PLANAR.urdf)
     with pytest.raises(RobotError, match=r"tool frame.*tip"):
@@ -343,52 +256,19 @@ def test_the_turn_taken_is_the_nearest_that_the_limits_allow(
     assert abs(found[0] - start) <= np.abs(inside - start).min() + 1e-6
 
 
-@given(st.floats(-12, 12), st.floats(-12, 12), st.floats(-10, 0), st.floats(1, 15))
-@example(-5e-324, 0.0, 0.0, 7.0)  # below the limit by less than rounding can tell
-def test_nearest_turns_are_the_nearest_that_the_limits_allow(
-    angle: float, near: float, lower: float, width: float
-) -> None:
-    """Inside the limits to the last bit, or else as little outside as can be."""
-    upper = lower + width
-    robot = PLANAR.with_limits(position={"shoulder": (lower, upper)})
-    found = nearest_turns(robot, np.array([angle, 0.7]), np.array([near, 0.7]))[0]
-    turns = angle + 2 * np.pi * np.arange(-20, 21)
-    inside = turns[(turns >= lower + 1e-9) & (turns <= upper - 1e-9)]
-    outside = np.maximum(lower - turns, turns - upper).min()
-    if inside.size:
-        assert abs(found - near) <= np.abs(inside - near).min() + 1e-9
-        assert lower <= found <= upper
-    assert max(lower - found, found - upper) <= max(outside, 0.0) + 1e-9
-    assert np.abs(turns - found).min() < 1e-9
-
-
-def farther_than_the_nearest(name: str, poses: int) -> list[tuple[float, float]]:
-    """Distance of the answer and of the nearest of all solutions, where the answer is farther."""
+@pytest.mark.parametrize("poses", first_of(40, 500))
+@pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm", "panda"])
+def test_the_answer_is_no_farther_than_the_nearest_of_all_solutions(name: str, poses: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(500)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
-    farther = []
-    for _ in range(poses):
+    for _ in range(poses if name != "panda" else 40):
         q, start = generator.uniform(lower, upper, (2, robot.dof))
         pose = robot.forward(q)
         answer = solve_pose_ik(robot, pose, start)
         assert_solves(robot, pose, answer.q, independent=False)
         every = np.vstack([branch.turns for branch in solve_pose_ik_all(robot, pose)])
-        nearest = float(np.linalg.norm(every - start, axis=1).min())
-        if answer.distance > nearest + 1e-6:
-            farther.append((answer.distance, nearest))
-    return farther
-
-
-@pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm", "panda"])
-def test_the_answer_is_no_farther_than_the_nearest_of_all_solutions(name: str) -> None:
-    assert farther_than_the_nearest(name, 40) == []
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm"])
-def test_of_many_answers_none_is_farther_than_the_nearest_of_all_solutions(name: str) -> None:
-    assert farther_than_the_nearest(name, 500) == []
+        assert answer.distance <= np.linalg.norm(every - start, axis=1).min() + 1e-6
 
 
 @pytest.mark.parametrize("name", ["ur5", "talos_arm"])
@@ -423,18 +303,6 @@ def test_numbers_that_are_not_finite_are_named(bad: float, nearest: bool) -> Non
     nowhere = pin.SE3(pose.rotation, np.array([0.1, bad, 0.2]))
     with pytest.raises(WaypointDataError, match=r"pose must be a finite pin\.SE3"):
         solve_pose_ik(robot, nowhere, home, nearest=nearest)
-
-
-def test_what_is_given_is_neither_kept_nor_changed() -> None:
-    robot = ROBOTS["ur5"]
-    start = np.array(robot.configuration("home"))
-    kept = start.copy()
-    solution = solve_pose_ik(robot, robot.forward(start), start, nearest=False)
-    assert start.flags.writeable
-    np.testing.assert_array_equal(start, kept)
-    start[:] = 0.0
-    np.testing.assert_allclose(solution.q, kept, atol=1e-12)
-    assert not solution.q.flags.writeable
 
 
 def test_errors_are_those_of_forward_kinematics() -> None:
@@ -490,57 +358,6 @@ def test_near_a_singularity_the_nearer_twin_is_found() -> None:
         assert found.distance <= np.linalg.norm(q - start) + 1e-6
 
 
-@pytest.mark.parametrize(
-    ("name", "point", "held"),
-    [
-        ("panda", [0.5, 0.0, -0.5], True),
-        ("xarm7", [0.3, 0.0, -0.5], True),
-        ("z1", [-0.4, 0.0, 0.1], True),
-        ("ur5", [1.2, 0.0, 0.3], False),
-    ],
-)
-def test_what_is_not_reached_says_how_near_the_limits_let_it_come(
-    name: str, point: list[float], held: bool
-) -> None:
-    robot, generator = ROBOTS[name], np.random.default_rng(3)
-    turn = pin.rpy.rpyToMatrix(0.0, 1.5, 0.0) if name == "z1" else np.eye(3)
-    pose = pin.SE3(turn, np.array(point))
-    with pytest.raises((UnreachablePoseError, OutsideLimitsError)) as caught:
-        solve_pose_ik(robot, pose, robot.configuration("home"))
-    closest = np.array(caught.value.closest)
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    assert (closest >= lower).all()
-    assert (closest <= upper).all()
-
-    def off(q: np.ndarray) -> float:
-        return float(np.hypot(*errors(robot.forward(q), pose)))
-
-    assert off(closest) > 0.01
-    for size in (1e-3, 1e-2, 1e-1):
-        for _ in range(200):
-            moved = closest + size * generator.normal(size=robot.dof)
-            assert off(np.minimum(np.maximum(moved, lower), upper)) >= (1 - 1e-4) * off(closest)
-    said = str(caught.value)
-    assert bool(caught.value.held) == held
-    if held:
-        assert f"held back by the limits of {', '.join(caught.value.held)}" in said
-        for joint in caught.value.held:
-            i = robot.joint_names.index(joint)
-            assert closest[i] in (lower[i], upper[i])
-    else:
-        assert "no joint limit makes it worse" in said
-
-
-def test_a_solution_that_searches_only_crawl_towards_is_found_from_close_by() -> None:
-    """Of a random pose whose wrist happens to be over the first axis, to a hundredth of a mm."""
-    robot = ROBOTS["z1"]
-    q = np.array([0.47348263, 1.14687759, -0.17731887, 0.98686336, 0.50273129, -2.01580237])
-    off = np.array([-0.05273961, -0.00780246, -0.02488364, 0.07845288, -0.02156787, -0.08399762])
-    for nearest in (True, False):
-        found = solve_pose_ik(robot, robot.forward(q), q + off, nearest=nearest)
-        assert found.distance < 0.2
-
-
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], 1e-4, 1e-8))
 def test_poses_with_a_nearly_straight_wrist_are_solved_from_close_by_and_from_anywhere(
     bent: float,
@@ -575,9 +392,26 @@ def test_an_arm_singular_in_more_than_one_way_is_solved_by_patience() -> None:
         assert solve_pose_ik(robot, pose, anywhere).converged
 
 
-def test_next_to_a_singularity_the_solution_beside_the_start_is_not_left() -> None:
-    robot = ROBOTS["kinova"]
-    q = [-0.93807534548, 2.34853543478, 1.12835891566, 0.8603289401, 2.4504648955, -0.71982273774]
-    off = [-0.05469576, 0.05678136, 0.09046045, 0.06394301, -0.07862591, -0.06176066]
-    found = solve_pose_ik(robot, robot.forward(q), np.add(q, off))
+# Where a start from close by was left once: held at a limit, near a twin, over the first axis.
+CLOSE_BY = {
+    "xarm7": (
+        [-1.478958, -1.70084, 2.175214, -0.159235, 1.44616, 3.084507, -0.112973],
+        [-0.040312, -0.024685, 0.098667, -0.032745, -0.084606, 0.017945, -0.095107],
+    ),
+    "z1": (
+        [0.47348263, 1.14687759, -0.17731887, 0.98686336, 0.50273129, -2.01580237],
+        [-0.05273961, -0.00780246, -0.02488364, 0.07845288, -0.02156787, -0.08399762],
+    ),
+    "kinova": (
+        [-0.93807534548, 2.34853543478, 1.12835891566, 0.8603289401, 2.45046489, -0.71982273774],
+        [-0.05469576, 0.05678136, 0.09046045, 0.06394301, -0.07862591, -0.06176066],
+    ),
+}
+
+
+@pytest.mark.parametrize(("name", "nearest"), [*((name, True) for name in CLOSE_BY), ("z1", False)])
+def test_the_solution_beside_the_start_is_not_left(name: str, nearest: bool) -> None:
+    robot, (q, off) = ROBOTS[name], CLOSE_BY[name]
+    found = solve_pose_ik(robot, robot.forward(q), np.add(q, off), nearest=nearest)
     assert found.distance < 0.2
+    assert found.distance <= np.linalg.norm(off) + 1e-6 or name != "xarm7"

@@ -27,6 +27,7 @@ SHIPPED = [
     "xarm7",
     "z1",
 ]
+FURTHER = {"iiwa14": "rtb-data", "kr16": "rtb-data", "ur3e": "airo-models", "ur5e": "airo-models"}
 # Moving the tool in its worst direction at 0.09 m/s (or rad/s) takes joint speeds of 1 rad/s at
 # most, which is a motion that a person would call possible from there.
 NOT_SINGULAR = 0.09
@@ -69,10 +70,39 @@ def write(tmp_path: Path):
 
 
 def test_the_shipped_robots_are_these() -> None:
-    assert robot_names() == SHIPPED
+    assert sorted({*robot_names(), *FURTHER}) == sorted((*SHIPPED, *FURTHER))
+    for name in set(FURTHER) - set(robot_names()):
+        with pytest.raises(RobotError, match=f"install it with `pip install {FURTHER[name]}`"):
+            load_robot(name)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", robot_names())
+def test_shipped_robots_have_limits_of_acceleration_and_jerk_with_their_source(name: str) -> None:
+    robot = load_robot(name)
+    for limit in (robot.acceleration_limit, robot.jerk_limit):
+        assert np.isfinite(limit).all()
+        assert (limit > 0).all()
+    comment = robot.source.read_text(encoding="utf-8").split("\nlimits:\n")[1].split("  acc")[0]
+    assert any(word in comment for word in ("our default", "documentation", "of our own"))
+
+
+def test_a_model_in_a_python_package_is_found_without_importing_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    models = tmp_path / "site" / "some_models"
+    models.mkdir(parents=True)
+    (models / "__init__.py").write_text("raise SystemExit", encoding="utf-8")
+    (models / "arm.urdf").write_bytes(load_robot("planar2").urdf.read_bytes())
+    inline = {"urdf": "some_models:arm.urdf", "tool_frame": "tip"}
+    with pytest.raises(RobotError, match=r"'some_models', which is not installed; .* some_models`"):
+        load_robot(inline)
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    assert load_robot(inline).joint_names == ("shoulder", "elbow")
+    with pytest.raises(RobotError, match=r"there is no URDF file .*leg\.urdf"):
+        load_robot({"urdf": "some_models:leg.urdf"})
+
+
+@pytest.mark.parametrize("name", robot_names())
 def test_shipped_robots_have_a_usable_home(name: str) -> None:
     robot = load_robot(name)
     assert robot.name == name

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.view.curves import Strokes, jump_breaks, piecewise_values, strokes
+from knotwork.view.curves import Strokes, jump_breaks, strokes
 
 Array = NDArray[np.float64]
 
@@ -75,28 +75,6 @@ def test_a_jump_parts_the_line_and_is_drawn_upright() -> None:
     np.testing.assert_array_equal(value, [1, 1, -1, -1])
 
 
-def test_no_slanted_line_leads_from_one_piece_to_the_next() -> None:
-    """Acceleration and jerk of a cubic are straight in a piece, so is what is drawn, everywhere."""
-    curve = random_curve(3)
-    for order, steps in ((2, False), (3, False), (3, True)):
-        time, value = strokes(curve, 0, order, 1.0).line(steps=steps)
-        drawn = np.isfinite(value[:-1]) & np.isfinite(value[1:]) & (time[:-1] < time[1:])
-        middle = 0.5 * (time[:-1] + time[1:])[drawn]
-        np.testing.assert_allclose(
-            0.5 * (value[:-1] + value[1:])[drawn], curve(middle, order)[:, 0], atol=1e-12
-        )
-        assert drawn.sum() == 5  # one line a piece
-
-
-@settings(max_examples=50)
-@given(seeds, st.integers(0, 2))
-def test_jumps_are_those_measured(seed: int, order: int) -> None:
-    curve = random_curve(seed)
-    assert jump_breaks(curve, 0, order).tolist() == [1, 2, 3, 4]
-    whole = PiecewisePolynomial(np.random.default_rng(seed).normal(size=(4, 1, 1)), [0.0, 2.0])
-    assert jump_breaks(whole, 0, order).size == 0
-
-
 def test_rounding_makes_no_jump() -> None:
     """One cubic, cut into pieces, continues at the cuts but for rounding."""
     cubic = np.poly1d([0.3, -1.0, 2.0, 1e3])
@@ -148,18 +126,3 @@ def test_nothing_is_beyond_a_limit_that_is_just_reached() -> None:
     assert time[[0, -1]] == pytest.approx([0.25, 0.75], abs=1e-12)
     assert value[[0, -1]] == pytest.approx([0.75, 0.75])
     assert value.max() == 1.0
-
-
-@settings(max_examples=50)
-@given(seeds, st.integers(0, 2))
-def test_values_of_all_joints_piece_by_piece(seed: int, order: int) -> None:
-    curve = random_curve(seed, joints=3)
-    time, value = piecewise_values(curve, order, 4)
-    assert time.shape == (20,)
-    assert value.shape == (20, 3)
-    starts = slice(0, None, 4)
-    np.testing.assert_array_equal(time[starts], curve.x[:-1])
-    np.testing.assert_allclose(value[starts], curve(curve.x[:-1], order), rtol=1e-12, atol=1e-12)
-    for piece in range(5):
-        expected = left_value(curve, piece, order, 2)
-        assert value[4 * piece + 3, 2] == pytest.approx(expected, rel=1e-9, abs=1e-9)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from pathlib import Path
@@ -25,9 +24,7 @@ from figures import (
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.interpolation import PLANNERS
 from knotwork.view import plot_joints
-from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
 
@@ -99,22 +96,6 @@ def test_joints_that_share_a_panel_show_the_limits_of_the_nearest() -> None:
         plot_joints(plan, size="a3")
 
 
-def test_names_of_low_rows_do_not_overlap(paper_case: Plan) -> None:
-    figure = plot_joints(paper_case, size="slide")
-    assert len(figure.axes) == 4
-    boxes = [axis.yaxis.label.get_window_extent() for axis in figure.axes]
-    assert all(one.y0 > below.y1 for one, below in itertools.pairwise(boxes))
-
-
-def test_jerk_is_drawn_as_steps(paper_case: Plan) -> None:
-    (axis,) = plot_joints(paper_case, quantities=["jerk"], degrees=False).axes
-    time, value = data(lines(axis, "curve")[0])
-    breaks = paper_case.trajectory.breaks
-    np.testing.assert_array_equal(time, np.repeat(breaks, 2)[1:-1])
-    expected = np.repeat(paper_case.trajectory.jerk(breaks[:-1])[:, 0], 2)
-    np.testing.assert_allclose(value, expected, rtol=1e-12)
-
-
 def test_jumps_of_acceleration_are_drawn_at_both_values(cubic: Plan) -> None:
     (axis,) = plot_joints(cubic, quantities=["acceleration"], degrees=True).axes
     time, value = data(lines(axis, "curve")[0])
@@ -150,15 +131,6 @@ def test_waypoints_and_knots_are_marked(paper_case: Plan) -> None:
     assert not lines(figure.axes[2], "asked")
     time, value = data(lines(figure.axes[0], "knot-dots")[0])
     np.testing.assert_allclose(value[1:-1], [14.21, 51.75, 76.15, 129.44], atol=0.005)  # Table 4
-
-
-def test_what_a_planner_misses_is_seen_at_the_waypoints() -> None:
-    """The trapezoidal profile stops at each waypoint; asked for is 8 deg/s at B and C."""
-    plan = kw.plan("paper_case", planner="trapezoidal")
-    (axis,) = plot_joints(plan, quantities=["velocity"], degrees=True).axes
-    asked = data(lines(axis, "asked")[0])[1]
-    np.testing.assert_allclose(asked, [0, 8, 8, 0], atol=1e-12)
-    assert axis.get_ylim()[1] > 8
 
 
 def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: Plan) -> None:
@@ -219,15 +191,6 @@ def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) ->
     assert len(bands) == 1
 
 
-def test_a_far_limit_does_not_squash_the_curve(deburring: Plan) -> None:
-    figure = plot_joints(deburring)
-    low, high = figure.axes[1].get_ylim()
-    extrema = deburring.trajectory.extrema("velocity")
-    assert high - low < 1.6 * math.degrees(extrema.maximum.max() - extrema.minimum.min())
-    assert "shoulder_pan_joint: 20 % of limit ±180 deg/s" in notes(figure)
-    assert len(notes(figure)) == 4
-
-
 def test_notes_hide_no_curve() -> None:
     plan = kw.plan("panda_pick_place")
     figure = plot_joints(plan)
@@ -273,14 +236,6 @@ def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
     assert [axis.get_title() for axis in figure.axes[:2]] == ["modified-hermite", "trapezoidal"]
 
 
-def test_two_joints_have_a_column_each(deburring: Plan) -> None:
-    other = kw.plan("ur5_deburring", planner="cubic")
-    joints = ["elbow_joint", "wrist_1_joint"]
-    figure = plot_joints([deburring, other], joints=joints, quantities=["velocity"])
-    assert [axis.get_title() for axis in figure.axes] == joints
-    assert [len(lines(axis, "curve")) for axis in figure.axes] == [2, 2]
-
-
 def test_angles_and_lengths_do_not_share_a_panel() -> None:
     trajectory = kw.JointTrajectory.from_knots(
         ("turn", "slide"),
@@ -294,17 +249,6 @@ def test_angles_and_lengths_do_not_share_a_panel() -> None:
     assert labels == ["position [deg]", "position [m]", "velocity [deg/s]", "velocity [m/s]"]
     assert data(lines(figure.axes[0], "curve")[0])[1][-1] == pytest.approx(math.degrees(2))
     assert data(lines(figure.axes[1], "curve")[0])[1][-1] == pytest.approx(0.3)
-
-
-def test_a_trajectory_alone_has_numbered_waypoints_if_it_knows_them(
-    deburring_by_waypoints: Plan,
-) -> None:
-    figure = plot_joints(deburring_by_waypoints.trajectory)
-    assert [text.get_text() for text in waypoint_names(figure.axes[0])] == [
-        str(i) for i in range(10)
-    ]
-    assert not notes(figure)
-    assert not lines(figure.axes[0], "asked")
 
 
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
@@ -323,14 +267,6 @@ def test_a_joint_that_stands_still_shows_no_noise(deburring: Plan) -> None:
         assert high - low > 0.1
 
 
-def test_a_joint_that_poses_leave_in_place_shows_no_noise() -> None:
-    """The inverse kinematics give it anew at each waypoint, a rounding beside the last one."""
-    figure = plot_joints(kw.plan("ur3_lid"), joints=["wrist_2_joint"], split=True)
-    for axis in figure.axes:
-        low, high = axis.get_ylim()
-        assert high - low > 0.1
-
-
 def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
     with mpl.rc_context({"font.size": 33, "lines.linewidth": 9, "axes.facecolor": "black"}):
         before = dict(mpl.rcParams)
@@ -338,16 +274,6 @@ def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
         assert dict(mpl.rcParams) == before
     assert figure.axes[0].yaxis.label.get_fontsize() < 15
     assert figure.axes[0].get_facecolor() == (1.0, 1.0, 1.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    "name", mostly_exhaustive(PLANNERS, "parabolic-blend", "4-3-4", "trapezoidal")
-)
-def test_every_planner_can_be_drawn(name: str) -> None:
-    plan = kw.plan("paper_case", planner=name)
-    figure = plot_joints(plan, quantities=["velocity", "jerk"])
-    assert [len(lines(axis, "curve")) for axis in figure.axes] == [1, 1]
-    assert name in heading(figure)
 
 
 @pytest.mark.parametrize(

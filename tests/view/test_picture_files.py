@@ -50,11 +50,6 @@ def test_other_suffixes_are_refused(name: str, figure: Figure, tmp_path: Path) -
     assert (tmp_path / name).read_text() == "kept"
 
 
-def test_a_folder_that_is_missing_is_made(figure: Figure, tmp_path: Path) -> None:
-    path = save_figure(figure, tmp_path / "no" / "where" / "a.png")
-    assert path.read_bytes().startswith(START[".png"])
-
-
 def test_files_that_can_not_be_written_are_errors(figure: Figure, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.png").mkdir()

@@ -148,13 +148,6 @@ def test_wrong_input_is_exit_code_2_and_writes_nothing(
     assert [path.name for path in tmp_path.rglob("*")] == ["empty"]
 
 
-def test_a_planner_that_can_not_do_the_task_is_named(knotwork: Command, tmp_path: Path) -> None:
-    task = FAILING / "cubic_planner_acceleration_jumps.yaml"  # three waypoints
-    ran = knotwork("plot", task, "--compare", "3-5-3", "-o", tmp_path / "a.png")
-    assert ran.code == 2
-    assert "planner '3-5-3' can't be compared here" in ran.err
-
-
 @pytest.mark.parametrize("arguments", [["--help"], ["plot", "--help"], ["plan", "paper_case"]])
 def test_matplotlib_is_loaded_only_for_a_picture(arguments: list[str]) -> None:
     code = (

@@ -79,14 +79,6 @@ def test_the_strip_shows_the_clearance_that_the_check_finds() -> None:
     assert shown["names"][shown["pair"][least]] == nearest(made()).name
 
 
-def test_a_pair_that_the_motion_leaves_as_it_is_is_not_shown() -> None:
-    floor = {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -20]}
-    given = past()
-    given["scene"]["objects"] = {**given["scene"]["objects"], "floor": floor}
-    shown = scene(kw.plan(given).view())["strip"]["clearance"]
-    assert "shoulder_link, floor" not in shown["names"]
-
-
 def test_without_objects_no_clearance_is_shown() -> None:
     given = past()
     del given["scene"]["objects"]

@@ -15,6 +15,7 @@ from knotwork.cli.tables import console, plain_table, print_entry, print_table, 
 from knotwork.cli.terminal import cell, echo
 from knotwork.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
+from knotwork.robot.load import further_robots
 from knotwork.scenario import load_scenario
 from knotwork.scene.building import robot_collision_model
 from knotwork.scene.model import CollisionModel
@@ -48,6 +49,8 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
         for robot in shown:
             about = f"{len(robot.joint_names)} joints, tool frame {robot.tool_frame or '-'}"
             print_entry(robot.name, about, {"": robot.description})
+        for package, names in further_robots():
+            echo(f"after pip install {package}: {', '.join(names)}")
         echo("knotwork robots NAME shows one of them")
     return PASSED
 

@@ -31,13 +31,14 @@ class RobotFile(StrictModel):
     )
     description: str = Field("", description="What it is, in a sentence")
     urdf: Text = Field(
-        description="Path relative to the file, or `example-robot-data:` and a path below its "
-        "folder `robots`"
+        description="Path relative to the file, or in an installed Python package, as in "
+        "`airo_models:arms/ur5e/ur5e.urdf`; `example-robot-data:` is its folder `robots`"
     )
     package_paths: list[Text] = Field(
         default_factory=list,
-        description="Folders that meshes are also looked for in, relative to the file: of packages "
-        "that the URDF names, `package://NAME/…`, or that its relative paths start from",
+        description="Folders that meshes are also looked for in, relative to the file or as for "
+        "`urdf`: packages that it names, `package://NAME/…`, whatever the folder's own name is, "
+        "folders of them, or where relative paths start",
     )
     external_axes: dict[Text, ExternalAxis] = Field(
         default_factory=dict,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,15 +20,31 @@ from knotwork.robot.urdf import Urdf, read_urdf
 EXAMPLE_ROBOT_DATA = "example-robot-data:"
 _SUFFIXES = (".yaml", ".yml", ".json", "")
 _DATA_FOLDER = "share/example-robot-data/robots"
+# `airo_models:arms/ur5e/ur5e.urdf` is a file of an installed Python package; C: is a drive
+_IN_PACKAGE = re.compile(r"([A-Za-z_]\w+):(.+)")
+_SHIPPED_MODEL = re.compile(r"^urdf: (\w+):", re.MULTILINE)
+_INSTALLED_AS = {"airo_models": "airo-models", "rtbdata": "rtb-data"}
 
 
 def robot_names() -> list[str]:
-    """Names of the robots shipped with the package, sorted.
+    """Names of the shipped robots whose models are installed, sorted.
 
     >>> "ur5" in kw.robot_names()
     True
     """
-    return resources.names("robots")
+    further = {name for _, group in further_robots() for name in group}
+    return [name for name in resources.names("robots") if name not in further]
+
+
+def further_robots() -> list[tuple[str, list[str]]]:
+    """What `pip` can install, and the shipped robots whose models it has; none is installed."""
+    robots: dict[str, list[str]] = {}
+    for name in resources.names("robots"):
+        text = (resources.folder("robots") / f"{name}.yaml").read_text(encoding="utf-8")
+        found = _SHIPPED_MODEL.search(text)
+        if found and _module_folder(found[1]) is None:
+            robots.setdefault(_INSTALLED_AS[found[1]], []).append(name)
+    return sorted(robots.items())
 
 
 def load_robot(
@@ -99,7 +116,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
             locked=content.locked,
             configurations=content.configurations,
             limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
-            package_paths=tuple(folder / os.path.expanduser(p) for p in content.package_paths),
+            package_paths=tuple(_path(one, folder, name) for one in content.package_paths),
             ignored_pairs=tuple((pair[0], pair[1]) for pair in content.collision.ignore),
             srdf=None if srdf is None else _file(srdf, folder, name, "SRDF"),
         )
@@ -150,7 +167,7 @@ def _check_configuration(robot: Robot, name: str) -> None:
 def _file(reference: str, folder: Path, robot: str, kind: str) -> Path:
     """The file of a reference, `"URDF"` or `"SRDF"`."""
     if not reference.startswith(EXAMPLE_ROBOT_DATA):
-        path = folder / os.path.expanduser(reference)
+        path = _path(reference, folder, robot)
         if not os.path.isfile(path):
             raise RobotError(robot, f"there is no {kind} file {path}")
         return path
@@ -167,6 +184,28 @@ def _file(reference: str, folder: Path, robot: str, kind: str) -> Path:
             where=f"robot {robot!r}",
         )
     return path
+
+
+def _path(reference: str, folder: Path, robot: str) -> Path:
+    """Where a reference leads: from a folder, or into an installed Python package."""
+    path = folder / os.path.expanduser(reference)
+    match = _IN_PACKAGE.fullmatch(reference)
+    if match is None or path.exists():
+        return path
+    module = _module_folder(match[1])
+    if module is None:
+        name = _INSTALLED_AS.get(match[1], match[1])
+        raise RobotError(
+            robot,
+            f"{reference} is in the Python package {match[1]!r}, which is not installed; install "
+            f"it with `pip install {name}`",
+        )
+    return module / match[2].lstrip("/")
+
+
+def _module_folder(module: str) -> Path | None:
+    """Folder of an installed Python package, found without importing it."""
+    return next((path for one in sys.path if (path := Path(one) / module).is_dir()), None)
 
 
 def example_robot_data(robot: str) -> Path:

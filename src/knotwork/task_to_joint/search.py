@@ -101,14 +101,17 @@ class Search:
         limit = robot.velocity_limit
         self.revolute = joint_axes(robot).revolute
         branch = scenario.branch if isinstance(scenario.branch, str) else "free"
+        speed = np.where(np.isfinite(limit), limit, 1.0)
         self.rules = Rules(
-            speed=np.where(robot.virtual, np.inf, np.where(np.isfinite(limit), limit, 1.0)),
+            speed=np.where(robot.virtual, np.inf, speed),
             limit=limit,
             weights=robot.weights,
             unbounded=unbounded(robot),
             avoided=branch == "keep" or self._in_motion(),
             forbidden=branch == "fixed",
             untimed=None if scenario.free is None else scenario.free.untimed,
+            resting=None if scenario.free is None else scenario.free.duration & self._resting(),
+            ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
             colliding=tuple(CollidingStep(*step) for step in avoided),
         )
         self.samples = SAMPLES
@@ -232,7 +235,7 @@ class Search:
         here, there = (q[a], v[a]), (q[a] + move, v[b])
         mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
-        travel = np.linalg.norm(move / self.rules.scale, axis=1)
+        travel = self.rules.travel(interval, move)
         open_ = np.array([layer.before is None for layer in layers])[interval + 1]
         return Cost(beyond=beyond * open_, travel=(travel * mean + h * most) * open_)
 
@@ -255,6 +258,14 @@ class Search:
             ]
         )
         return passes[1:] | passes[:-1]
+
+    def _resting(self) -> Any:
+        """Which intervals lead from rest to rest, shape (n - 1,)."""
+        moving = self._in_motion()
+        for i, v in enumerate(self.speeds):
+            if v is not None and (v.any() or i in self.free_velocity):
+                moving[max(i - 1, 0) : i + 1] = True
+        return ~moving
 
     def _reference(self, index: int) -> FloatArray:
         """The configuration nearest in the sequence that is known beforehand."""
@@ -320,6 +331,7 @@ class Search:
         ]
         given = Given(
             self.scenario.provisional_times,
+            self.rules,
             [
                 target if moves and isinstance(target, CartesianWaypoint) else None
                 for target, moves in zip(self.scenario.waypoints, free, strict=True)
@@ -327,7 +339,6 @@ class Search:
             self.near,
             home(self.space) if self.given[0] is None else None,
             self.samples,
-            self.rules.untimed,
             frozenset(self.free_velocity),
         )
         refined = refine_sequence(self.robot, given, chosen.q, np.array(v))

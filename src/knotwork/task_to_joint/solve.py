@@ -33,7 +33,8 @@ def solve_task(
        and, if that can be had, halfway along cubics that join the waypoints;
     2. among those, one that changes its branch, if at all, where the tool rests;
     3. among those, of least joint travel, in shares of the velocity limits and weighted up to
-       threefold near position limits and singularities.
+       threefold near position limits and singularities; from rest to rest in a time that is chosen
+       later, the one whose slowest joint is there soonest.
 
     With `near` in the scenario, the nearest to that instead of least travel, whole turns aside.
     With `branch`, only what that allows. Where nothing is feasible, the sequence that exceeds the

@@ -23,8 +23,9 @@ class Way:
         time: When it passes the waypoints [s], shape (n,).
         line: The polyline that it was made from, shape (n, d).
         through: The problem with the polyline's corners as waypoints, or `None` where the motion
-            begins with a stop that was given.
+            comes to rest or from rest other than straight.
         rests: Whether it rests at corners of the polyline between the waypoints.
+        room: Clearance that it keeps beyond the margins [m].
     """
 
     curve: PiecewisePolynomial
@@ -32,6 +33,7 @@ class Way:
     line: FloatArray
     through: TimingProblem | None
     rests: bool
+    room: float = 0.0
 
     @property
     def duration(self) -> float:

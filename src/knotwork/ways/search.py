@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.retiming.stops import joint_stop
 from knotwork.timing.attempts import resting
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.stop_to_stop import braking_move
@@ -20,7 +21,7 @@ from knotwork.ways.exchange import Exchange
 from knotwork.ways.problem import NoWayError, Way, WayProblem
 from knotwork.ways.proof import not_clear, too_near
 from knotwork.ways.rrt import connect, shortened
-from knotwork.ways.states import slowed
+from knotwork.ways.states import backwards, followed, slowed
 
 
 class Care(NamedTuple):
@@ -86,7 +87,9 @@ def find_way(
     """
     for part in ROOMS if room else ():
         try:
-            return _Search(_with_room(problem, part * room), CARES[:1], late, report).best_of(tries)
+            roomy = _with_room(problem, part * room)
+            way = _Search(roomy, CARES[:1], late, report).best_of(tries)
+            return replace(way, room=part * room)
         except NoWayError:
             continue
     return _Search(problem, CARES, late, report).best_of(tries)
@@ -150,13 +153,14 @@ class _Search:
         timing = problem.timing
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits, problem.loaded)
-        self.stop: PiecewisePolynomial | None = None
         self.inner = timing.position[1:-1]
         starts = self._free("start", problem.starts)
         for k, q in enumerate(self.inner, 1):
             self._free(f"{k}", q[None])
         self.ends = [starts, self._free("goal", problem.goals)]
-        self.moves = [self._stopping(starts[0]), self._coming_from_rest(self.ends[1][0])]
+        # to rest after the start, and from rest to the goal, where they are not straight
+        self.runs: list[PiecewisePolynomial | None] = [None, None]
+        self.moves = [self._move_to_rest(k, self.ends[k][0]) for k in (0, -1)]
         self.care = 0
 
     @property
@@ -172,35 +176,47 @@ class _Search:
             raise NoWayError(end, bodies, -gap, solutions=len(ends))
         return free
 
-    def _stopping(self, q: FloatArray) -> FloatArray:
-        """How far the arm goes until it is at rest after the start, clear."""
+    def _move_to_rest(self, k: int, q: FloatArray) -> FloatArray:
+        """How far from the start, 0, or the goal, -1, the arm is at rest next to it, clear.
+
+        It brakes straight, on a path that is given, or each joint by itself; what leads to the goal
+        does so backwards in time.
+        """
         timing, problem = self.problem.timing, self.problem
-        move = braking_move(timing.velocity[0], timing.acceleration[0], timing.limits)
-        try:
-            return self._clear_move("start", q, move)
-        except NoWayError:
-            stop = problem.stop()
-            if stop is None or not_clear(problem.model, stop, problem.resolution):
-                raise
-        self.stop = stop
-        return np.asarray(stop(stop.x[-1]) - q)
+        limits = timing.limits
+        v, a = timing.velocity[k] * (-1.0 if k else 1.0), timing.acceleration[k]
+        if not v.any() and not a.any():
+            return np.zeros_like(q)
+        move = braking_move(v, a, limits)
+        blame = self._against(k, q, move)
+        if blame is None:
+            return move
+        runs = (
+            (problem.stop if k == 0 else lambda: None),
+            (lambda: joint_stop(q, v, a, limits.acceleration, limits.jerk)),
+        )
+        for run in (one() for one in runs):
+            if run is not None and self._is_possible(run):
+                self.runs[k] = backwards(run) if k else run
+                return np.asarray(run(run.x[-1]) - q)
+        raise blame
 
-    def _coming_from_rest(self, q: FloatArray) -> FloatArray:
-        """The same before the goal, seen backwards."""
-        timing = self.problem.timing
-        move = braking_move(-timing.velocity[-1], timing.acceleration[-1], timing.limits)
-        return self._clear_move("goal", q, move)
-
-    def _clear_move(self, end: str, q: FloatArray, move: FloatArray) -> FloatArray:
-        """A move from an end; an error where it is not clear."""
-        rest = q + move
-        if move.any() and not self.space.within_limits(rest):
+    def _against(self, k: int, q: FloatArray, move: FloatArray) -> NoWayError | None:
+        """What is in the way of a straight move from an end."""
+        end, rest = ("goal" if k else "start"), q + move
+        if not self.space.within_limits(rest):
             beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
-            raise NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
-        if move.any() and not self._is_clear(np.stack((q, rest))):
-            gap, bodies = self.space.worst(rest)
-            raise NoWayError(end, bodies, -gap, moving=True)
-        return move
+            return NoWayError(end, depth=float(beyond.max()), joint=int(beyond.argmax()))
+        if self._is_clear(np.stack((q, rest))):
+            return None
+        gap, bodies = min(self.space.worst(q + part * move) for part in np.linspace(0.0, 1.0, 33))
+        return NoWayError(end, bodies, max(-gap, 0.0), moving=True)
+
+    def _is_possible(self, run: PiecewisePolynomial) -> bool:
+        """Whether a motion is clear and keeps limits."""
+        return keeps_limits(self.problem.timing, run) and not not_clear(
+            self.problem.model, run, self.problem.resolution
+        )
 
     def _is_clear(self, line: FloatArray) -> bool:
         return not too_near(self.problem.model, line, self.problem.resolution)
@@ -288,24 +304,33 @@ class _Search:
         self, line: FloatArray, passed: IndexArray
     ) -> tuple[PiecewisePolynomial, FloatArray, TimingProblem | None] | None:
         """A motion that rests at the corners of a line, its times there, and its problem."""
-        if self.stop is not None and len(line) == 1:
-            return self.stop, self.stop.x[[0, -1]], None  # the stop ends at the goal
-        through = self._through(line, self.stop)
+        before, after = self.runs
+        if len(line) == 1:  # one rest for both ends
+            if before is None and after is None:
+                return None
+            curve = followed(before, after)
+            return curve, curve.x[[0, -1]], None
+        through = self._through(line)
+        position, velocity, acceleration = map(
+            np.array, (through.position, through.velocity, through.acceleration)
+        )
+        for k, run in zip((0, -1), self.runs, strict=True):
+            if run is not None:
+                position[k], velocity[k], acceleration[k] = line[k], 0.0, 0.0
+        through = replace(through, position=position, velocity=velocity, acceleration=acceleration)
         rests = resting(through, "resting")
         if rests is None:
             return None
-        first, times = rests.found.curve, rests.found.knots.time[passed]
-        if self.stop is None:
-            return first, times, through
-        times = times + self.stop.x[-1]
-        times[0] = 0.0
-        return _followed(self.stop, first), times, None
+        middle, times = rests.found.curve, rests.found.knots.time[passed]
+        if before is None and after is None:
+            return middle, times, through
+        curve = followed(before, middle, after)
+        times = times + (0.0 if before is None else before.x[-1])
+        times[[0, -1]] = curve.x[[0, -1]]
+        return curve, times, None
 
-    def _through(self, line: FloatArray, stop: PiecewisePolynomial | None = None) -> TimingProblem:
-        """The problem with the corners of a polyline as waypoints, at rest at the inner ones.
-
-        After a stop the arm is at rest at the first one, too.
-        """
+    def _through(self, line: FloatArray) -> TimingProblem:
+        """The problem with the corners of a polyline as waypoints, at rest at the inner ones."""
         timing = self.problem.timing
         n, d = line.shape
         position, (velocity, acceleration) = np.array(line), np.zeros((2, n, d))
@@ -313,8 +338,6 @@ class _Search:
             position[k] = ends[np.abs(rests - line[k]).max(axis=1).argmin()]
         velocity[[0, -1]] = timing.velocity[[0, -1]]
         acceleration[[0, -1]] = timing.acceleration[[0, -1]]
-        if stop is not None:
-            position[0], velocity[0], acceleration[0] = line[0], 0.0, 0.0
         return TimingProblem(
             timing.joint_names,
             position,
@@ -323,9 +346,3 @@ class _Search:
             acceleration=acceleration,
             dynamics=timing.dynamics,
         )
-
-
-def _followed(first: PiecewisePolynomial, second: PiecewisePolynomial) -> PiecewisePolynomial:
-    """Two motions, one after the other, both from time 0 on."""
-    c = np.concatenate((first.c, second.c), axis=1)
-    return PiecewisePolynomial(c, np.concatenate((first.x, first.x[-1] + second.x[1:])))

@@ -70,3 +70,22 @@ def slowed(curve: PiecewisePolynomial, factor: float) -> PiecewisePolynomial:
     """A cubic motion that begins at time 0, all along slower by a factor."""
     scale = factor ** -np.arange(3.0, -1.0, -1.0)
     return PiecewisePolynomial(curve.c * scale[:, None, None], factor * curve.x)
+
+
+def followed(*motions: PiecewisePolynomial | None) -> PiecewisePolynomial:
+    """Those motions that are there, one after the other, each from time 0 on."""
+    there = [one for one in motions if one is not None]
+    starts = np.cumsum([0.0, *(one.x[-1] for one in there)])
+    x = [start + one.x[:-1] for start, one in zip(starts[:-1], there, strict=True)]
+    return PiecewisePolynomial(
+        np.concatenate([one.c for one in there], axis=1), np.append(np.concatenate(x), starts[-1])
+    )
+
+
+def backwards(curve: PiecewisePolynomial) -> PiecewisePolynomial:
+    """A cubic motion that begins at time 0, from its end to its start."""
+    span = np.diff(curve.x)[:, None]
+    a, b, c, d = curve.c
+    turned = (-a, b + 3.0 * a * span, -c - (2.0 * b + 3.0 * a * span) * span)
+    at_end = d + (c + (b + a * span) * span) * span
+    return PiecewisePolynomial(np.stack((*turned, at_end))[:, ::-1], curve.x[-1] - curve.x[::-1])

@@ -106,6 +106,8 @@ def _in_packages(
     for folder in (*package_paths, *ros, *above):
         if folder.resolve().name == package:
             yield folder, inside
+    # a copy of a package under another name, as `git clone` makes it
+    yield from ((folder, inside) for folder in package_paths)
 
 
 def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
