@@ -13,7 +13,6 @@ import pytest
 import knotwork as kw
 from knotwork.view import report_page
 from knotwork.view.page import Page
-from knotwork.view.side_by_side import side_by_side
 
 READY = "html[data-ready=true]"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -43,7 +42,6 @@ DOWN = [np.pi, 0, 0]
 PAGES: dict[str, Callable[[], Page]] = {
     "scene": cache(lambda: failing().view()),
     "report": cache(lambda: report_page(failing())),
-    "beside": cache(lambda: side_by_side([failing(), failing()], ["one", "other"])),
 }
 
 
@@ -52,9 +50,7 @@ def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options:
     tab = tabs.new(**options)
     tab.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
     tab.goto(PAGES[name]().save(folder / f"{name}.html").as_uri() + "#paused")
-    inner = [frame for frame in tab.frames[1:] if frame.url == "about:srcdoc"] or [tab]
-    for one in inner:
-        one.wait_for_selector(READY, state="attached")
+    (tab.frames[1] if name == "report" else tab).wait_for_selector(READY, state="attached")
     return tab
 
 
@@ -65,7 +61,6 @@ def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options:
         ("scene", UPRIGHT, "light"),
         ("report", DESK, "light"),
         ("report", UPRIGHT, "dark"),
-        ("beside", UPRIGHT, "light"),
     ],
 )
 def test_nothing_hinders_people(
@@ -73,6 +68,21 @@ def test_nothing_hinders_people(
 ) -> None:
     tab = opened(tabs, tmp_path, name, size, color_scheme=scheme)
     assert tab.locator(".verdict").first.inner_text() == "FAILED"
+    assert not barriers(tab)
+    tab.context.close()
+
+
+def test_nothing_hinders_people_at_two_motions(
+    tabs: Any, tmp_path: Path, knotwork: Any, barriers: Any
+) -> None:
+    page = tmp_path / "both.html"
+    task = "planar2_closed_form"
+    assert knotwork("view", task, "--beside", task, "--html", page).code == 0
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.goto(page.as_uri())
+    tab.wait_for_selector(READY, state="attached")
+    assert len(tab.frames) == 3
     assert not barriers(tab)
     tab.context.close()
 
