@@ -491,7 +491,7 @@ PLACE = {"position": {"x": [-20, 20]}}
     [(TURN, "none"), (PLACE, "none"), (PLACE, TURN), ({"turn": [-90, 90]}, {"turn": [-20, 20]})],
 )
 def test_each_pose_and_path_has_its_own_freedom(pick: Any, seam: Any, robot: str) -> None:
-    """By plain Pinocchio: a path with nothing free keeps its orientation, whatever is free before."""
+    """By plain Pinocchio: a path with nothing free keeps its orientation."""
     plan = kw.plan(pick_then_seam(pick, seam, robot))
     assert plan.report.ok, plan.report
     path = plan.scenario.paths[0].motion
