@@ -222,7 +222,6 @@ IMPORTED_BY_TESTS = {
         "robot.joint_axes",
         "robot.joint_tree",
         "scene",
-        "timing.binding",
         "timing.problem",
         "verification.bounds",
         "view.curves",
@@ -235,7 +234,7 @@ IMPORTED_BY_TESTS = {
     "keys of files: each has its test and its line in the docs": ("robot.file",),
     "a path that can't be followed at first": ("choosing.path_speeds",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("editing",),
-    "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.budget"),
+    "a clock of the test's own": ("choosing.choice", "timing.budget"),
     "the command in this process": ("cli.main",),
     "each old name has its test": ("errors.renamed",),
 }

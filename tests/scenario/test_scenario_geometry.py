@@ -230,24 +230,6 @@ def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> 
     assert scenario.waypoints[1].time == 1.0
 
 
-def test_what_is_left_out_is_si_and_tolerances_are_a_millionth() -> None:
-    scenario = task({"position": [0.5, 0, 0], "rpy": [0, 0, np.pi / 2]})
-    waypoint = scenario.waypoints[0]
-    assert isinstance(waypoint, CartesianWaypoint)
-    np.testing.assert_array_equal(waypoint.position, [0.5, 0, 0])
-    np.testing.assert_allclose(waypoint.rotation @ [1, 0, 0], [0, 1, 0], atol=1e-15)
-    for name, tolerance in vars(scenario.tolerances).items():
-        if not name.startswith("path"):
-            assert tolerance in (1e-6, {"rad": 1e-6, "m": 1e-6})
-
-
-@pytest.mark.parametrize(
-    "units", [{"length": "cm"}, {"angle": "degree"}, {"time": "ms"}, {"length": None}]
-)
-def test_other_units_are_refused(units: dict[str, Any]) -> None:
-    assert field(refused(ZERO, units=units)).startswith("units.")
-
-
 # Frames
 
 
@@ -285,11 +267,6 @@ def test_a_waypoint_s_own_frame_goes_before_the_file_s() -> None:
     np.testing.assert_array_equal(waypoint.position, [0, 1, 0])
     waypoint = first(ZERO, frames=frames, frame="a", waypoint={"frame": "base"})
     np.testing.assert_array_equal(waypoint.position, [0, 0, 0])
-
-
-def test_a_frame_without_orientation_is_parallel_to_its_parent() -> None:
-    waypoint = first(ZERO, frames={"a": {"position": [1, 2, 3]}}, frame="a")
-    np.testing.assert_array_equal(waypoint.rotation, np.eye(3))
 
 
 @pytest.mark.parametrize(

@@ -210,16 +210,3 @@ def test_a_scheduler_that_is_lost_costs_no_finished_chunk(serial: Any, tmp_path:
         cluster.close()
 
     check_nothing_is_lost(tmp_path / "study", serial, end, "scheduler was lost")
-
-
-def test_a_scheduler_that_loses_all_workers_costs_no_finished_chunk(
-    serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_ABSENCE", 0.5)
-
-    def dismiss(cluster: Any) -> None:
-        cluster.scale(0)
-        while cluster.scheduler.workers:
-            time.sleep(0.05)
-
-    check_nothing_is_lost(tmp_path / "study", serial, dismiss, "all workers are lost")
