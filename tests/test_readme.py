@@ -52,10 +52,6 @@ def test_getting_started_begins_with_the_same_task() -> None:
     assert re.findall(r"```{file} glue.yaml\n(.*?)```", text, re.DOTALL) == blocks("yaml")
 
 
-def test_it_can_be_read_in_a_few_minutes() -> None:
-    assert len(README.split()) <= 700
-
-
 def test_its_pictures_are_there_and_light() -> None:
     for name in re.findall(r"!\[.+?\]\((.+?)\)", README):
         assert (ROOT / name).stat().st_size < 2e6

@@ -341,21 +341,24 @@ def test_an_object_that_is_left_stands_in_the_next_way() -> None:
     assert "bar" in caught.value.names
 
 
-def left_to_the_wall(given: dict[str, Any]) -> float:
-    """How much more than its margin the tool keeps from the wall."""
-    findings = planned(given).report.findings
-    (left,) = (one.margin for one in findings if one.name == "tool, wall")
-    assert left is not None
-    return left
-
-
-def test_room_beyond_the_margin_is_kept_or_a_part_of_it() -> None:
+@pytest.mark.parametrize(
+    ("room", "kept", "said"), [(None, 0, ""), (15, 15, "15 mm"), (120, 60, "60 mm")]
+)
+def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
+    room: float | None, kept: float, said: str
+) -> None:
     """Rows of the program alone once kept 2 mm where 10 mm were asked for."""
-    assert left_to_the_wall(past()) < 0.005
-    for room, kept in ((15, 0.015), (40, 0.020)):
-        given = past()
-        given["waypoints"][1]["way"] = {"clear": True, "room": room}
-        assert left_to_the_wall(given) >= kept - 1e-4
+    given = past()
+    given["waypoints"][1]["way"] = {"clear": True, "room": room} if room else "clear"
+    made = planned(given)
+    (left,) = (one.margin for one in made.report.findings if one.name == "tool, wall")
+    assert left is not None
+    assert 1000 * left >= kept - 0.1
+    assert room or 1000 * left < 5
+    again = kw.plan(made.scenario.task)
+    for one in (made, again):
+        (way,) = one.report.select(quantity="way")
+        assert (f"with {said} of room, least clearance" in way.message) == bool(said)
 
 
 def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:

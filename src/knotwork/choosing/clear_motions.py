@@ -91,7 +91,8 @@ def clear_motion(
         raise _reported(none, wanted, task, segment) from None
     curve = _slowed(way, wanted, problem, task, segment)
     found = _timed(way, curve, problem, wanted)
-    return replace(found, seconds=watch.now() - begun, tries=tries)
+    room = way.room if asked.room else None
+    return replace(found, seconds=watch.now() - begun, tries=tries, room=room)
 
 
 def _timed(

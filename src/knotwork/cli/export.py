@@ -200,7 +200,7 @@ def _made(
     note, given = "", dict(given)
     if form.straight:
         fit = given.pop("fit", None)
-        made = exporting.straight_points(trajectory, cycle=exporting.CYCLES.get(form.name), fit=fit)
+        made = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
         note = made.describe()
     elif form.takes_points(given):
         fit = given.pop("fit", None)

@@ -174,3 +174,8 @@ class ChosenMotion(TaskPart):
     way: Annotated[int, Field(ge=0)] = Field(
         0, description="Number of ways that were tried where it found its way; else 0"
     )
+    room: Annotated[Number, Field(ge=0)] | None = Field(
+        None,
+        description="Clearance beyond the margins that its way keeps [length]; left out where none "
+        "was asked for",
+    )

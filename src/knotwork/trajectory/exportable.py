@@ -70,7 +70,7 @@ class RobotOptions(TypedDict, total=False):
     """Options of positions that must keep a robot's limits.
 
     Attributes:
-        robot: The `knotwork.Robot`; without it nothing is checked.
+        robot: The `knotwork.Robot`, which is needed.
     """
 
     robot: Any
