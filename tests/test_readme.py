@@ -59,8 +59,10 @@ def test_pictures_of_the_page_say_what_the_page_says(chromium: Any, tmp_path: Pa
     written = "\n".join(tab.inner_text(f"#{part}") for part in ("head", "legend"))
     tab.context.close()
     assert "passed" in written
-    assert Image.open(ROOT / "docs/scene.png").info["words"] == written
-    assert Image.open(ROOT / "docs/ur5_deburring.webp").info["xmp"].decode() == written
+    with Image.open(ROOT / "docs/scene.png") as picture:
+        assert picture.info["words"] == written
+    with Image.open(ROOT / "docs/ur5_deburring.webp") as moving:
+        assert moving.info["xmp"].decode() == written
 
 
 def test_getting_started_begins_with_the_same_task() -> None:

@@ -7,6 +7,9 @@ document.addEventListener("DOMContentLoaded", () => {
   set(".toc-drawer", "aria-label", "on this page");
   set("dt.sig dl", "role", "list"); // parameters of a long signature
   set("dt.sig dl > dd", "role", "listitem");
+  if (!document.querySelector("h1")) {
+    each("article", (one) => one.prepend(Object.assign(document.createElement("h1"), { textContent: document.title.split(" - ")[0] })));
+  }
   const reach = () => each("pre, div.math .scroll, .table-wrapper, .drawing, article p", (one) => {
     if (one.scrollWidth > one.clientWidth + 1) one.tabIndex = 0;
     else one.removeAttribute("tabindex");
