@@ -23,8 +23,8 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, to which paths with normals lead: these free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose, reaches beyond half a turn, or differs
-            from that of another waypoint; or a tilt is too large, or given with a range.
+        DocumentError: A turn does not contain the pose or reaches beyond half a turn; or a tilt is
+            too large, or given with a range.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
@@ -43,14 +43,6 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         else:
             place: Location = ("waypoints", i, "free") if own is not None else ("tool", "free")
             found.append(_read(own or tool, places, place, file, _torch_at(file, i)))  # type: ignore[arg-type]
-    known = [one for one in found if one is not None]
-    for i, one in enumerate(found):
-        if one is not None and one != known[0]:
-            raise places.error(
-                ("waypoints", i, "free"),
-                "differs from what other poses leave open",
-                "the same wherever one is free",
-            )
     return found
 
 
@@ -93,7 +85,8 @@ def _torch_ranges(
                 f"a range that the pose's own {own / unit:g} is in, below a quarter of a turn",
             )
         ranges.append((low - own, high - own))
-    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, TOOL_AXES[torch.tangent])
+    about = TOOL_AXES[torch.tangent]
+    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, about)
 
 
 def _read(
@@ -153,7 +146,7 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
 
     Raises:
         DocumentError: It is not the same all along, leaves the position open, or the path begins
-            free and goes on fixed.
+            with another one.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, one in enumerate(own, path.first + 1):
@@ -170,10 +163,10 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
                 "is not what the path before it leaves open",
                 "the same all along a path, or stop: true where it changes",
             )
-    if own[0] is None and freedoms[path.first] is not None:
+    if freedoms[path.first] not in (None, own[0]):
         raise places.error(
             ("waypoints", path.first + 1),
-            "the path begins at a pose that is free, and is not free itself",
-            "free: with the path, too, or free: none where it begins",
+            "the path begins at a pose that leaves open what the path does not",
+            "the same `free` for both, or free: none where it begins",
         )
     return own[0]

@@ -192,6 +192,14 @@ class Rules(NamedTuple):
         """What travel is measured by [rad/s or m/s], shape (d,)."""
         return np.asarray(self.speed / self.weights)
 
+    def of(self, joints: Any) -> Rules:
+        """The same of some of the joints, by index."""
+        own = {
+            key: np.broadcast_to(getattr(self, key), self.speed.shape)[joints]
+            for key in ("speed", "limit", "unbounded", "weights", "ramp")
+        }
+        return self._replace(**own)
+
     def travel(self, interval: Any, move: FloatArray) -> FloatArray:
         """Travel in intervals [s], of joints that move by `move`, shape (..., d)."""
         share = np.abs(move) / self.speed
