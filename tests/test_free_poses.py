@@ -203,7 +203,7 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
     least, most = min(turns), max(turns)
     assert -100.1 < least < most < 10.1
     (used,) = plan.report.select(group="Freedom")
-    assert f"turn {least:.3g} to {most:.3g} deg" in used.message
+    assert f"turn {least:.3g} to {most:.3g} of -100 to 10 deg" in used.message
     assert np.degrees(used.value) == pytest.approx(most - least, abs=0.1)
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
     (row,) = (one for one in found.findings if one.quantity == "path_turn")
@@ -405,7 +405,7 @@ def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
     assert abs(y) < 1e-3
     assert -0.001 < z < 20.001  # the tool's z axis points down
     (used,) = plans[0].report.select(group="Freedom")
-    assert re.search(rf"x {x:.3g} mm, z {-z:.3g} mm", used.message)
+    assert re.search(rf"x {x:.3g} of -60 to 60 mm, z {-z:.3g} of -20 to 0 mm", used.message)
     moved = pick(free)
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures

@@ -85,7 +85,8 @@ def _torch_ranges(
                 f"a range that the pose's own {own / unit:g} is in, below a quarter of a turn",
             )
         ranges.append((low - own, high - own))
-    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, TOOL_AXES[torch.tangent])
+    about = TOOL_AXES[torch.tangent]
+    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, about)
 
 
 def _read(
