@@ -162,6 +162,35 @@ def test_a_velocity_keeps_what_is_not_free() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
+@pytest.mark.parametrize(
+    ("free", "linear", "angular", "accepted"),
+    [
+        (TURN, [50, 0, 0], [0, 0, 0], "a velocity along and about the tool's z axis alone"),
+        ({"turn": [-20, 30]}, [0, 0, 0], [0, 9, 0], "base or a named frame, or free: none"),
+        (TURN | {"tilt": 10}, [0, 0, 50], [0, 0, 0], "base or a named frame, or free: none"),
+    ],
+)
+def test_a_velocity_in_axes_that_are_free_is_refused(
+    free: Any, linear: list[float], angular: list[float], accepted: str
+) -> None:
+    task = passing(free)
+    task["waypoints"][0]["velocity"] = {"linear": linear, "angular": angular, "in": "tool"}
+    with pytest.raises(kw.InputError, match=r"waypoints\[0\]\.velocity\.in") as error:
+        kw.load_scenario(task)
+    assert accepted in str(error.value)
+
+
+def test_a_velocity_along_the_axis_that_is_not_free_is_the_tools() -> None:
+    task = passing(TURN)
+    task["waypoints"][0]["velocity"] = {"linear": [0, 0, 50], "in": "tool"}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    assert plan.space.robot is not None
+    twist = plan.space.robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
+    axis = tool_poses(plan, np.array([3.0]))[0].rotation[:, 2]
+    np.testing.assert_allclose(twist.linear, 0.05 * axis, atol=1e-6)
+
+
 def test_a_turn_within_a_range_is_kept_and_judged() -> None:
     task = arch()
     del task["waypoints"][1]
