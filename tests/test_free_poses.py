@@ -536,3 +536,40 @@ def test_each_pose_and_path_has_its_own_freedom(pick: Any, seam: Any, robot: str
     assert np.abs(turned).max() < most
     up = tool_poses(plan, np.array([plan.scenario.waypoints[2].time]))[0]
     assert np.abs(up.rotation - pin.rpy.rpyToMatrix(np.pi, 0, 0)).max() < 1e-6
+
+
+def test_more_freedom_leads_to_no_more_travel() -> None:
+    """A motion whose tool may turn is one whose tool may turn and tilt, too."""
+
+    def travelled(free: Any) -> float:
+        task = pick_then_seam(free, free)
+        task["near"] = "home"
+        for waypoint in task["waypoints"]:
+            waypoint["free"] = free
+        plan = kw.plan(task)
+        assert plan.report.ok, plan.report
+        times = np.linspace(0.0, plan.trajectory.duration, 1000)
+        return float(np.abs(np.diff(plan.trajectory.position(times), axis=0)).sum())
+
+    assert travelled({"turn": "z", "tilt": 10}) < 1.1 * travelled(TURN)
+
+
+def test_a_free_turn_does_not_hide_other_postures_round_an_obstacle() -> None:
+    """Solutions that differ by the free turn alone collide alike: others are tried."""
+    tool = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
+    here, there = ({"position": [500, y, 150], **DOWN} for y in (-200, 200))
+    task: dict[str, Any] = {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "tool": {"offset": {"position": [0, 0, 150]}, "shape": tool, "free": TURN},
+        "scene": {
+            "margin": 5,
+            "objects": {"wall": {"box": [300, 20, 250], "position": [500, 0, 105]}},
+        },
+        "start": "home",
+        "waypoints": [
+            {"name": "here", "after": 3, "pose": here, "stop": True},
+            {"name": "there", "after": 3, "way": "clear", "pose": there},
+        ],
+    }
+    assert kw.plan(task).report.ok
