@@ -162,6 +162,35 @@ def test_a_velocity_keeps_what_is_not_free() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
+@pytest.mark.parametrize(
+    ("free", "linear", "angular", "accepted"),
+    [
+        (TURN, [50, 0, 0], [0, 0, 0], "a velocity along and about the tool's z axis alone"),
+        ({"turn": [-20, 30]}, [0, 0, 0], [0, 9, 0], "base or a named frame, or free: none"),
+        (TURN | {"tilt": 10}, [0, 0, 50], [0, 0, 0], "base or a named frame, or free: none"),
+    ],
+)
+def test_a_velocity_in_axes_that_are_free_is_refused(
+    free: Any, linear: list[float], angular: list[float], accepted: str
+) -> None:
+    task = passing(free)
+    task["waypoints"][0]["velocity"] = {"linear": linear, "angular": angular, "in": "tool"}
+    with pytest.raises(kw.InputError, match=r"waypoints\[0\]\.velocity\.in") as error:
+        kw.load_scenario(task)
+    assert accepted in str(error.value)
+
+
+def test_a_velocity_along_the_axis_that_is_not_free_is_the_tools() -> None:
+    task = passing(TURN)
+    task["waypoints"][0]["velocity"] = {"linear": [0, 0, 50], "in": "tool"}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    assert plan.space.robot is not None
+    twist = plan.space.robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
+    axis = tool_poses(plan, np.array([3.0]))[0].rotation[:, 2]
+    np.testing.assert_allclose(twist.linear, 0.05 * axis, atol=1e-6)
+
+
 def test_a_turn_within_a_range_is_kept_and_judged() -> None:
     task = arch()
     del task["waypoints"][1]
@@ -203,7 +232,7 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
     least, most = min(turns), max(turns)
     assert -100.1 < least < most < 10.1
     (used,) = plan.report.select(group="Freedom")
-    assert f"turn {least:.3g} to {most:.3g} deg" in used.message
+    assert f"turn {least:.3g} to {most:.3g} of -100 to 10 deg" in used.message
     assert np.degrees(used.value) == pytest.approx(most - least, abs=0.1)
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
     (row,) = (one for one in found.findings if one.quantity == "path_turn")
@@ -405,7 +434,7 @@ def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
     assert abs(y) < 1e-3
     assert -0.001 < z < 20.001  # the tool's z axis points down
     (used,) = plans[0].report.select(group="Freedom")
-    assert re.search(rf"x {x:.3g} mm, z {-z:.3g} mm", used.message)
+    assert re.search(rf"x {x:.3g} of -60 to 60 mm, z {-z:.3g} of -20 to 0 mm", used.message)
     moved = pick(free)
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures

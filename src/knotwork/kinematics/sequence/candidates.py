@@ -79,6 +79,9 @@ def find_candidates(
         return []
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
+    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > TOLERANCE)
+    for i in hopeless[:1]:  # the reason, before the others are solved
+        _solution(robot, waypoints[i], references[i], units, nearest=False)
     found = _tracked(robot, targets) if redundant else find_branches(robot, targets)
     copied: list[tuple[list[FloatArray], bool]] = []
     before: FloatArray | None = None
