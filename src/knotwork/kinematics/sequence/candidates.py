@@ -124,6 +124,11 @@ def nearest_candidate(
     return _valued(robot, [waypoint], [([q[None]], False)])[0]
 
 
+def candidates_of(robot: Robot, waypoint: CartesianWaypoint, q: FloatArray) -> Candidates:
+    """A solution of an arm that moves freely at a waypoint, with its turns."""
+    return _valued(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
+
+
 def _solution(
     robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units, *, nearest: bool
 ) -> FloatArray:
