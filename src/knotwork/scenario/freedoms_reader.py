@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
-from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch
+from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint, Torch
+from knotwork.task.poses import Velocity
 from knotwork.task.units import si_factors
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
@@ -23,8 +24,8 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, to which paths with normals lead: these free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose or reaches beyond half a turn; or a tilt is
-            too large, or given with a range.
+        DocumentError: A turn does not contain the pose or reaches beyond half a turn; a tilt is too
+            large; or a velocity is in axes that are free.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
@@ -42,8 +43,26 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
             found.append(PoseFreedom((-math.inf, math.inf)) if i in normals else None)
         else:
             place: Location = ("waypoints", i, "free") if own is not None else ("tool", "free")
-            found.append(_read(own or tool, places, place, file, _torch_at(file, i)))  # type: ignore[arg-type]
+            free = _read(own or tool, places, place, file, _torch_at(file, i))  # type: ignore[arg-type]
+            if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.velocity, Velocity):
+                _check_velocity(waypoint.velocity, free, places, i)
+            found.append(free)
     return found
+
+
+def _check_velocity(velocity: Velocity, free: PoseFreedom, places: Places, i: int) -> None:
+    """Refuse a velocity in axes of the tool that are free: planning chooses where they point."""
+    if velocity.axes != "tool":
+        return
+    across = [*velocity.linear[:2], *velocity.angular[:2]]
+    whole = free.tilt and any([*velocity.linear, *velocity.angular])
+    if whole or (free.turn[0] < free.turn[1] and any(across)):
+        raise places.error(
+            ("waypoints", i, "velocity", "in"),
+            "is tool, whose axes the pose leaves open",
+            "base or a named frame, or free: none"
+            + ("" if free.tilt else "; or a velocity along and about the tool's z axis alone"),
+        )
 
 
 def _torch_at(file: PlainTask, i: int) -> Torch | None:
@@ -120,10 +139,6 @@ def _read(
         return PoseFreedom((0.0, 0.0), tilt, box, torch)
     if given.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
-    if given.tilt is not None:
-        raise places.error(
-            (*location, "tilt"), "is given together with a range of turns", "tilt with turn: z"
-        )
     low, high = given.turn
     if not (low <= 0.0 <= high and max(-low, high) <= math.pi * (1.0 + 1e-12)):
         half = f"{math.pi / unit:.6g}"

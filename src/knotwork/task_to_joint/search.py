@@ -10,10 +10,16 @@ import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates, find_candidates, nearest_candidate
+from knotwork.kinematics.sequence.candidates import (
+    Candidates,
+    candidates_of,
+    find_candidates,
+    nearest_candidate,
+)
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.step_costs import (
+    SAME_STEP,
     CollidingStep,
     Cost,
     Layer,
@@ -24,7 +30,7 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
-from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
+from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints, joined
 from knotwork.task_to_joint.free_poses import Chain, Chains
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.task_to_joint.solution import Step
@@ -32,6 +38,8 @@ from knotwork.task_to_joint.velocities import velocity_at
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
+# Of a redundant arm a step that collided is avoided with all that are as near [rad or m].
+APART = 0.3
 
 
 class Found(NamedTuple):
@@ -112,6 +120,7 @@ class Search:
             resting=None if scenario.free is None else scenario.free.duration & self._resting(),
             ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
             colliding=tuple(CollidingStep(*step) for step in avoided),
+            apart=self._apart(),
         )
         self.samples = SAMPLES
         self._collide: dict[int, FloatArray] = {}
@@ -149,7 +158,10 @@ class Search:
                 poses.append((i, target))
         references = [self._reference(i)[chain.columns] for i, _ in poses]
         found = find_candidates(chain.robot, [target for _, target in poses], references, units)
-        for (i, _), candidates in zip(poses, found, strict=True):
+        begins = {path.first for path in self.scenario.paths}
+        for (i, target), candidates, near in zip(poses, found, references, strict=True):
+            if candidates.free and i in begins:
+                candidates = self._with_nearest(chain, target, candidates, near)
             result[i] = (
                 candidates._replace(
                     excess=np.zeros_like(candidates.excess),
@@ -159,6 +171,20 @@ class Search:
                 else candidates
             )
         return result
+
+    def _with_nearest(
+        self, chain: Chain, target: CartesianWaypoint, candidates: Candidates, near: FloatArray
+    ) -> Candidates:
+        """Samples of a self-motion, and the first of them moved to where it is nearest to `near`.
+
+        Where a path begins the arm is not moved along its self-motion once the path is followed.
+        """
+        from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
+
+        given = Given(np.zeros(1), self.rules.of(chain.columns), [target], near)
+        q = refine_sequence(chain.robot, given, candidates.q[:1], candidates.velocity[:1])
+        more = candidates_of(chain.robot, target, q[0])
+        return joined([candidates, more._replace(branch=more.branch + candidates.branches)])
 
     def solve(self) -> Found:
         """Positions and velocities at all waypoints, of which the candidates are found."""
@@ -240,6 +266,19 @@ class Search:
         )
         return passes[1:] | passes[:-1]
 
+    def _apart(self) -> FloatArray:
+        """How far joints of other steps are from those that collided [rad or m], shape (d,).
+
+        Virtual joints move nothing, nor does the last one much where the turn about it is free.
+        """
+        robot, dof = self.robot, self.chains.arm.dof
+        if robot.dof <= 6:
+            return np.full(dof, SAME_STEP)
+        apart = np.where(robot.virtual, np.inf, APART)
+        if any(one.axis == "z" for one in robot.virtual_joints):
+            apart[dof - 1] = np.inf
+        return apart
+
     def _resting(self) -> Any:
         """Which intervals lead from rest to rest, shape (n - 1,)."""
         moving = self._in_motion()
@@ -297,8 +336,11 @@ class Search:
 
     def _refined(self, chosen: Sequence) -> FloatArray:
         """Move waypoints of an arm that moves freely to where the whole motion is better."""
+        # what is not to be as it was would come back there
+        kept = {i for step in self.rules.colliding for i in (step.interval, step.interval + 1)}
         free = [
-            c is not None and c.free and i not in self.groups for i, c in enumerate(self.candidates)
+            c is not None and c.free and i not in self.groups and i not in kept
+            for i, c in enumerate(self.candidates)
         ]
         if not any(free) or self.scenario.prefers_clearance:
             return chosen.q

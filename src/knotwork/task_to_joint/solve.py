@@ -107,7 +107,7 @@ def _best(search: Search, knots: Any) -> TaskSolution:
         ),
         infeasibilities,
         describe_choices(search, found),
-        None if hopeless else found.sequence.q,
+        None if hopeless else found.positions,
         {
             path.first: search.dependent.start(path, found.positions[path.first])
             for path in search.scenario.paths
