@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from browser import chromium
+from browser import barriers, chromium
 from command_line import Command, Ran
 from knotwork import Plan, plan
 from knotwork.cli.main import main
@@ -90,4 +90,4 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.write_line(f"{of_it:6} {name}, {through} passed")
 
 
-__all__ = ["chromium", "deburring", "deburring_by_waypoints", "knotwork", "paper_case"]
+__all__ = ["barriers", "chromium", "deburring", "deburring_by_waypoints", "knotwork", "paper_case"]

@@ -216,8 +216,6 @@ IMPORTED_BY_TESTS = {
         "kinematics.geometry",
         "kinematics.sequence",
         "kinematics.solutions",
-        "polynomial.refined",
-        "recording.banded",
         "robot.description",
         "robot.joint_axes",
         "robot.joint_tree",

@@ -213,18 +213,6 @@ def test_names_of_scenarios_do_not_lead_out_of_the_folder(
     assert all(entry.is_dir() for entry in out.iterdir())
 
 
-def test_names_and_descriptions_are_no_markup(knotwork: Command, tmp_path: Path) -> None:
-    task = yaml.safe_load(BROKEN.read_text())
-    task.update(name="[red]x[/]", description="[/bold] [link")
-    task["waypoints"][0]["name"] = "[b]A[/b]"
-    path = tmp_path / "t.yaml"
-    path.write_text(json.dumps(task))
-    ran = knotwork("plan", path, "--full")
-    assert ran.code == 1
-    for text in ("[red]x[/]", "[/bold] [link", "[b]A[/b]"):
-        assert text in ran.out
-
-
 def test_json_is_alone_on_standard_output(knotwork: Command, tmp_path: Path) -> None:
     ran = knotwork("plan", "ur5_deburring", "--json", "--out", tmp_path)
     assert ran.code == 0

@@ -17,8 +17,9 @@ from knotwork.documents.resources import names
 from knotwork.editing import session as sessions
 from knotwork.editing.draft import Draft
 from knotwork.editing.handles import handles, moved
-from knotwork.editing.session import Session, draft_of
+from knotwork.editing.session import Session, draft_of, standing_scene
 from knotwork.errors import DocumentError, InputError
+from knotwork.scenario.joint_space import joint_space
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 
@@ -210,30 +211,6 @@ def mostly_exhaustive(names: list[str], few: Sequence[str] = ()) -> list[Any]:
     return [pytest.param(name, marks=marks[name in few]) for name in names]
 
 
-@pytest.mark.parametrize("name", [*FREE, *mostly_exhaustive(TIMED)])
-def test_each_shipped_task_has_a_page_before_it_is_planned(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Free times have no values yet; arm, objects and handles are there all the same."""
-
-    def no_motion(task: Any, **_: Any) -> Any:
-        if isinstance(task, kw.Scenario):
-            raise InputError("not planned here")
-        return kw.plan(task)
-
-    monkeypatch.setattr(sessions, "plan", no_motion)
-    made = Session(draft_in(tmp_path, name))
-    made.server.server_close()
-    with pytest.raises(InputError, match="not planned here"):
-        made.renew()
-    scene = made.server.scene
-    assert scene is not None
-    assert made.server.state()["draft"]["handles"]
-    times = [one["time"] for one in scene["waypoints"]]
-    assert np.isfinite(times).all()
-    assert np.all(np.diff(times) > 0)
-
-
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, few=["panda_pick_place_fastest"]))
 def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
     made = Session(draft_in(tmp_path, name))
@@ -315,3 +292,15 @@ def test_what_can_not_be_edited_is_refused(
     assert ran.code == 2
     assert words in ran.err
     assert Path("there.yaml").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", [*FREE, *mostly_exhaustive(TIMED)])
+def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
+    scenario = SCENARIOS[name]
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    scene = standing_scene(scenario, robot)
+    drawn = {one.get("of") for one in scene["things"]}
+    assert drawn >= set(scenario.task.scene.objects)
+    times = [one["time"] for one in scene["waypoints"]]
+    assert np.all(np.diff(times) > 0)

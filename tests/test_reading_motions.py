@@ -157,38 +157,6 @@ def joints_alone(*names: str) -> str:
     return "odd.yaml"
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "two\nlines",
-        "two\r\nlines",
-        "\n#a",
-        "time",
-        "time_s",
-        "time_from_start_s",
-        "position",
-        "velocity",
-        "position_rad",
-        "x",
-        "tool",
-        " both ",
-        "a;b;c;d",
-        'a "b", c',
-        "\t",
-        "two\u2028lines",
-        "elbow.position_rad",
-    ],
-)
-@pytest.mark.parametrize("options", [("csv", "--rate", "20"), ("pvt",), ("pvt", "--degrees")])
-def test_tables_of_ours_are_read_back_whatever_joints_are_called(
-    name: str, options: tuple[str, ...], run: Command
-) -> None:
-    scenario = joints_alone(name, "elbow")
-    assert run("export", scenario, "-f", *options, "-o", "m.csv").code == 0
-    ran = run("check", "m.csv", "-s", scenario)
-    assert (ran.code, ran.err) == (0, "")
-
-
 @pytest.mark.parametrize("command", ["check", "plot"])
 def test_a_report_is_said_to_be_no_trajectory(command: str, run: Command) -> None:
     file = Path(written("planned", run)) / "report.json"

@@ -41,48 +41,6 @@ def stops(poses: list[dict], seconds: float = 2.0) -> list[dict]:
     return [{"pose": pose, "after": seconds, "stop": True} for pose in poses]
 
 
-def test_a_naive_choice_fails_where_the_sequence_succeeds() -> None:
-    """The nearest solution of the first pose leads into a corner: there is no time to get out."""
-    first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
-    mirrored = min(
-        (
-            b
-            for b in kw.solve_pose_ik_all(UR5, UR5.forward(first))
-            if np.abs(b.q - first).max() > 0.1
-        ),
-        key=lambda b: np.abs(b.q - first).max(),
-    )
-    last = mirrored.q + np.array([0.05, 0.05, -0.05, 0.0, 0.0, 0.0])
-    task = {
-        "robot": "ur5",
-        "start": joints(first + 0.05),
-        "waypoints": [
-            {"pose": pose_of(UR5, first), "after": 3.0, "stop": True},
-            {"joints": joints(last), "after": 0.5},
-        ],
-    }
-    nearest = kw.solve_pose_ik(UR5, UR5.forward(first), first + 0.05).q
-    assert (np.abs(last - nearest) / 0.5 > UR5.velocity_limit).any()
-    chosen = solved(task)
-    assert not chosen.infeasibilities
-    np.testing.assert_allclose(chosen.waypoints.position[1], mirrored.q, atol=1e-7)
-
-
-def test_a_whole_turn_is_taken_where_it_is_less_travel() -> None:
-    """After the first waypoint at 3.1 rad the next, at -3.1, is 0.08 rad further on."""
-    first, second = HOME.copy(), HOME.copy()
-    first[5], second[5] = 3.1, -3.1
-    chosen = solved(
-        {
-            "robot": "ur5",
-            "start": joints(first),
-            "waypoints": stops([pose_of(UR5, second)]),
-        }
-    )
-    assert chosen.waypoints.position[1, 5] == pytest.approx(2 * np.pi - 3.1)
-    assert chosen.choices[0].turns == (("wrist_3_joint", 1),)
-
-
 def weight(robot: kw.Robot, q: np.ndarray) -> float:
     """How much travel counts, as the documentation says it: once, near what is bad to threefold."""
     room = float(

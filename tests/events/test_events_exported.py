@@ -193,7 +193,12 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
         f"{rest[-1].said} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
         "not have it",
     ]
-    assert kw.check(replace(motion, events=()), plan.scenario).ok
+    none = kw.check(replace(motion, events=()), plan.scenario)
+    assert len(none.failures) == len(plan.events)
+    foreign = kw.check(replace(motion, events=(), segments=()), plan.scenario)
+    assert foreign.ok
+    (warned,) = foreign.select(group="Events", verdict="warning")
+    assert "does not say what is switched" in warned.message
 
 
 def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -340,3 +341,16 @@ def test_the_command_prints_how_far_off_they_are(
     assert ran.code == 0
     assert note in ran.out
     assert name != "franka" or "torque rate" in (tmp_path / "file").read_text()
+
+
+def test_controls_of_mujoco_lead_by_what_its_actuators_lag() -> None:
+    motion = kw.plan("planar2_closed_form").trajectory
+    keys = ElementTree.fromstring(export.to_mujoco(motion, rate=20, lead=0.03)).iter("key")
+    for key in keys:
+        q, v, control = (
+            np.array(key.get(one, "").split(), float) for one in ("qpos", "qvel", "ctrl")
+        )
+        np.testing.assert_allclose(q, motion.position(float(key.get("time", ""))), atol=1e-15)
+        np.testing.assert_allclose(control, q + 0.03 * v, atol=1e-15)
+    with pytest.raises(InputError, match="lead is -1 s"):
+        export.to_mujoco(motion, lead=-1.0)

@@ -115,6 +115,19 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
     assert cost(refined) < cost(q)
 
 
+def test_whole_turns_do_not_matter_for_what_is_near() -> None:
+    q, near = anywhere(XARM, 6, 2)
+    pose = CartesianWaypoint("a", 0.0, XARM.forward(q), pin.Motion.Zero())
+    rules = Rules(XARM.velocity_limit, XARM.velocity_limit, np.zeros(7, dtype=bool))
+    given = Given(np.zeros(1), rules, [pose], near)
+    turn = np.zeros(7)
+    turn[6] = -2 * np.pi * np.sign(q[6])
+    still = np.zeros((1, 7))
+    here, turned = (refine_sequence(XARM, given, one[None], still)[0] for one in (q, q + turn))
+    assert np.abs(here - q).max() > 0.05
+    np.testing.assert_allclose(turned, here + turn, atol=1e-6)
+
+
 def test_the_nearness_of_a_way_is_that_along_it() -> None:
     q = anywhere(PANDA, 5, 2)
     v = np.random.default_rng(5).uniform(-1, 1, (2, 7))

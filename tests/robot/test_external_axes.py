@@ -80,8 +80,14 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
         ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "give slides or turns"),
         ({"slides": [1, 0, 0]}, "give its range"),
         ({"turns": [0, 0, 0]}, "its direction must not be zero"),
-        ({"turns": [0, 0, 1], "in": "nowhere"}, "'nowhere', which is no link"),
-        ({"turns": [0, 0, 1], "carries": "tool0"}, "link 'tool0' is given twice"),
+        (
+            {"turns": [0, 0, 1], "in": "nowhere"},
+            "external_axes: the parent of .*'nowhere', which is no",
+        ),
+        (
+            {"turns": [0, 0, 1], "carries": "tool0"},
+            r"external_axes: table: carries: there is a link 'tool0' already; .*in: tool0$",
+        ),
     ],
 )
 def test_wrong_axes_are_refused(axis: dict[str, Any], words: str) -> None:

@@ -162,6 +162,14 @@ def test_a_peak_is_made_least(name: str) -> None:
     assert calm.objective[name] < 0.5 * most
 
 
+def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    long = random_problem(8, 32, 2)
+    windows = solve(long)
+    assert_kept(long, windows)
+    monkeypatch.setattr("knotwork.timing.windows.LONGEST", 1000)
+    assert windows.duration < 1.01 * solve(long).duration
+
+
 @pytest.mark.parametrize("given", ["all", "one", "total"])
 def test_times_from_the_least_on_are_found_or_refused_with_times_that_suffice(given: str) -> None:
     refused = 0

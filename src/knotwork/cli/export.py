@@ -83,6 +83,12 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     "100. The last sample is at the end exactly.",
 )
 @click.option(
+    "--lead",
+    metavar="S",
+    type=click.FloatRange(min=0),
+    help="mujoco: kv/kp of the position actuators [s], which their controls lead by; 0 by default.",
+)
+@click.option(
     "--knots-only", is_flag=True, help="Points that define the whole motion, in place of samples."
 )
 @click.option(

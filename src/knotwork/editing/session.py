@@ -89,7 +89,7 @@ class Session:
         if robot is not None:
             self.server.start()
             if self.server.scene is None:
-                self.server.show({**_standing(scenario, robot), "revision": -1})
+                self.server.show({**standing_scene(scenario, robot), "revision": -1})
                 self.server.start()
         made = plan(scenario, budget=self._budget, warm=self.plan)
         self._verdict = {"revision": revision, "ok": made.report.ok}
@@ -225,17 +225,17 @@ class Session:
         return robot, np.asarray(curve(np.clip(float(asked["time"]), curve.x[0], curve.x[-1])))
 
 
-def _standing(scenario: Scenario, robot: Robot) -> dict[str, Any]:
+def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     """The scene of a task before it is planned: the robot stands still."""
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     )
     joints = dict(zip(robot.joint_names, q.tolist(), strict=True))
     units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
-    rest = [{"joints": joints}, {"joints": joints, "after": 1}]
+    timed = replace(scenario, free=None)  # with the provisional times
+    rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
-    scenario = replace(scenario, free=None)  # at the times that free ones are chosen from
-    return make_scene(robot, motion, scenario=scenario, space=joint_space(scenario))
+    return make_scene(robot, motion, scenario=timed, space=joint_space(timed))
 
 
 def _axes(data: Any) -> dict[str, Any]:

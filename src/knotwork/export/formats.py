@@ -17,6 +17,7 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.export.labels import side_file, side_path
 from knotwork.storage import write_file, write_files
 from knotwork.trajectory.exportable import (
+    ArmOptions,
     DriveOptions,
     MessageOptions,
     RateOptions,
@@ -92,7 +93,7 @@ _DRAKE = "for Drake there is trajectory.to_drake() in Python"
 _ALL = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
-    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions, events=True),
+    Format("urscript", _URSCRIPT, ".script", "urscript", ArmOptions, events=True),
     Format("krl", _KRL, ".src", "programs", ScriptOptions, events=True),
     Format(
         "rapid", "program for a controller of ABB", ".mod", "programs", ScriptOptions, events=True

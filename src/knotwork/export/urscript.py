@@ -15,6 +15,8 @@ is off from the motion is taken back with a time constant of 1/`GAIN`.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from knotwork.errors import ExportError
@@ -23,6 +25,9 @@ from knotwork.export.pvt import increments
 from knotwork.export.straight import refuse_moving
 from knotwork.trajectory import Event, JointTrajectory, Load
 from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 JOINTS = (
     "shoulder_pan_joint",
@@ -127,7 +132,9 @@ end
 """
 
 
-def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -> str:
+def to_urscript(
+    motion: JointTrajectory | Points, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
     """Write a program in URScript that runs a motion of an arm of Universal Robots.
 
     It runs on controllers with arithmetic of lists: PolyScope 3.14.3, 5.9.4 and later, PolyScope X.
@@ -143,6 +150,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
             in s; every number is written with all its digits.
         fit: Insert points until the motion is met within this tolerance [rad]; by default the
             knots must define it exactly.
+        robot: The arm with its tool, whose centre point the program sets.
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`; the joints are not
@@ -158,7 +166,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
     velocity[[0, -1]] = 0.0
     durations = increments(np.asarray(time - time[0]))
     between = _between(trajectory, time)
-    pieces = between[0]
+    pieces = [*_tool(robot), *between[0]]
     for i in range(1, len(durations)):
         ends = f"{_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])}"
         pieces += [f"kw_cubic({ends})", *between[i]]
@@ -208,7 +216,25 @@ def _load(load: Load) -> str:
     if not load.frame.endswith(FLANGE):
         return f"# payload of {load.mass:.6g} kg at {_comment(load.frame)}, not set"
     mass, centre = _number(load.mass), _numbers(np.array(load.centre_of_mass))
+    if any(load.inertia):
+        inertia = _numbers(np.array(load.inertia))
+        return (
+            f"set_target_payload({mass}, {centre}, {inertia})  # kg, m, kg m^2, {load.time:.3f} s"
+        )
     return f"set_payload({mass}, {centre})  # kg, m, {load.time:.3f} s"
+
+
+def _tool(robot: Robot | None) -> list[str]:
+    """The command that sets the tool centre point, which is known only from the flange."""
+    import pinocchio as pin
+
+    if robot is None:
+        return ["# The tool centre point is not set: no robot is given."]
+    if not (robot.tool_frame or "").endswith(FLANGE):
+        return [f"# tool centre point at {_comment(robot.tool_frame or '')}, not set"]
+    offset = robot.tool_offset
+    pose = np.append(offset.translation, pin.log3(offset.rotation))
+    return [f"set_tcp(p{_numbers(pose)})  # m, rotation vector in rad"]
 
 
 def _switch(event: Event) -> str:

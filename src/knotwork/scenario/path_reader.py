@@ -138,6 +138,7 @@ class PathReader:
             )
         )
         motion = TimedPath(path, timing, start, carrier)
+        self.carriers.check_smooth(last, carrier, (motion.start_time, motion.end_time))
         if any(one.weave is not None for one in given):
             from knotwork.scenario.weave_reader import WeaveReader
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.joint_ranges import difference, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Rules, likely_durations
@@ -144,19 +144,20 @@ class _Refinement:
         for i, rows in zip(chosen, Vt[:, 6:], strict=True):
             free = [row / np.abs(row).max() for row in rows]
             tries = [sign * step * row for row in free for step in STEPS for sign in (1, -1)]
-            towards = rows.T @ (rows @ (self._goal(i) - self.q[i]))
+            towards = rows.T @ (rows @ self._to_goal(i))
             tries += [towards, 0.5 * towards]
             starts += [self.q[i] + step for step in tries]
             owner += [i] * len(tries)
         return np.array(owner), np.array(starts)
 
-    def _goal(self, i: int) -> FloatArray:
+    def _to_goal(self, i: int) -> FloatArray:
+        """From a waypoint to `near`, whole turns aside, or to the middle of its neighbours."""
         if self.given.near is not None:
-            return self.given.near
+            return difference(self.given.near, self.q[i], self.chain.revolute)
         beside = [self.q[k] for k in (i - 1, i + 1) if 0 <= k < len(self.q)]
         if i == 0 and self.given.origin is not None:
             beside.append(self.given.origin)
-        return np.asarray(np.mean(beside, axis=0))
+        return np.asarray(np.mean(beside, axis=0) - self.q[i])
 
     def _costs(
         self, owner: Any, q: FloatArray, v: FloatArray, J: FloatArray
@@ -173,7 +174,8 @@ class _Refinement:
         weight = weights(self.robot, q, J)
         nearness = 0.5 * (1.0 + weight)
         if self.given.near is not None:
-            away = np.linalg.norm((q - self.given.near) / self.rules.scale, axis=1)
+            gap = difference(q, self.given.near, self.chain.revolute)
+            away = np.linalg.norm(gap / self.rules.scale, axis=1)
             return infeasible, violation, outside, away * nearness
         if self.given.origin is not None:
             away = np.linalg.norm((q - self.given.origin) / self.rules.scale, axis=1)

@@ -140,19 +140,22 @@ class CollidingStep(NamedTuple):
     start: FloatArray
     end: FloatArray
 
-    def among(self, start: FloatArray, end: FloatArray, unbounded: BoolArray) -> BoolArray:
+    def among(
+        self, start: FloatArray, end: FloatArray, unbounded: BoolArray, apart: Any = SAME_STEP
+    ) -> BoolArray:
         """Which steps from l to m candidates are this one; shape (l, m).
 
         Args:
             start: Joint positions of l candidates, shape (l, d).
             end: Joint positions of m candidates, shape (m, d).
             unbounded: Joints whose whole turns do not count, shape (d,).
+            apart: Joint positions nearer than this are the same [rad or m].
         """
         near = []
         for q, own in ((start, self.start), (end, self.end)):
             gap = q - own
             gap -= np.where(unbounded, whole_turns(gap), 0.0)
-            near.append(np.abs(gap).max(axis=1) < SAME_STEP)
+            near.append((np.abs(gap) < apart).all(axis=1))
         return np.asarray(near[0][:, None] & near[1][None, :])
 
 
@@ -168,6 +171,8 @@ class Rules(NamedTuple):
             (n - 1,).
         forbidden: A change of branch is forbidden.
         colliding: Steps on which the motion was found to collide.
+        apart: Steps whose joint positions are all nearer to theirs than this are these [rad or m],
+            shape (d,) or one for all.
         untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), so that no
             joint is too fast in them; `None` for none.
         weights: How much the travel of each joint counts, shape (d,) or one for all.
@@ -186,11 +191,20 @@ class Rules(NamedTuple):
     weights: Any = 1.0
     resting: BoolArray | None = None
     ramp: Any = 0.0
+    apart: Any = SAME_STEP
 
     @property
     def scale(self) -> FloatArray:
         """What travel is measured by [rad/s or m/s], shape (d,)."""
         return np.asarray(self.speed / self.weights)
+
+    def of(self, joints: Any) -> Rules:
+        """The same of some of the joints, by index."""
+        own = {
+            key: np.broadcast_to(getattr(self, key), self.speed.shape)[joints]
+            for key in ("speed", "limit", "unbounded", "weights", "ramp")
+        }
+        return self._replace(**own)
 
     def travel(self, interval: Any, move: FloatArray) -> FloatArray:
         """Travel in intervals [s], of joints that move by `move`, shape (..., d)."""
@@ -262,8 +276,8 @@ def step_costs(
     cost, turns = _step_costs(rules, start, layer, duration, interval)
     for step in rules.colliding:
         if step.interval == interval:
-            found = step.among(start.q, layer.q, rules.unbounded).astype(float)
-            cost = cost._replace(collisions=cost.collisions + found)
+            found = step.among(start.q, layer.q, rules.unbounded, rules.apart)
+            cost = cost._replace(collisions=cost.collisions + found.astype(float))
     return cost, turns
 
 

@@ -32,7 +32,7 @@ class Editing {
     const button = (id, text, title, use) => made("button", { id, type: "button", textContent: text, title, onclick: use });
     this.state = made("span", { id: "edit-state", role: "status" });
     const selects = { id: "part", ariaLabel: "part of the task", onchange: () => this.pick(JSON.parse(byId("part").value)) };
-    this.panel = made("aside", { id: "edit", className: "panel keep-clear", ariaLabel: "edit" },
+    this.panel = made("section", { id: "edit", className: "panel keep-clear", ariaLabel: "edit" },
       made("div", { className: "tools" },
         button("undo", "↶", "undo (Ctrl+Z)", () => this.ask("undo")),
         button("redo", "↷", "redo (Ctrl+Shift+Z)", () => this.ask("redo")),
