@@ -412,6 +412,18 @@ def test_the_tool_keeps_clear_of_what_it_has_left() -> None:
     assert hit.at == pytest.approx(11, abs=0.5)
 
 
+def test_what_appears_at_the_last_waypoint_is_there_then() -> None:
+    """The tool stood in it, and nothing was said."""
+    at_the_end = {"box": [60, 60, 60], "position": [500, 200, 150], "appears": "there"}
+    scene = {"objects": {**VIAL["scene"]["objects"], "late": at_the_end}}
+    plan = kw.plan({**VIAL, "scene": scene})
+    failed = {found.name: found for found in plan.report.failures}
+    assert "tool, late" in failed
+    assert all(one.at == pytest.approx(plan.trajectory.end_time) for one in failed.values())
+    late = {**at_the_end, "position": [500, 200, -400]}
+    assert kw.plan({**VIAL, "scene": {"objects": {**scene["objects"], "late": late}}}).report.ok
+
+
 def test_what_is_allowed_or_ignored_is_not_checked() -> None:
     wall = REACH_OVER["scene"]["objects"]["wall"]
     free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link", "tool0"]}

@@ -254,6 +254,28 @@ def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
     assert np.linalg.norm(made.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
 
 
+def test_between_tool_paths_other_solutions_are_tried_where_no_way_is_found() -> None:
+    """The solutions at both ends come before the way; of the best ones none was found."""
+    given = past()
+    across = [
+        {"name": "p", "pose": {"position": [450, -160, 100]}, "along": "line", "speed": 100},
+        {"name": "q", "pose": {"position": [450, 170, 100], "rpy": DOWN}, "way": "clear"},
+        {"name": "r", "pose": {"position": [450, 280, 100]}, "along": "line", "speed": 100},
+    ]
+    given["waypoints"][1:] = across
+    made = planned(given)
+    assert any("no way was found in the best" in one.message for one in made.report.findings)
+
+
+def test_a_way_past_nothing_that_is_there_yet_has_a_clearance() -> None:
+    later = {"box": [100, 100, 100], "position": [450, -400, 60], "appears": "there"}
+    given = past({"later": later}, {"name": "stay", "after": 1, "stop": True})
+    given["waypoints"][2]["pose"] = {"position": [450, 300, 150], "rpy": DOWN}
+    (way,) = planned(given).report.select(quantity="way")
+    assert way.value is not None
+    assert way.value > 0
+
+
 def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
     given = past()
     given["limits"] = {**given["limits"], "tool_speed": 600}
@@ -358,7 +380,8 @@ def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
     again = kw.plan(made.scenario.task)
     for one in (made, again):
         (way,) = one.report.select(quantity="way")
-        assert (f"with {said} of room, least clearance" in way.message) == bool(said)
+        for text in (way.message, way.brief):
+            assert (f"with {said} of room, least clearance" in text) == bool(said)
 
 
 def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:

@@ -39,8 +39,7 @@ def ways_found(
         return
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)
-    around = tuple(pair for pair in model.pairs if pair.around)
-    model = replace(model, pairs=around or model.pairs)
+    around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.around))
     length, _ = si_factors(scenario.task.units)
     resolution = scenario.scene.rules.resolution
     for found, run in ways:
@@ -49,19 +48,21 @@ def ways_found(
         said = (
             f"{start.name} to {end.name}: way found in {count} {'try' if count == 1 else 'tries'}"
         )
+        room = ""
         if run.room is not None:
-            room = scenario.units.text(run.room * length, "m", ".3g")
-            said += f" with {room} of room"
+            room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of room"
+        said += room
         interval = (start.time, end.time)
+        way = part(motion.curve, *interval), resolution, SHOWN
         # from what stands around; of all pairs, if nothing does
-        least = least_clearance(model, part(motion.curve, *interval), resolution, SHOWN)
+        least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None
         brief = said
         if least is not None:
             value, time = least.distance, least.time
             clearance = f"least clearance {scenario.units.text(value, 'm', '.3g')}"
             said += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
-            brief = f"{start.name} to {end.name}: {clearance}"
+            brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
         yield Finding(
             group=GROUP,
             subject="waypoint",

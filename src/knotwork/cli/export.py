@@ -22,6 +22,7 @@ from knotwork.export.formats import (
     get_format,
 )
 from knotwork.export.labels import side_file, side_path
+from knotwork.export.urscript import describe_steps
 from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
@@ -213,6 +214,8 @@ def _made(
         taken = given.get("accelerations", False) if "accelerations" in form.options else None
         made = points = exporting.motion_points(trajectory, accelerations=taken, fit=fit)
         note = points.describe()
+        if form.name == "urscript":
+            note += f"; {describe_steps(trajectory)}"
         if not points_pass(asked, points, form, allowed):
             return None
     elif form.tabular and asked is not None:

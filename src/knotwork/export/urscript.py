@@ -22,7 +22,7 @@ import numpy as np
 from knotwork.errors import ExportError
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
-from knotwork.export.straight import refuse_moving
+from knotwork.export.straight import refuse_moving, rounded_up
 from knotwork.trajectory import Event, JointTrajectory, Load
 from knotwork.waypoints import FloatArray
 
@@ -59,6 +59,9 @@ which magnifies its rounding by the cube of the step over the duration."""
 LARGEST_ERROR = 0.05
 """The program stops the arm if a joint's target is off its motion by more [rad]. At 125 Hz a joint
 of 3 rad/s moves half as far in a step."""
+
+RATES = (125, 500)
+"""Steps of controllers of the CB series and the e-Series [Hz]."""
 
 GAIN = 2.0
 """Velocity with which an error of the target is taken back [1/s]."""
@@ -175,6 +178,7 @@ def to_urscript(
         f"{points.describe()}.",
         "Each line kw_cubic is a piece: positions [rad] and velocities [rad/s] at its end, and its",
         "duration [s]. The arm must stand at the first point. Try it in the simulator first.",
+        f"{describe_steps(trajectory)}.",
         f"Joints: {', '.join(_comment(trajectory.joint_names[i]) for i in order)}.",
     ]
     program = _PROGRAM.format(
@@ -186,6 +190,18 @@ def to_urscript(
         pieces="\n".join(f"  {line}" for line in pieces),
     )
     return "".join(f"# {line}\n" for line in about) + program
+
+
+def describe_steps(motion: JointTrajectory) -> str:
+    """Say how far off the motion the controller's steps are, by the rule above.
+
+    What is taken back by feedback may double it.
+    """
+    bounds = motion.extrema("acceleration")
+    first = motion.acceleration(motion.start_time)
+    change = float(np.maximum(bounds.maximum - first, first - bounds.minimum).max())
+    off = (f"{rounded_up(change / (6.0 * rate**2), 2)} rad at {rate} Hz" for rate in RATES)
+    return f"steps of speedj are off the motion by at most {' and '.join(off)}"
 
 
 def _with_events(trajectory: JointTrajectory) -> FloatArray:
