@@ -65,7 +65,7 @@ def _numbers(
 def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:
     """The unit of a value of a scenario file, in words; empty where it is none or is not known.
 
-    >>> unit_at({"units": {"length": "mm"}, "rate": 100}, ("tolerances", "path"))
+    >>> unit_at({"units": {"length": "mm"}, "tolerances": {"path": 1}}, ("tolerances", "path"))
     'mm'
 
     Args:
