@@ -25,7 +25,7 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
 
     Raises:
         DocumentError: A turn does not contain the pose or reaches beyond half a turn; a tilt is too
-            large, or given with a range; or a velocity is in axes that are free.
+            large; or a velocity is in axes that are free.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
@@ -139,10 +139,6 @@ def _read(
         return PoseFreedom((0.0, 0.0), tilt, box, torch)
     if given.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
-    if given.tilt is not None:
-        raise places.error(
-            (*location, "tilt"), "is given together with a range of turns", "tilt with turn: z"
-        )
     low, high = given.turn
     if not (low <= 0.0 <= high and max(-low, high) <= math.pi * (1.0 + 1e-12)):
         half = f"{math.pi / unit:.6g}"

@@ -21,8 +21,8 @@ def turned_beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) ->
 def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
     """Turn, and travel and work angle of a torch (else zeros), from those asked for [rad].
 
-    The turn is that of the shortest rotation that takes one z axis to the other, followed by one
-    about z. Where both axes are φ apart it changes by 1/cos(φ/2) of their angular velocities at
+    The turn is the yaw of roll, pitch and yaw in the axes asked for: the tool turns about z and
+    then leans. Where both z axes are φ apart it changes by 1/cos(φ) of their angular velocities at
     most.
 
     Args:
@@ -36,7 +36,7 @@ def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> F
     R = asked.transpose(0, 2, 1) @ found
     if freedom.torch is not None:
         return torch_angles(freedom.torch, R).T
-    turn = np.arctan2(R[:, 1, 0] - R[:, 0, 1], R[:, 0, 0] + R[:, 1, 1])
+    turn = np.arctan2(R[:, 1, 0], R[:, 0, 0])
     return np.stack((turn, np.zeros_like(turn), np.zeros_like(turn)), axis=1)
 
 

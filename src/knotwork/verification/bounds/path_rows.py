@@ -119,7 +119,7 @@ def _turns(
     turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
         apart = np.maximum(found.gap[:-1], found.gap[1:]) + turned * np.sqrt(2.0)
-        slower = np.sqrt(np.maximum(1.0 - apart**2 / 8.0, 1e-12))  # cos(φ/2)
+        slower = np.maximum(1.0 - apart**2 / 4.0, 1e-12)  # cos(φ), as apart is 2 √2 sin(φ/2)
     else:
         travel = np.abs(found.angles[:, 1] + freedom.torch.own)
         steep = np.minimum(np.maximum(travel[:-1], travel[1:]) + turned, 0.5 * np.pi)

@@ -39,7 +39,7 @@ class Editing {
         button("save", "save", "save (Ctrl+S)", () => this.ask("save")),
         this.state),
       made("p", { id: "edit-error", role: "alert", hidden: true }),
-      made("details", { id: "edit-form", open: window.innerWidth > 700 }, made("summary", { id: "file", textContent: "task" }),
+      made("details", { id: "edit-form", open: window.innerWidth > 700 && window.innerHeight > 500 }, made("summary", { id: "file", textContent: "task" }),
         made("div", { className: "tools" }, made("select", selects), button("own-axes", "own axes", "pull and turn along the tool's own axes", () => this.turnAxes())),
         made("div", { id: "rows" }),
         made("div", { className: "tools" },
@@ -204,7 +204,7 @@ class Editing {
       const alone = typeof at.at(-1) === "string" && rows.filter((one) => one.at.at(-1) === at.at(-1)).length === 1;
       return (alone ? at.slice(-1) : at.slice(this.part.length)).join(".");
     };
-    byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: this.draft.units[JSON.stringify(one.at)] }, this.part.length, uses)));
+    byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: typeof one.value === "string" ? "" : this.draft.units[JSON.stringify(one.at)] }, this.part.length, uses)));
     if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
   }
 
