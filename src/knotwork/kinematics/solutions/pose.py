@@ -18,7 +18,6 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
-from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
@@ -166,9 +165,7 @@ class _Nearest:
     def find_any(self, max_restarts: int) -> bool:
         """Search on from other starts until there is a solution; whether there is."""
         robot = self.search.robot
-        more = starts(robot, self.limits, max(max_restarts - 2, 0))
-        more = np.vstack([seeds(robot, [self.search.pose])[0], more])
-        for start in more[:max_restarts] if self.best is None else ():
+        for start in starts(robot, self.limits, max_restarts) if self.best is None else ():
             self.search_from(start, HASTY)
             if self.best is not None:
                 break
