@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
@@ -41,7 +42,8 @@ settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_exam
 
 @pytest.fixture
 def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
-    """The `knotwork` command, run in this process."""
+    """The `knotwork` command, run in this process; on a slow machine, too, it says no more."""
+    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", math.inf)
 
     def run(*arguments: object) -> Ran:
         monkeypatch.setattr(sys, "argv", ["knotwork", *map(str, arguments)])

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from PIL import Image
 
 import knotwork as kw
+from browser import new_tab
 from command_line import Command
 
 ROOT = Path(__file__).parents[1]
@@ -45,6 +48,21 @@ def test_the_picture_is_of_the_demo_with_its_figures(knotwork: Command) -> None:
     shown = " ".join(knotwork("plan", picture).out.split())
     for figure in re.findall(r"\d+\.\d+", caption):
         assert re.search(rf"\b{re.escape(figure)} (of|to|mm/s)", shown), figure
+
+
+def test_pictures_of_the_page_say_what_the_page_says(chromium: Any, tmp_path: Path) -> None:
+    """Its verdict, figures and legend; `make pictures` keeps them in the pictures."""
+    tab = new_tab(chromium, viewport={"width": 1280, "height": 760})
+    page = kw.plan("ur5_deburring").view().save(tmp_path / "scene.html")
+    tab.goto(page.as_uri() + "#paused")
+    tab.wait_for_selector("html[data-ready=true]", state="attached")
+    written = "\n".join(tab.inner_text(f"#{part}") for part in ("head", "legend"))
+    tab.context.close()
+    assert "passed" in written
+    with Image.open(ROOT / "docs/scene.png") as picture:
+        assert picture.info["words"] == written
+    with Image.open(ROOT / "docs/ur5_deburring.webp") as moving:
+        assert moving.info["xmp"].decode() == written
 
 
 def test_getting_started_begins_with_the_same_task() -> None:

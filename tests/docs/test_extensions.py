@@ -30,7 +30,8 @@ def built(folder: Path, page: str, *options: str) -> Site:
     (source / "conf.py").write_text(CONFIG.format(extensions=EXTENSIONS), encoding="utf-8")
     (source / "index.md").write_text(page, encoding="utf-8")
     (source / "gallery").mkdir()
-    (source / "gallery" / "paper_case.webp").write_bytes(PICTURE.read_bytes())
+    for name in ("gallery/paper_case.webp", "ur5_deburring.webp"):
+        (source / name).write_bytes(PICTURE.read_bytes())
     return build(source, folder / "built", *options)
 
 
@@ -98,3 +99,12 @@ def test_a_picture_of_the_gallery_leads_to_its_live_page(tmp_path: Path) -> None
     assert site.page("index").count('href="live/paper_case.html"') == 2
     assert "Live page, 0." in site.page("index")
     assert "paper_case" in (site.folder / "live" / "paper_case.html").read_text(encoding="utf-8")
+
+
+def test_the_picture_of_the_first_page_moves(tmp_path: Path) -> None:
+    site = built(tmp_path, "# P\n\n![an arm](ur5_deburring.webp)\n", "-D", "live_pages=1")
+    assert site.code == 0, site.said
+    frame = '<iframe class="live" src="live/ur5_deburring.html" title="an arm">'
+    assert frame in site.page("index")
+    page = (site.folder / "live" / "ur5_deburring.html").read_text(encoding="utf-8")
+    assert "showScene" in page

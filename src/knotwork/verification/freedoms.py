@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,8 +17,6 @@ from knotwork.verification.paths import joined_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
-    import pinocchio as pin
-
     from knotwork.robot import Robot
 
 GROUP = "Freedom"
@@ -61,13 +59,14 @@ def uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Used]:
             t = np.linspace(path.motion.start_time, path.motion.end_time, SAMPLES)
             if path.freedom is not None and _in(motion, t):
                 name = f"{waypoints[path.first].name} to {waypoints[path.last].name}"
-                poses = [path.motion.pose(time) for time in t.tolist()]
+                poses = path.motion.state(t)[:2]
                 used = _sampled(motion, robot, "path", name, path.freedom, t, poses)
                 made.append(used._replace(path=path))
         yield from _one_angle(made)
     for i, one in enumerate(waypoints):
         if isinstance(one, CartesianWaypoint) and one.freedom is not None and i not in on_paths:
-            asked = ("waypoint", one.name, one.freedom, np.array([one.time]), [one.pose])
+            pose = one.position[None], one.rotation[None]
+            asked = ("waypoint", one.name, one.freedom, np.array([one.time]), pose)
             yield from _one_angle(
                 [_sampled(motion, robot, *asked)] if _in(motion, asked[3]) else []
             )
@@ -84,11 +83,13 @@ def _sampled(
     name: str,
     freedom: PoseFreedom,
     times: FloatArray,
-    asked: Sequence[pin.SE3],
+    asked: tuple[FloatArray, FloatArray],
 ) -> Used:
+    place, back = asked[0], asked[1].transpose(0, 2, 1)
     found = [robot.forward(q) for q in motion.curve(times)]
-    turned = np.array([a.rotation.T @ b.rotation for a, b in zip(asked, found, strict=True)])
-    apart = np.array([a.actInv(b.translation) for a, b in zip(asked, found, strict=True)])
+    turned = back @ np.array([pose.rotation for pose in found])
+    off = np.array([pose.translation for pose in found]) - place
+    apart = (back @ off[:, :, None])[:, :, 0]
     return Used(subject, name, times, _values(freedom, turned, apart), _open(freedom))
 
 

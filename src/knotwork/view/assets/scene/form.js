@@ -22,9 +22,10 @@ function made(kind, settings = {}, ...inner) {
 }
 
 // A row: its key, a field for each number or word, and a button that takes it out
-function formRow({ at, value }, from, { change, remove }) {
+function formRow({ at, value, shown, unit = "" }, from, { change, remove }) {
   const name = at.slice(from).join(".");
-  const row = made("div", { className: "row" }, made("span", { className: "key", textContent: name, title: name }));
+  const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown} `, made("span", { className: "unit", textContent: unit }));
+  const row = made("div", { className: "row" }, key);
   const fields = made("span", { className: "fields" });
   (isRow(value) ? value : [value]).forEach((one, i) => {
     const place = isRow(value) ? [...at, i] : at;
