@@ -16,6 +16,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     composed,
     cubic_through,
+    first_rest,
     inverse_time,
     joint_stop,
     override,
@@ -96,8 +97,8 @@ class UnderWay:
 
         Args:
             at: When the stop begins [s].
-            on_path: Stay on the path of the motion, within 1e-6 rad or m; the stop is the shortest
-                of a family of decelerations. Else each joint stops by itself, as fast as it can.
+            on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop where it rests
+                by itself, if no stop is sooner. Else each joint stops by itself, as fast as it can.
 
         Returns:
             A plan from the moment `at` on, which is its time 0. It starts with the position,
@@ -105,7 +106,8 @@ class UnderWay:
 
         Raises:
             InputError: The time is outside the motion, a joint has no limit of acceleration (or,
-                off the path, of jerk), or the motion ends before it can stop on its path.
+                off the path, of jerk), the motion ends before it can stop on its path, or it stands
+                still at that time.
 
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
         >>> swing = kw.plan({"limits": {"acceleration": 4, "jerk": 40}, "waypoints": joints})
@@ -114,6 +116,11 @@ class UnderWay:
         (True, True)
         """
         q, v, a = (self.trajectory(at, nu) for nu in range(3))
+        if first_rest(self.trajectory.polynomial, at) == at:
+            raise InputError(
+                f"{self.scenario.name}: the motion stands still at {at:g} s; there is nothing to "
+                "stop"
+            )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):
             if kind == "jerk" and on_path:
