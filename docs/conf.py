@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import os
 import sys
 from pathlib import Path
@@ -10,11 +11,13 @@ from pathlib import Path
 import click
 
 import knotwork
+import knotwork.cli.progress
 from knotwork.cli.main import cli
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
 os.environ["COLUMNS"] = "96"  # the width of what commands print
+knotwork.cli.progress.PLAN_INTERVAL = math.inf  # and how slow the machine is does not matter
 
 # Each command is loaded when it is asked for, and sphinx_click takes what it finds.
 cli.commands.update({name: cli.get_command(click.Context(cli), name) for name in cli.commands})
@@ -109,10 +112,12 @@ html_theme = "furo"
 html_title = f"Knotwork {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
+html_search_scorer = str(HERE / "extensions" / "scorer.js")
 html_show_sphinx = False
 html_copy_source = False
 html_show_sourcelink = False
 html_math_renderer = "mathml"
 html_theme_options = {"navigation_with_keys": True}
-pygments_style = "friendly"
-pygments_dark_style = "github-dark"
+pygments_style = "a11y-high-contrast-light"
+pygments_dark_style = "a11y-high-contrast-dark"

@@ -1,6 +1,7 @@
 """Draw the README's pictures and the gallery's; those of scenes with a headless Chromium.
 
-`make pictures` runs it; names of scenarios and robots as arguments draw those of the gallery alone.
+`make pictures` runs it; names of scenarios and robots as arguments draw those of the gallery
+alone, and `readme` the README's.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 
 from extensions.gallery import at_home
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 from playwright.sync_api import sync_playwright
 
 import knotwork as kw
@@ -41,6 +43,10 @@ TURN = """angle => {
 }"""
 CONTROLS = ".dg, #bar, #shown, #joints { display: none !important; }"
 WORDS = "#head, #legend, #labels, #leaders { display: none !important; }"
+
+
+# What stands in the picture of a whole page; it is kept in the picture, for a test to compare.
+WRITTEN = "['head', 'legend'].map((id) => document.getElementById(id).innerText).join('\\n')"
 
 
 @contextmanager
@@ -73,7 +79,10 @@ def draw_readme(tab: Any) -> None:
     plan = kw.plan("ur5_deburring")
     start, end = plan.trajectory.start_time, plan.trajectory.end_time
     with scene(tab, plan) as taken:
-        taken(8.0).save(DOCS / "scene.png")
+        whole, written = taken(8.0), tab.evaluate(WRITTEN)
+        words = PngInfo()
+        words.add_text("words", written)
+        whole.save(DOCS / "scene.png", pnginfo=words)
         times = [start + (end - start) * i / (FRAMES - 1) for i in range(FRAMES)]
         frames = [taken(time).resize(MOVING, Image.Resampling.LANCZOS) for time in times]
     frames[0].save(
@@ -82,6 +91,7 @@ def draw_readme(tab: Any) -> None:
         append_images=frames[1:],
         duration=1000 * (end - start) / FRAMES / 2,  # twice as fast as the arm
         loop=0,
+        xmp=written.encode(),
         quality=55,
         method=6,
     )
@@ -143,10 +153,11 @@ def main() -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        if not names:
+        if not names or names == ["readme"]:
             draw_readme(tab)
             draw_plot()
-        draw_gallery(tab, names)
+        if names != ["readme"]:
+            draw_gallery(tab, names)
         browser.close()
 
 

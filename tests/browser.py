@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -55,3 +57,27 @@ def chromium() -> Iterator[Any]:
         )
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="session")
+def barriers() -> Callable[[Any], list[str]]:
+    """What axe-core finds on a tab's page and in its frames, but for minor faults."""
+    spec = importlib.util.find_spec("axe_playwright_python")
+    if spec is None or spec.origin is None:
+        _unavailable("the package axe-playwright-python is not installed")
+        raise AssertionError
+    axe = (Path(spec.origin).parent / "axe.min.js").read_text(encoding="utf-8")
+
+    def found(tab: Any) -> list[str]:
+        violations = []
+        for frame in tab.frames:
+            frame.evaluate(axe)
+            violations += frame.evaluate("axe.run(document, {iframes: false})")["violations"]
+        return [
+            f"{one['impact']}: {one['id']} at {node['target']}: {node['failureSummary']}"
+            for one in violations
+            if one["impact"] != "minor"
+            for node in one["nodes"][:5]
+        ]
+
+    return found

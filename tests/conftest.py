@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from browser import chromium
+from browser import barriers, chromium
 from command_line import Command, Ran
 from knotwork import Plan, plan
 from knotwork.cli.main import main
@@ -41,7 +42,8 @@ settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_exam
 
 @pytest.fixture
 def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
-    """The `knotwork` command, run in this process."""
+    """The `knotwork` command, run in this process; on a slow machine, too, it says no more."""
+    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", math.inf)
 
     def run(*arguments: object) -> Ran:
         monkeypatch.setattr(sys, "argv", ["knotwork", *map(str, arguments)])
@@ -90,4 +92,4 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.write_line(f"{of_it:6} {name}, {through} passed")
 
 
-__all__ = ["chromium", "deburring", "deburring_by_waypoints", "knotwork", "paper_case"]
+__all__ = ["barriers", "chromium", "deburring", "deburring_by_waypoints", "knotwork", "paper_case"]

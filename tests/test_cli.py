@@ -166,14 +166,6 @@ def test_plan_prints_all_as_tables_and_a_verdict(knotwork: Command) -> None:
     assert "e+" not in ran.out
 
 
-def test_plan_of_a_broken_limit_says_which(knotwork: Command) -> None:
-    ran = knotwork("plan", BROKEN)
-    assert ran.code == 1
-    assert "FAILED jerk_limit_broken" in ran.out
-    assert "joint 'a': jerk reaches -12 rad/s³" in ran.out
-    assert not ran.err
-
-
 def test_plan_writes_three_files_and_says_where(knotwork: Command, tmp_path: Path) -> None:
     out = tmp_path / "new" / "folder"
     ran = knotwork("plan", "paper_case", "--out", out, "--rate", "50")
@@ -194,17 +186,6 @@ def test_plan_of_several_writes_a_folder_each(knotwork: Command, tmp_path: Path)
     summary = ran.out[ran.out.rindex("Scenarios") :]
     assert summary.count("passed") == 2
     assert summary.count("FAILED") == 1
-
-
-def test_the_worst_of_several_decides_and_the_others_are_done(
-    knotwork: Command, tmp_path: Path
-) -> None:
-    ran = knotwork("plan", WRONG, "paper_case", BROKEN, "--out", tmp_path)
-    assert ran.code == 2
-    assert "unknown_key.yaml: line 10" in ran.err
-    assert "PASSED paper_case" in ran.out
-    assert "wrong input" in ran.out
-    assert {path.name for path in tmp_path.iterdir()} == {"paper_case", "jerk_limit_broken"}
 
 
 def test_scenarios_of_one_name_do_not_overwrite_each_other(
@@ -230,18 +211,6 @@ def test_names_of_scenarios_do_not_lead_out_of_the_folder(
     assert {entry.name for entry in tmp_path.iterdir()} <= {"odd.yaml", "deep"}
     assert {entry.name for entry in (tmp_path / "deep").iterdir()} == {"out"}
     assert all(entry.is_dir() for entry in out.iterdir())
-
-
-def test_names_and_descriptions_are_no_markup(knotwork: Command, tmp_path: Path) -> None:
-    task = yaml.safe_load(BROKEN.read_text())
-    task.update(name="[red]x[/]", description="[/bold] [link")
-    task["waypoints"][0]["name"] = "[b]A[/b]"
-    path = tmp_path / "t.yaml"
-    path.write_text(json.dumps(task))
-    ran = knotwork("plan", path, "--full")
-    assert ran.code == 1
-    for text in ("[red]x[/]", "[/bold] [link", "[b]A[/b]"):
-        assert text in ran.out
 
 
 def test_json_is_alone_on_standard_output(knotwork: Command, tmp_path: Path) -> None:
@@ -309,22 +278,6 @@ def test_knots_of_no_form(knots: str, knotwork: Command) -> None:
     assert not ran.out
     assert "balanced" in ran.err or "knots" in ran.err
     assert ("did you mean balanced:0.2?" in ran.err) == (knots == "0.2")
-
-
-def test_half_is_a_constant_of_balanced_knots_in_a_file_too(knotwork: Command) -> None:
-    times = (5.0, 15.0, 25.0)
-    waypoints = [{"joints": {"j": t}, "velocity": {"j": 1}, "time": t} for t in times]
-    task = {"knots": {"balanced": 0.5}, "waypoints": [{"joints": {"j": 0}}, *waypoints]}
-    assert kw.plan(task).trajectory.breaks.tolist() == [0, 2.5, 7.5, 10, 20, 25]
-
-
-def test_another_planner_is_another_motion(knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--planner", "cubic", "--knots", "paper")
-    assert ran.code == 1
-    assert "acceleration jumps" in ran.out
-    ran = knotwork("plan", "paper_case", "--planner", "cubik")
-    assert ran.code == 2
-    assert "did you mean 'cubic'?" in ran.err
 
 
 def test_an_output_folder_that_can_not_be_is_an_error(knotwork: Command, tmp_path: Path) -> None:
@@ -449,14 +402,6 @@ def test_each_command_explains_itself(command: str, option: str, knotwork: Comma
     assert command in ran.out
     if command in ("plan", "check"):
         assert "Exit codes: 0" in ran.out
-
-
-def test_the_help_names_every_command(knotwork: Command) -> None:
-    for arguments in (["--help"], ["-h"]):
-        ran = knotwork(*arguments)
-        assert ran.code == 0
-        for command in COMMANDS:
-            assert f"\n  {command}" in ran.out
 
 
 @pytest.mark.parametrize(

@@ -52,20 +52,6 @@ def test_it_is_measured_from_the_nearest_pose_of_the_path(
         assert found == pytest.approx((abs(off), 0), abs=1e-7)
 
 
-def test_a_short_line_with_a_great_turn_is_a_screw() -> None:
-    """A little off the line must not be taken for the whole turn."""
-    start, end = pose(0, 0, 0), pin.SE3(pin.exp3(np.array([0, 0, 1.0])), np.array([0, 0, 1e-3]))
-    half = pin.SE3(pin.exp3(np.array([0, 0, 0.5])), np.array([0, 0.0002, 0.9e-3]))
-    off, turned = deviation_from_line(half, start, end)
-    assert off == pytest.approx(np.hypot(0.2e-3, 0.4e-3), rel=0.01)
-    assert turned < 1e-3
-
-
-@pytest.mark.parametrize(("x", "off"), [(-0.3, 0.3), (1.4, 0.4)])
-def test_before_and_after_a_line_it_is_the_distance_to_its_end(x: float, off: float) -> None:
-    assert deviation_from_line(pose(x, 0, 0), pose(0, 0, 0), pose(1, 0, 0))[0] == pytest.approx(off)
-
-
 @pytest.mark.parametrize("apart", [0.0, 1e-16, 1e-12])
 def test_at_one_place_the_tool_only_turns_there(apart: float) -> None:
     start, end = pose(0.5, 0, 0), pose(0.5, apart, 0, 1.0)
@@ -79,11 +65,6 @@ def test_at_one_place_the_tool_only_turns_there(apart: float) -> None:
     assert deviation_from_line(pose(0.5, 0, 0, 1.25), start, end) == pytest.approx(
         (0, 0.25), abs=1e-9
     )
-
-
-def test_where_nothing_is_to_move_everything_is_off() -> None:
-    here = pose(0.1, 0.2, 0.3)
-    assert deviation_from_line(pose(0.1, 0.2, 0.4, 0.5), here, here) == pytest.approx((0.1, 0.5))
 
 
 def turn_in_place(**second: Any) -> dict[str, Any]:

@@ -14,8 +14,9 @@ import knotwork as kw
 from knotwork.editing import session as sessions
 from knotwork.editing.draft import Draft
 from knotwork.editing.handles import handles, moved
-from knotwork.editing.session import Session, draft_of
+from knotwork.editing.session import Session, draft_of, standing_scene
 from knotwork.errors import DocumentError, InputError
+from knotwork.scenario.joint_space import joint_space
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 
@@ -160,6 +161,23 @@ def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
     made.server.server_close()
 
 
+def test_a_handle_never_moves_the_waypoint_that_took_the_place_of_its_own(tmp_path: Path) -> None:
+    """The task can't be read after a number is wrong, and then a waypoint is removed."""
+    made = Session(draft_in(tmp_path))
+    made.renew()
+    made.server.server_close()
+    move = made.server.actions["move"]
+    handles = made.server.state()["draft"]["handles"]
+    edge = next(one for one in handles if one["name"] == "edge start")
+    made.draft.apply([{"at": ["waypoints", 0, "time"], "value": -3}])
+    move(edge)  # it is still what it was
+    made.draft.apply([{"at": ["waypoints", 0]}])
+    before = made.draft.text
+    with pytest.raises(InputError, match="mend what is wrong"):
+        move({**edge, "position": [0.5, 0.1, 0.2]})
+    assert made.draft.text == before
+
+
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both the motion and the error of an older text: the newer one alone is shown."""
     made = Session(draft_in(tmp_path, "planar2_closed_form"))
@@ -215,3 +233,13 @@ def test_what_can_not_be_edited_is_refused(
     assert ran.code == 2
     assert words in ran.err
     assert Path("there.yaml").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", ["panda_pick_place_fastest", "ur5_wall"])
+def test_before_free_times_are_chosen_the_robot_stands_in_its_scene(name: str) -> None:
+    scenario = kw.load_scenario(name)
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    scene = standing_scene(scenario, robot)
+    drawn = {one.get("of") for one in scene["things"]}
+    assert drawn >= set(scenario.task.scene.objects)

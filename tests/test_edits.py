@@ -96,17 +96,6 @@ def test_comments_in_a_value_stay_before_the_new_one(text: str, changed: str) ->
     assert edited_text(text, {place: 0.5}) == changed
 
 
-def test_a_comment_between_a_key_and_its_value_stays_when_both_are_replaced() -> None:
-    text = "- name: b\n  speed: # as may be\n    fastest\n  joints: 1\n"
-    edits: dict[Any, Any] = {(0, "speed"): REMOVED, (0, "stop"): True}
-    assert edited_text(text, edits) == "- name: b\n  # as may be\n  stop: true\n  joints: 1\n"
-
-
-def test_an_alias_is_not_changed_in_silence() -> None:
-    with pytest.raises(InputError, match=r"can't be written .* at a\.b .*aliases"):
-        edited_text("a: &x {b: 1}\nc: *x\n", {("a", "b"): 2.0})
-
-
 PLAIN = (
     st.none()
     | st.booleans()

@@ -177,63 +177,9 @@ def test_the_place_where_a_joint_becomes_too_fast_is_named_and_a_speed_that_does
         kw.follow_path(ARM, straight, 1.03 * one.part_of_speed, start=HOME)
 
 
-def test_a_limit_that_is_broken_only_at_a_turning_point_is_seen() -> None:
-    """A joint turns back just beyond its limit, between any two steps."""
-    here = AT.translation
-    path = tp.Line(here - np.array([0, 0.31, 0]), here + np.array([0, 0.043, 0]))
-    start = kw.solve_pose_ik(ARM, pin.SE3(AT.rotation, path.start), HOME).q
-    motion = kw.follow_path(ARM, path, 0.05, start=start)
-    most, ends = motion.extrema(0), motion.position(np.array([0.0, motion.end_time]))
-    turning = np.flatnonzero(most.maximum > ends.max(axis=0) + 1e-3)
-    assert turning.size
-    for j in turning:
-        narrow = ARM.with_limits({ARM.joint_names[j]: (-3.0, most.maximum[j] - 2e-5)})
-        with pytest.raises(FollowingError, match=f"{ARM.joint_names[j]} comes to its limit"):
-            kw.follow_path(narrow, path, 0.05, start=start)
-
-
-def test_where_the_curvature_jumps_the_acceleration_is_the_mean_of_both_sides() -> None:
-    """Both sides by differences of inverse kinematics."""
-    bend = tp.Arc.about(
-        LINE.end, LINE.end + np.array([0.05, 0, 0]), LINE.end + np.array([0.05, 0.05, 0])
-    )
-    whole = LINE.length + bend.length
-    path = tp.ToolPath([LINE, bend], tp.OrientationCurve.constant(AT.rotation, whole))
-    motion = kw.follow_path(ARM, path, 0.05, 1e-6, start=HOME)
-    h = 0.004
-    q = motion.position(2.0)
-    ways = []
-    for sign in (-1.0, 1.0):
-        near = [
-            kw.solve_pose_ik(ARM, path.pose(LINE.length + sign * k * h * 0.05), q).q
-            for k in range(4)
-        ]
-        ways.append((2 * near[0] - 5 * near[1] + 4 * near[2] - near[3]) / h**2)
-    jump = np.abs(ways[1] - ways[0]).max()
-    assert jump > 0.02
-    np.testing.assert_allclose(motion.acceleration(2.0), np.mean(ways, axis=0), atol=0.02 * jump)
-
-
 def inserted(motion: kw.JointTrajectory) -> int:
     assert motion.waypoint_times is not None
     return len(motion.waypoint_times) - 2
-
-
-def test_the_waypoints_grow_with_the_length_of_the_path_and_no_faster() -> None:
-    centre = AT.translation - np.array([0.04, 0, 0])
-    counts = [
-        inserted(
-            kw.follow_path(
-                ARM,
-                tp.Arc.about(AT.translation, centre, AT.translation, [0, 0, 1], turns),
-                0.05,
-                1e-5,
-                start=HOME,
-            )
-        )
-        for turns in (1, 7)
-    ]
-    assert counts[1] <= 4.2 * counts[0]
 
 
 def test_with_self_motion_too_the_error_falls_with_the_fourth_power() -> None:

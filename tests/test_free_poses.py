@@ -162,6 +162,35 @@ def test_a_velocity_keeps_what_is_not_free() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
+@pytest.mark.parametrize(
+    ("free", "linear", "angular", "accepted"),
+    [
+        (TURN, [50, 0, 0], [0, 0, 0], "a velocity along and about the tool's z axis alone"),
+        ({"turn": [-20, 30]}, [0, 0, 0], [0, 9, 0], "base or a named frame, or free: none"),
+        (TURN | {"tilt": 10}, [0, 0, 50], [0, 0, 0], "base or a named frame, or free: none"),
+    ],
+)
+def test_a_velocity_in_axes_that_are_free_is_refused(
+    free: Any, linear: list[float], angular: list[float], accepted: str
+) -> None:
+    task = passing(free)
+    task["waypoints"][0]["velocity"] = {"linear": linear, "angular": angular, "in": "tool"}
+    with pytest.raises(kw.InputError, match=r"waypoints\[0\]\.velocity\.in") as error:
+        kw.load_scenario(task)
+    assert accepted in str(error.value)
+
+
+def test_a_velocity_along_the_axis_that_is_not_free_is_the_tools() -> None:
+    task = passing(TURN)
+    task["waypoints"][0]["velocity"] = {"linear": [0, 0, 50], "in": "tool"}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    assert plan.space.robot is not None
+    twist = plan.space.robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
+    axis = tool_poses(plan, np.array([3.0]))[0].rotation[:, 2]
+    np.testing.assert_allclose(twist.linear, 0.05 * axis, atol=1e-6)
+
+
 def test_a_turn_within_a_range_is_kept_and_judged() -> None:
     task = arch()
     del task["waypoints"][1]
@@ -203,7 +232,7 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
     least, most = min(turns), max(turns)
     assert -100.1 < least < most < 10.1
     (used,) = plan.report.select(group="Freedom")
-    assert f"turn {least:.3g} to {most:.3g} deg" in used.message
+    assert f"turn {least:.3g} to {most:.3g} of -100 to 10 deg" in used.message
     assert np.degrees(used.value) == pytest.approx(most - least, abs=0.1)
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
     (row,) = (one for one in found.findings if one.quantity == "path_turn")
@@ -354,17 +383,15 @@ def test_where_no_self_motion_leads_on_the_error_is_that_of_the_path_alone() -> 
 
 WRONG: list[tuple[str, Any, str]] = [
     ("an axis", {"turn": "x"}, "must be z, or a list of two angles"),
-    ("nothing", {}, "leaves nothing open; accepted: turn, turn and tilt, angles, or position"),
+    ("nothing", {}, "leaves nothing open; accepted: turn, tilt, angles, or position"),
     ("a word", "turn", "must be a mapping with turn, tilt, angles or position, or none"),
     ("upside down", {"turn": [90, -90]}, "lower limit 90 must be less than upper limit -90"),
     ("without the pose", {"turn": [10, 90]}, "turns from the pose: a least one from -180 to 0"),
     ("too far", {"turn": [-200, 0]}, "is [-200, 0] deg"),
-    ("a tilt alone", {"tilt": 10}, "tilt is given without a turn; accepted: turn: z with it"),
     ("a box of nothing", {"position": {}}, "position leaves nothing open"),
     ("a box upside down", {"position": {"x": [5, -5]}}, "lower limit 5 must be less than"),
     ("a box beside", {"position": {"x": [5, 10]}}, "[5, 10] mm (places from the pose"),
     ("about another axis", {"position": {"w": [-5, 5]}}, "free.position.w"),
-    ("a tilt with a range", {"turn": [-90, 90], "tilt": 10}, "given together with a range"),
     ("lying down", {"turn": "z", "tilt": 90}, "an angle below a quarter of a turn, 90"),
     ("no tilt", {"turn": "z", "tilt": 0}, "free.tilt"),
     ("another key", {"turns": "z"}, "turn"),
@@ -405,7 +432,7 @@ def test_a_position_is_chosen_in_its_box_and_judged(free: Any) -> None:
     assert abs(y) < 1e-3
     assert -0.001 < z < 20.001  # the tool's z axis points down
     (used,) = plans[0].report.select(group="Freedom")
-    assert re.search(rf"x {x:.3g} mm, z {-z:.3g} mm", used.message)
+    assert re.search(rf"x {x:.3g} of -60 to 60 mm, z {-z:.3g} of -20 to 0 mm", used.message)
     moved = pick(free)
     moved["waypoints"][0]["pose"]["position"] = [400 + x + 65, -150, 200]
     (failed,) = checked(plans[0].trajectory, moved).failures
@@ -453,9 +480,119 @@ def test_speeds_and_times_are_chosen_frozen_swept_and_exported(
 def test_what_is_not_supported_is_refused() -> None:
     task = with_stops(arch())
     task["waypoints"][1]["free"] = "none"
-    with pytest.raises(kw.InputError, match=r"waypoints\[1\].*begins at a pose that is free"):
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\].*begins at a pose that leaves open"):
         kw.load_scenario(task)
     task = with_stops(arch())
     task["branch"] = "keep"
     with pytest.raises(kw.InputError, match=r"free.*near: a configuration"):
         kw.plan(task)
+
+
+def pick_then_seam(pick: Any, seam: Any, robot: str = "ur5") -> dict[str, Any]:
+    """A pose where the tool stops, and then a line, each with what it leaves open."""
+
+    def at(name: str, position: list[float], free: Any, **more: Any) -> dict[str, Any]:
+        pose = {"position": position} | ({} if "along" in more else DOWN)
+        return {"name": name, "pose": pose, "stop": True, "free": free, **more}
+
+    return {
+        "robot": robot,
+        "units": {"length": "mm", "angle": "deg"},
+        "start": "home",
+        "waypoints": [
+            at("pick", [400, -200, 150], pick, after=3),
+            at("up", [400, -200, 250], "none", after=2),
+            at("a", [450, -100, 250], "none", after=2),
+            at("b", [450, 200, 250], seam, along="line", speed=50),
+            at("c", [450, 200, 300], "none", after=2),
+        ],
+    }
+
+
+PLACE = {"position": {"x": [-20, 20]}}
+
+
+@pytest.mark.parametrize("robot", ["ur5", "panda"])
+@pytest.mark.parametrize(
+    ("pick", "seam"),
+    [(TURN, "none"), (PLACE, "none"), (PLACE, TURN), ({"turn": [-90, 90]}, {"turn": [-20, 20]})],
+)
+def test_each_pose_and_path_has_its_own_freedom(pick: Any, seam: Any, robot: str) -> None:
+    """By plain Pinocchio: a path with nothing free keeps its orientation."""
+    plan = kw.plan(pick_then_seam(pick, seam, robot))
+    assert plan.report.ok, plan.report
+    path = plan.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 60)
+    asked = path.state(times)[0]
+    turned = []
+    for pose, place in zip(tool_poses(plan, times), asked, strict=True):
+        assert np.abs(pose.translation - place)[[0, 2]].max() < 1e-4
+        R = pin.rpy.rpyToMatrix(np.pi, 0, 0).T @ pose.rotation
+        assert np.arccos(min(R[2, 2], 1.0)) < 0.0018
+        turned.append(np.degrees(np.arctan2(R[1, 0], R[0, 0])))
+    most = {"none": 0.1, str(TURN): 180.0}.get(str(seam), 20.1)
+    assert np.abs(turned).max() < most
+    up = tool_poses(plan, np.array([plan.scenario.waypoints[2].time]))[0]
+    assert np.abs(up.rotation - pin.rpy.rpyToMatrix(np.pi, 0, 0)).max() < 1e-6
+
+
+def test_more_freedom_leads_to_no_more_travel() -> None:
+    """A motion whose tool may turn is one whose tool may turn and tilt, too."""
+
+    def travelled(free: Any) -> float:
+        task = pick_then_seam(free, free)
+        task["near"] = "home"
+        for waypoint in task["waypoints"]:
+            waypoint["free"] = free
+        plan = kw.plan(task)
+        assert plan.report.ok, plan.report
+        times = np.linspace(0.0, plan.trajectory.duration, 1000)
+        return float(np.abs(np.diff(plan.trajectory.position(times), axis=0)).sum())
+
+    assert travelled({"turn": "z", "tilt": 10}) < 1.1 * travelled(TURN)
+
+
+def test_a_free_turn_does_not_hide_other_postures_round_an_obstacle() -> None:
+    """Solutions that differ by the free turn alone collide alike: others are tried."""
+    tool = {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]}
+    here, there = ({"position": [500, y, 150], **DOWN} for y in (-200, 200))
+    task: dict[str, Any] = {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "tool": {"offset": {"position": [0, 0, 150]}, "shape": tool, "free": TURN},
+        "scene": {
+            "margin": 5,
+            "objects": {"wall": {"box": [300, 20, 250], "position": [500, 0, 105]}},
+        },
+        "start": "home",
+        "waypoints": [
+            {"name": "here", "after": 3, "pose": here, "stop": True},
+            {"name": "there", "after": 3, "way": "clear", "pose": there},
+        ],
+    }
+    assert kw.plan(task).report.ok
+
+
+@pytest.mark.parametrize(("free", "most"), [({"tilt": 10}, 0), ({"turn": [-20, 5], "tilt": 8}, 20)])
+def test_a_tilt_keeps_the_turn_that_is_not_free(free: Any, most: float) -> None:
+    """By plain Pinocchio: roll, pitch and yaw from what the path asks for."""
+    plan = kw.plan(with_stops(arch(free)))
+    assert plan.report.ok, plan.report
+    path = plan.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 200)
+    asked = path.path.rotation(path.arc_length(times))
+    angles = np.degrees(
+        [
+            pin.rpy.matrixToRpy(one.T @ pose.rotation)
+            for one, pose in zip(asked, tool_poses(plan, times), strict=True)
+        ]
+    )
+    assert 1.0 < np.abs(angles[:, :2]).max() < free["tilt"] + 0.1
+    assert -most - 0.11 < angles[:, 2].min()
+    assert angles[:, 2].max() < (5.11 if most else 0.11)
+    # a turn that is not open fails, however little the axis leans
+    off = copy.deepcopy(with_stops(arch(free)))
+    for one in off["waypoints"][:2]:
+        one["free"] = {"turn": [0, 0.01], "tilt": 12}
+    narrow = checked(plan.trajectory, off)
+    assert narrow.ok is (most == 0)

@@ -69,32 +69,6 @@ def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_p
     assert "w335" in others
 
 
-def test_failures_that_find_no_room_whole_are_told_in_short(
-    knotwork: Command, tmp_path: Path
-) -> None:
-    """Five kinds of them: each is told."""
-    robot = kw.load_robot("ur5")
-    home = robot.configuration("home").tolist()
-    joints = dict(zip(robot.joint_names, [1.5, *home[1:]], strict=True))
-    task = {
-        "robot": "ur5",
-        "start": "home",
-        "limits": {"velocity": 0.5, "acceleration": 1, "jerk": 2, "tool_speed": 0.1},
-        "scene": {"objects": {"post": {"box": [0.3, 0.3, 2], "position": [0.35, 0.35, 0.5]}}},
-        "waypoints": [{"name": "there", "time": 1, "joints": joints}],
-    }
-    file = tmp_path / "task.yaml"
-    file.write_text(json.dumps(task))
-    told = knotwork("plan", file).out.partition("  met: ")[0]
-    assert "joint 'shoulder_pan_joint': velocity reaches" in told
-    kinds = ("velocity", "acceleration", "jerk", "speed reaches", "post clearance")
-    assert all(f"{kind} " in told for kind in kinds)
-    assert len(told.splitlines()) <= 12
-    # a number stays in a line with its unit
-    lines = [line.split() for line in told.splitlines()]
-    assert not {line[0] for line in lines} & {"s", "m", "rad/s", "%"}
-
-
 def test_only_the_turns_that_fit_are_found_however_they_are_looked_for() -> None:
     """Against all combinations of whole turns, tried one by one."""
     rng = np.random.default_rng(5)

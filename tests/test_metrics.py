@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from knotwork import metrics
 from knotwork.interpolation import PLANNERS, PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import refined
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 from sweeps import examples
@@ -121,21 +120,6 @@ def test_integrals_of_squares_are_those_of_a_fine_sum(planner: str) -> None:
             t = low + (np.arange(4000) + 0.5) * (high - low) / 4000  # midpoints, never a break
             total += float((trajectory(t, order) ** 2).sum() * (high - low) / 4000)
         assert metrics.integral_of_square(trajectory, order) == pytest.approx(total, rel=1e-5)
-
-
-@examples(50)
-@given(st.integers(0, 10**6), st.integers(0, 7), st.integers(1, 6))
-def test_a_refined_curve_is_the_same_curve(seed: int, degree: int, pieces: int) -> None:
-    rng = np.random.default_rng(seed)
-    x = np.cumsum(rng.uniform(0.1, 2.0, pieces + 1))
-    curve = PiecewisePolynomial(rng.normal(size=(degree + 1, pieces, 2)), x)
-    added = rng.uniform(x[0], x[-1], 4)
-    finer = refined(curve, np.append(added, x[0]))
-    assert set(finer.x) == set(x) | set(added)
-    t = rng.uniform(x[0], x[-1], 50)
-    scale = np.abs(curve.c).max() * 2.0**degree
-    for nu in range(degree + 1):
-        np.testing.assert_allclose(finer(t, nu), curve(t, nu), atol=1e-11 * scale * 6**nu)
 
 
 def test_a_peak_is_of_the_joint_nearest_its_limit_if_there_is_a_limit() -> None:

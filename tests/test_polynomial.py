@@ -311,14 +311,3 @@ def test_many_times_at_once_and_a_few_at_a_time_agree(components, nu):
     at_once = curve(t, nu)
     in_parts = np.concatenate([curve(part, nu) for part in np.split(t, 120)])
     assert (np.abs(at_once - in_parts) <= 8 * EPS * size(curve, nu)).all()
-
-
-def test_curves_of_very_many_pieces_have_the_same_derivatives_at_a_few_times():
-    """Of large curves no coefficients of derivatives are kept."""
-    rng = np.random.default_rng(3)
-    curve = PiecewisePolynomial(rng.normal(size=(4, 100_000, 2)), np.arange(100_001.0))
-    t = np.concatenate((curve.x[[0, 1, -1]], rng.uniform(0, 100_000, 9)))
-    for nu in range(6):
-        expected = curve.derivative(nu)(t)
-        np.testing.assert_array_equal(curve(t, nu), expected)
-        np.testing.assert_array_equal([curve(one, nu) for one in t], expected)

@@ -78,15 +78,6 @@ def test_what_is_made_here_is_checked_there(pool: ProcessPoolExecutor, deburring
     assert sent.result() == deburring.report
 
 
-def test_a_comparison_made_in_another_process(pool: ProcessPoolExecutor) -> None:
-    planners = ["modified-hermite", "cubic"]
-    other = pool.submit(kw.compare, "paper_case", planners).result()
-    ours = kw.compare("paper_case", planners)
-    assert [row.planner for row in other.rows] == planners
-    for planner in planners:
-        assert_same_bits(other.trajectories[planner], ours.trajectories[planner])
-
-
 def test_an_error_of_another_process_is_raised_here(pool: ProcessPoolExecutor) -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'ur5_deburring'") as unknown:
         pool.submit(kw.plan, "ur5_deburing").result()

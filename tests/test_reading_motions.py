@@ -157,54 +157,6 @@ def joints_alone(*names: str) -> str:
     return "odd.yaml"
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "two\nlines",
-        "two\r\nlines",
-        "\n#a",
-        "time",
-        "time_s",
-        "time_from_start_s",
-        "position",
-        "velocity",
-        "position_rad",
-        "x",
-        "tool",
-        " both ",
-        "a;b;c;d",
-        'a "b", c',
-        "\t",
-        "two\u2028lines",
-        "elbow.position_rad",
-    ],
-)
-@pytest.mark.parametrize("options", [("csv", "--rate", "20"), ("pvt",), ("pvt", "--degrees")])
-def test_tables_of_ours_are_read_back_whatever_joints_are_called(
-    name: str, options: tuple[str, ...], run: Command
-) -> None:
-    scenario = joints_alone(name, "elbow")
-    assert run("export", scenario, "-f", *options, "-o", "m.csv").code == 0
-    ran = run("check", "m.csv", "-s", scenario)
-    assert (ran.code, ran.err) == (0, "")
-
-
-def test_lines_are_counted_where_a_joint_has_a_line_break(run: Command) -> None:
-    scenario = joints_alone("two\nlines")
-    Path("m.csv").write_text('# told\n\ntime_s,"two\nlines.position_rad"\n0,0\n2,one\n')
-    ran = run("check", "m.csv", "-s", scenario)
-    assert ran.code == 2
-    assert "m.csv: line 6: column 2" in ran.err
-    assert "'one' is no number" in ran.err
-
-
-def test_a_joint_needs_a_name(run: Command) -> None:
-    ran = run("plan", joints_alone(""))
-    assert ran.code == 2
-    assert "waypoints[0].joints" in ran.err
-    assert "a name is empty (text of one character or more)" in ran.err
-
-
 @pytest.mark.parametrize("command", ["check", "plot"])
 def test_a_report_is_said_to_be_no_trajectory(command: str, run: Command) -> None:
     file = Path(written("planned", run)) / "report.json"
@@ -226,15 +178,6 @@ def test_a_robot_of_other_joints_is_named_once(name: str, run: Command) -> None:
     assert "panda_joint1, panda_joint2" in ran.err
 
 
-def test_a_slip_in_one_heading_is_said_with_its_owner(run: Command) -> None:
-    Path("m.csv").write_text("time,shoulder,elbwo\n0,0,0\n1,1,1\n")
-    ran = run("view", "m.csv", "--robot", "planar2", "--html", "a.html")
-    assert "column 3: the column 'elbwo' is neither time nor a joint of robot 'planar2'" in ran.err
-    assert "did you mean 'elbow'" in ran.err
-    ran = run("check", "m.csv", "-s", SCENARIO)
-    assert "is neither time nor a joint of the scenario" in ran.err
-
-
 def test_files_of_points_say_which_options_they_need(run: Command) -> None:
     source = written("samples.csv", run)
     needs = f"error: {source} needs the scenario it is for: give it with --scenario"
@@ -242,23 +185,6 @@ def test_files_of_points_say_which_options_they_need(run: Command) -> None:
     assert run("report", source, "--html", "a.html").err == f"{needs}\n"
     viewed = run("view", source, "--html", "a.html")
     assert viewed.err == f"{needs}, or its robot with --robot\n"
-
-
-def test_a_waypoint_that_is_a_number_is_told_what_it_must_be(run: Command) -> None:
-    Path("a.yaml").write_text("waypoints: [1, 2]\n")
-    ran = run("plan", "a.yaml")
-    assert ran.code == 2
-    assert (
-        "waypoints[0]: 1: must be a mapping with either pose or joints, or with repeat\n" in ran.err
-    )
-
-
-@pytest.mark.parametrize("suffix", ["urdf", "xacro", "sdf", "URDF"])
-def test_a_robot_is_said_to_be_no_scenario(suffix: str, run: Command) -> None:
-    Path(f"arm.{suffix}").write_text("<robot/>")
-    ran = run("plan", f"arm.{suffix}")
-    assert ran.code == 2
-    assert ran.err.startswith(f"error: arm.{suffix} is a robot, not a scenario; ")
 
 
 @pytest.mark.parametrize("command", ["check", "plot"])
@@ -269,17 +195,6 @@ def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Comman
     assert "arm.urdf: is no trajectory" in ran.err
     assert ".json, .csv, .tsv, .txt, .yaml, .yml" in ran.err
     assert "valid JSON" not in ran.err
-
-
-@pytest.mark.parametrize("kind", ["planned", "samples.json"])
-def test_files_without_a_suffix_are_read_by_every_command(kind: str, run: Command) -> None:
-    source = Path(written(kind, run))
-    (source / "trajectory.json" if source.is_dir() else source).rename("motion")
-    assert run("check", "motion", "-s", SCENARIO).code == 0
-    plotted = run("plot", "motion", "-s", SCENARIO, "--joints", "elbow", "-o", "a.png")
-    assert (plotted.code, plotted.out) == (0, "wrote a.png\n"), plotted.err
-    viewed = run("view", "motion", "--robot", "planar2", "--html", "a.html")
-    assert (viewed.code, viewed.out) == (0, "wrote a.html\n"), viewed.err
 
 
 def test_files_without_a_suffix_have_one_error(run: Command) -> None:

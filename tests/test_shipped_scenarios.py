@@ -31,8 +31,6 @@ scenarios = pytest.mark.parametrize(
     "path", mostly_exhaustive(PATHS, *QUICK), ids=lambda path: path.stem
 )
 
-# Three of them as they are written without tool paths, waypoint by waypoint.
-BY_WAYPOINTS = sorted((ROOT / "tests" / "scenario" / "by_waypoints").glob("*.yaml"))
 WARNINGS = {
     "ur5_turntable_rim": ["efforts are not judged, as table, which carries the poses, moves"],
 }
@@ -227,29 +225,6 @@ def test_the_tool_keeps_to_the_path_that_the_description_promises(name: str) -> 
         for found in plan.report.findings
         if found.quantity.startswith("path_")
     )
-
-
-@pytest.mark.parametrize("path", BY_WAYPOINTS, ids=lambda path: path.stem)
-def test_a_path_says_in_fewer_lines_what_waypoints_say(path: Path) -> None:
-    """Their waypoints lie on the path, and the tool leaves it farther between them."""
-    short = ROOT / "scenarios" / path.name
-    lines, more = (
-        len(one.read_text().partition("\nwaypoints:")[2].splitlines()) for one in (short, path)
-    )
-    assert lines < 0.7 * more
-    asked, scenario = ASKED[path.stem], kw.load_scenario(path)
-    place, angles = asked.frame
-    turn = pin.rpy.rpyToMatrix(*np.radians(angles))
-    names = ("edge", "bead", "stroke")
-    on = [w for w in scenario.waypoints if w.name.startswith(names)]
-    given = np.array([w.position for w in on if isinstance(w, CartesianWaypoint)])
-    assert len(given) == len(on) >= 7
-    assert asked.off((1e3 * given - place) @ turn).max() < 1e-3
-    t = np.linspace(on[0].time, on[1].time, 301)
-    motion, robot = planned(path).trajectory, planned(path).space.robot
-    position = 1e3 * np.array([robot.forward(q).translation for q in motion(t)])
-    off = asked.off((position - place) @ turn).max()
-    assert off > 1e3 * kw.load_scenario(short).tolerances.path
 
 
 def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import re
 from typing import Any
 
@@ -41,66 +39,6 @@ def solved(task: dict) -> TaskSolution:
 
 def stops(poses: list[dict], seconds: float = 2.0) -> list[dict]:
     return [{"pose": pose, "after": seconds, "stop": True} for pose in poses]
-
-
-def test_a_naive_choice_fails_where_the_sequence_succeeds() -> None:
-    """The nearest solution of the first pose leads into a corner: there is no time to get out."""
-    first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
-    mirrored = min(
-        (
-            b
-            for b in kw.solve_pose_ik_all(UR5, UR5.forward(first))
-            if np.abs(b.q - first).max() > 0.1
-        ),
-        key=lambda b: np.abs(b.q - first).max(),
-    )
-    last = mirrored.q + np.array([0.05, 0.05, -0.05, 0.0, 0.0, 0.0])
-    task = {
-        "robot": "ur5",
-        "start": joints(first + 0.05),
-        "waypoints": [
-            {"pose": pose_of(UR5, first), "after": 3.0, "stop": True},
-            {"joints": joints(last), "after": 0.5},
-        ],
-    }
-    nearest = kw.solve_pose_ik(UR5, UR5.forward(first), first + 0.05).q
-    assert (np.abs(last - nearest) / 0.5 > UR5.velocity_limit).any()
-    chosen = solved(task)
-    assert not chosen.infeasibilities
-    np.testing.assert_allclose(chosen.waypoints.position[1], mirrored.q, atol=1e-7)
-
-
-def test_a_whole_turn_is_taken_where_it_is_less_travel() -> None:
-    """After the first waypoint at 3.1 rad the next, at -3.1, is 0.08 rad further on."""
-    first, second = HOME.copy(), HOME.copy()
-    first[5], second[5] = 3.1, -3.1
-    chosen = solved(
-        {
-            "robot": "ur5",
-            "start": joints(first),
-            "waypoints": stops([pose_of(UR5, second)]),
-        }
-    )
-    assert chosen.waypoints.position[1, 5] == pytest.approx(2 * np.pi - 3.1)
-    assert chosen.choices[0].turns == (("wrist_3_joint", 1),)
-
-
-def test_turns_are_taken_with_the_end_in_view() -> None:
-    """Where the end is given a turn away, the waypoints before it wind up to it."""
-    start, end = HOME.copy(), HOME.copy()
-    start[5], end[5] = -3.0, 3.0
-    between = [HOME + np.array([0, 0, 0, 0, 0, angle]) for angle in (-1.5, 0.0, 1.5)]
-    chosen = solved(
-        {
-            "robot": "ur5",
-            "start": joints(start),
-            "waypoints": [
-                *stops([pose_of(UR5, q) for q in between]),
-                {"joints": joints(end), "after": 2.0},
-            ],
-        }
-    )
-    np.testing.assert_allclose(chosen.waypoints.position[1:-1], between, atol=1e-7)
 
 
 def weight(robot: kw.Robot, q: np.ndarray) -> float:
@@ -360,18 +298,6 @@ def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_d
     assert not solved(task).infeasibilities
 
 
-def test_the_time_named_for_an_interval_is_enough() -> None:
-    far = HOME + np.array([1.6, 0.7, 0, 0, 0, 2.2])
-    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, far)], 0.3)}
-    (one,) = solved(task).infeasibilities
-    said = str(one)
-    seconds = float(re.findall(r"([\d.]+) s or more", said)[0])
-    task["waypoints"] = stops([pose_of(UR5, far)], seconds * 1.001)
-    assert not solved(task).infeasibilities
-    task["waypoints"] = stops([pose_of(UR5, far)], seconds * 0.9)
-    assert solved(task).infeasibilities
-
-
 def test_a_branch_is_not_changed_while_the_tool_passes_at_speed() -> None:
     """The wrist could flip during the turn at less travel; it does so before, where it may."""
     q = np.array([0.1, -1.6, 1.8, -1.8, -1.6, 1.0])
@@ -393,28 +319,3 @@ def test_a_branch_is_not_changed_while_the_tool_passes_at_speed() -> None:
     assert len(set(branches)) == 1
     assert "no flip" in branches[0]
     assert UR5.forward(q).isApprox(pose)
-
-
-def test_a_solution_can_be_copied_and_pickled() -> None:
-    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, HOME + 0.1)])}
-    found = solved(task)
-    for other in (copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
-        assert other.choices == found.choices
-        np.testing.assert_array_equal(other.waypoints.position, found.waypoints.position)
-
-
-@pytest.mark.parametrize("branch", ["fixed", "free"])
-@pytest.mark.parametrize("bent", [1e-3, 1e-5, 1e-6, 1e-7, 0.0])
-def test_a_pose_with_a_straight_wrist_is_reached_from_close_by(branch: str, bent: float) -> None:
-    """Its solutions in the branch of the start lie along a near-singular curve."""
-    start = np.array([0.2, -1.2, 1.4, -1.7, 0.3, 0.3])
-    straight = np.array([0.3, -1.1, 1.3, -1.6, bent, 0.3])
-    chosen = solved(
-        {
-            "robot": "ur5",
-            "branch": branch,
-            "start": joints(start),
-            "waypoints": stops([pose_of(UR5, straight)], 3.0),
-        }
-    )
-    assert np.abs(chosen.waypoints.position[1] - start).max() < 0.31

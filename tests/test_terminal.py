@@ -163,3 +163,34 @@ def test_a_task_without_a_description_has_its_name(knotwork: Command, tmp_path: 
     path = tmp_path / "lift.yaml"
     path.write_text("{waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]}")
     assert knotwork("plan", path, "--full").out.splitlines()[0] == "lift"
+
+
+FASTEST = "panda_pick_place_fastest"
+WALL = "ur5_wall"
+
+
+@pytest.mark.parametrize("task", [FASTEST, WALL])
+def test_a_log_of_a_plan_has_lines_of_progress(
+    task: str, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", 0.0)
+    ran = knotwork("plan", task)
+    lines = ran.err.splitlines()
+    assert len(lines) > 3
+    assert all(line.startswith(f"{task}: ") for line in lines)
+    assert not [line for line in lines if " 0 %" in line]  # of one part nobody knows the share
+    said = r"step \d+" if task == FASTEST else r"a motion of [\d.]+ s, way \d of \d"
+    assert re.search(said, lines[-1])
+
+
+def test_progress_on_a_narrow_terminal_keeps_to_a_line(
+    knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("knotwork.cli.progress.SHOWN_AFTER", 0.0)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "50")
+    monkeypatch.setenv("TERM", "xterm")
+    shown = knotwork("plan", FASTEST).err
+    plain = re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", shown)
+    assert "choosing times" in plain
+    assert max(len(line) for line in re.split(r"[\r\n]", plain)) <= 50

@@ -31,6 +31,8 @@ class Controller:
         position: Targets then [rad], shape (n, 6).
         velocity: Their velocities [rad/s], shape (n, 6).
         payloads: As they are set: time [s], mass [kg], centre of mass [m].
+        inertias: As they are set with these: xx, yy, zz, xy, xz, yz [kg m²], or `None`.
+        tcp: The tool centre point: position [m] and rotation vector [rad].
         switched: Digital outputs as they are switched: time [s], kind, number, value.
     """
 
@@ -40,6 +42,8 @@ class Controller:
         self._states = [(0.0, self.q, self.qd)]
         self.switched: list[tuple[float, str, int, bool]] = []
         self.payloads: list[tuple[float, float, list[float]]] = []
+        self.inertias: list[np.ndarray | None] = []
+        self.tcp = np.zeros(6)
         self._hit: tuple[float, np.ndarray] | None = None
 
     def push(self, time: float, by: np.ndarray) -> None:
@@ -56,6 +60,8 @@ class Controller:
             "speedj": self._speedj,
             "stopj": self._stopj,
             "set_payload": self._set_payload,
+            "set_target_payload": self._set_payload,
+            "set_tcp": self._set_tcp,
             "textmsg": lambda *text: None,
             "popup": self._popup,
         }
@@ -83,9 +89,16 @@ class Controller:
         assert value in (True, False)
         self.switched.append((self._states[-1][0], kind, number, value))
 
-    def _set_payload(self, mass: float, centre: np.ndarray) -> None:
+    def _set_payload(
+        self, mass: float, centre: np.ndarray, inertia: np.ndarray | None = None
+    ) -> None:
         assert mass >= 0.0
         self.payloads.append((self._states[-1][0], mass, centre.tolist()))
+        self.inertias.append(inertia)
+
+    def _set_tcp(self, pose: np.ndarray) -> None:
+        assert pose.shape == (6,)
+        self.tcp = pose
 
     def _stopj(self, a: float) -> None:
         while np.abs(self.qd).max() > 1e-12:
@@ -107,6 +120,7 @@ def _python(program: str) -> str:
             depth -= 1
             assert depth >= 0
             continue
+        line = re.sub(r"\bp\[([^\]]*)\]", r"vector(\1)", line)
         line = LITERAL.sub(r"vector(\1)", re.sub(r"^(local|global) ", "", line))
         lines.append(" " * depth + ("raise SystemExit" if line == "halt" else line))
         if BLOCK.match(line):

@@ -18,6 +18,7 @@ from knotwork.view.page import Page
 
 FOLDER = "gallery/"
 PAGES = "live"
+FIRST = "ur5_deburring.webp"  # on the first page
 ROBOT = "robot_"
 
 
@@ -45,6 +46,8 @@ def link_pages(app: Sphinx, document: nodes.document) -> None:
     if not app.config.live_pages:
         return
     for picture in list(document.findall(nodes.image)):
+        if picture["uri"] == FIRST:
+            _let_move(app, picture)
         if not picture["uri"].startswith(FOLDER):
             continue
         name = Path(picture["uri"]).stem
@@ -57,6 +60,16 @@ def link_pages(app: Sphinx, document: nodes.document) -> None:
         said = nodes.paragraph("", "", nodes.reference("", words, refuri=address, internal=True))
         around = link.parent
         around.parent.insert(around.parent.index(around) + 1, said)
+
+
+def _let_move(app: Sphinx, picture: nodes.image) -> None:
+    """Show the motion itself, in a frame, in place of its picture."""
+    name = Path(picture["uri"]).stem
+    page = Path(app.outdir) / PAGES / f"{name}.html"
+    if not page.is_file():
+        live_page(name).save(page)
+    frame = f'<iframe class="live" src="{PAGES}/{name}.html" title="{picture["alt"]}"></iframe>'
+    picture.replace_self(nodes.raw("", frame, format="html"))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -144,12 +144,14 @@ class TorchRanges(NamedTuple):
         work: Least and greatest work angle, from that of the pose [rad].
         travel: Least and greatest travel angle, from that of the pose [rad].
         own: Travel angle of the pose [rad].
+        own_work: Work angle of the pose [rad].
         about: Angle about the tool's z axis of its axis that points along the seam [rad].
     """
 
     work: tuple[float, float]
     travel: tuple[float, float]
     own: float
+    own_work: float
     about: float
 
 

@@ -178,17 +178,6 @@ def test_a_path_may_end_in_a_wait() -> None:
     assert made.report.select(subject="wait")
 
 
-@pytest.mark.parametrize("speed", ["fastest", {"at_most": 300}])
-def test_a_path_from_a_stop_on_which_low_speeds_are_harder(speed: Any) -> None:
-    """At 10 mm/s the change of speed at the start is so short that its jerk is too high."""
-    limits = {"acceleration": 600, "jerk": 6000}
-    task = reach(line(speed), limits=limits, tolerances={"path": 0.2})
-    assert not passes(reach(line(10), limits=limits, tolerances={"path": 0.2}))
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    assert made.scenario.paths[0].stretches[0].speed >= 0.29
-
-
 @pytest.mark.parametrize("limits", [{"margin": 0.3}, {"velocity": 20}])
 def test_joints_can_follow_the_path_at_the_speed_that_is_chosen(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
@@ -268,19 +257,6 @@ def test_a_waypoint_at_which_the_tool_is_given_a_speed_beyond_its_limit() -> Non
         kw.plan(reach(middle, end, limits=limits, times="fastest"))
 
 
-def test_a_speed_at_a_waypoint_just_below_the_limit_of_the_tool() -> None:
-    middle = {
-        "name": "mid",
-        "pose": {"position": [400, 0, 300], "rpy": [180, 0, 0]},
-        "speed": 299.5,
-    }
-    end = {"pose": {"position": [400, 200, 300], "rpy": [180, 0, 0]}}
-    limits = {"acceleration": 400, "tool_speed": 300}
-    made = kw.plan(reach(middle, end, limits=limits, times="fastest"))
-    made.report.raise_if_failed()
-    assert made.chosen.gap < 0.15
-
-
 def beside_a_box(size: list[float], position: list[float], **more: Any) -> dict[str, Any]:
     there = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}
     return {
@@ -297,13 +273,6 @@ def beside_a_box(size: list[float], position: list[float], **more: Any) -> dict[
 def with_too_short_a_budget(task: dict[str, Any]) -> kw.Plan:
     budget = 0.2
     return kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
-
-
-def test_sequences_are_not_said_to_be_tried_when_the_budget_has_ended() -> None:
-    plan = with_too_short_a_budget(beside_a_box([0.08, 0.08, 0.08], [0.45, 0.2, 0.4]))
-    (tried,) = map(str, plan.report.tried)
-    assert "one sequence of solutions when the budget ended, which collides" in tried
-    assert plan.sequences == 1
 
 
 def test_a_budget_is_for_all_sequences_of_solutions() -> None:

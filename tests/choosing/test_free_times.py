@@ -51,28 +51,10 @@ def test_the_scenario_of_the_plan_has_numbers_and_no_free_times() -> None:
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
-def test_names_of_the_package_stay_functions_once_times_were_chosen() -> None:
-    kw.plan(swing(to(1)))
-    assert callable(kw.timing.solve)
-
-
 def test_a_velocity_that_is_free_is_faster_than_a_stop() -> None:
     passing = kw.plan(swing(to(1, velocity="free"), to(2))).trajectory.duration
     stopping = kw.plan(swing(to(1, stop=True), to(2))).trajectory.duration
     assert passing < 0.9 * stopping
-
-
-def test_a_velocity_that_nobody_gave_has_no_wrong_sign(tmp_path: Path) -> None:
-    """It points away from the next waypoint, because the smoothest motion overshoots."""
-    task = {**swing(to(1, velocity="free", after=1.5), to(0.9, after=3))}
-    del task["times"]
-    made = kw.plan(task)
-    frozen = made.freeze(tmp_path / "frozen.yaml")
-    for plan in (made, kw.plan(frozen)):
-        assert plan.joint_waypoints.velocity[1, 0] > 0.1
-        assert not plan.report.warnings
-    task["waypoints"][1]["velocity"] = {"a": 0.5}
-    assert "is its sign meant" in str(kw.plan(task).report.warnings[0])
 
 
 def test_the_scenario_beside_a_plan_keeps_its_name(tmp_path: Path) -> None:
@@ -240,32 +222,6 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert (tmp_path / "out" / "scenario.yaml").read_text() == text + "name: swing\n"
 
 
-def test_waypoints_in_one_line_each_are_frozen_as_lines_that_can_be_read(tmp_path: Path) -> None:
-    source = tmp_path / "flow.yaml"
-    source.write_text(
-        "robot: ur5\nlimits: {acceleration: 8}\nwaypoints:\n"
-        "  - {pose: {position: [0.4, -0.2, 0.3], rpy: [3.14159, 0, 0]}}  # the first\n"
-        "  - {pose: {position: [0.4, 0, 0.35], rpy: [3.14159, 0, 0]}, after: fastest, "
-        "velocity: free}  # passed\n"
-        "  - {pose: {position: [0.4, 0.2, 0.3], rpy: [3.14159, 0, 0]}, after: fastest}\n"
-    )
-    made = kw.plan(source)
-    text = made.freeze(tmp_path / "frozen.yaml").read_text()
-    assert "# the first" in text
-    assert "# passed" in text
-    assert all(len(line) <= 120 and not line.startswith(" " * 12) for line in text.splitlines())
-    again = kw.plan(tmp_path / "frozen.yaml").trajectory.polynomial
-    assert again.x.tobytes() == made.trajectory.polynomial.x.tobytes()
-    assert again.c.tobytes() == made.trajectory.polynomial.c.tobytes()
-
-
-def test_a_mapping_is_frozen_too(tmp_path: Path) -> None:
-    made = kw.plan(swing(to(1, velocity="free", name="over the rim, and on"), to(2)))
-    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
-    assert again.chosen is None
-    assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
-
-
 def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None:
     trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
     (tmp_path / "dot.csv").write_text("x,y,z\n0,0,0\n")
@@ -338,13 +294,6 @@ def test_all_planners_get_the_chosen_times() -> None:
     assert chosen.passed
     assert not paper.passed
     assert not kw.compare("paper_case", ["cubic"]).times_chosen
-
-
-def test_another_planner_gets_the_chosen_times() -> None:
-    made = kw.plan(swing(to(1, 0.5, velocity="free"), to(2)), planner="quintic")
-    assert made.left_out == ("chosen",)
-    assert made.chosen is not None
-    assert made.trajectory.duration == made.chosen.duration
 
 
 def test_the_report_says_what_was_chosen() -> None:

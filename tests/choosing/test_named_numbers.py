@@ -80,65 +80,8 @@ def test_a_joint_that_moves_at_its_position_limit_has_its_least_room_named() -> 
     kw.plan(at(1.0 - 1.05 * float(found[1]))).report.raise_if_failed()
 
 
-def points(*rows: list[float]) -> list[dict[str, Any]]:
-    return [
-        {"name": f"w{i}", "joints": dict(zip("abc", row, strict=False))}
-        for i, row in enumerate(rows)
-    ]
-
-
 def limits(**rows: list[float]) -> dict[str, Any]:
     return {name: dict(zip("abc", row, strict=False)) for name, row in rows.items()}
-
-
-def test_times_that_are_named_for_several_intervals_can_be_taken_together() -> None:
-    via = [{"velocity": {"a": 0.686}, "after": 0.55}, {"velocity": {"a": -0.646}}]
-    start, *inner, end = points([0.937], [0.362], [-0.101], [0.69])
-    end["after"] = 0.116
-    for point, more in zip(inner, via, strict=True):
-        point.update(more)
-    asked = task(limits=limits(velocity=[0.722], acceleration=[4.162], jerk=[8.603]))
-    asked["waypoints"] = [start, *inner, end]
-    first, second = refusal(asked).splitlines()
-    inner[0]["after"], end["after"] = (number(line, "; with") for line in (first, second))
-    assert kw.plan(asked).report.ok
-
-
-def test_speeds_and_times_are_told_together_and_do_together() -> None:
-    """Two of each in the first run, and a time after the wait."""
-
-    def asked(speeds: list[float], times: list[float]) -> dict[str, Any]:
-        start, *inner, end = points([0.0], [1.0], [2.0], [2.8], [3.8], [3.5])
-        for point, v in zip(inner, (*speeds, 0.0, 0.3), strict=True):
-            point.update({"velocity": {"a": v}} if v else {"stop": True, "wait": 0.5})
-        inner[0]["after"], inner[1]["after"], inner[3]["after"] = times
-        return task(limits=LIMITS) | {"waypoints": [start, *inner, end]}
-
-    said = refusal(asked([3.0, -1.7], [0.4, 0.5, 1.0]))
-    lines = said.splitlines()
-    assert len(lines) == 5
-    factors = [float(one) for one in re.findall(r"most ([0-9.]+) times the velocity given", said)]
-    times = [number(line, "; with") for line in lines if " s are given" in line]
-    made = kw.plan(asked([3.0 * factors[0], -1.7 * factors[1]], times))
-    made.report.raise_if_failed()
-    assert made.scenario.times[1] == pytest.approx(times[0])
-
-
-def test_a_speed_and_a_time_at_a_pose_do_together() -> None:
-    def passing(speed: float, after: float) -> dict[str, Any]:
-        def pose(y: float) -> dict[str, Any]:
-            return {"pose": {"position": [400, y, 300], "rpy": [180, 0, 0]}}
-
-        via = {"name": "via", **pose(0), "speed": speed, "after": after}
-        bounds = {"acceleration": 400, "velocity": {"shoulder_pan_joint": 40}}
-        units = {"length": "mm", "angle": "deg"}
-        ends = {"robot": "ur5", "units": units, "limits": bounds, "times": "fastest"}
-        return {**ends, "waypoints": [pose(-300), via, pose(300)]}
-
-    said = refusal(passing(900, 0.2))
-    factor = re.search(r"'via'.* At most ([0-9.]+) times the velocity given here", said)
-    assert factor, said
-    assert kw.plan(passing(900 * float(factor[1]), number(said, "; with"))).report.ok
 
 
 def test_speeds_beyond_that_of_the_tool_are_reported_and_then_times_that_are_too_short() -> None:
@@ -173,53 +116,6 @@ def test_speeds_beyond_that_of_the_tool_are_reported_and_then_times_that_are_too
     assert len(times) == 2, times
     assert all(" takes more than" in line for line in times), times
     assert kw.plan(asked(*speeds, 2.0, 2.0)).report.ok
-
-
-def test_a_speed_and_then_a_duration_that_are_named_can_be_taken() -> None:
-    def asked(speed: float, duration: float) -> dict[str, Any]:
-        via = {"name": "b", "joints": {"q": 1}, "velocity": {"q": speed}}
-        return task(via, {"name": "c", "joints": {"q": 2}}, duration=duration)
-
-    speed = refusal(asked(1.5, 1))
-    factor = re.search(r"([0-9.]+) times the velocity given", speed)
-    assert factor, speed
-    possible = 1.5 * float(factor[1])
-    total = refusal(asked(possible, 1))
-    assert "duration: 1 s is shorter than the least time" in total
-    kw.plan(asked(possible, number(total, "accepted:"))).report.raise_if_failed()
-
-
-def test_times_to_which_only_a_motion_with_longer_ones_leads() -> None:
-    places = points(
-        [-0.367, -0.421, 0.236],
-        [0.254, -0.775, 0.075],
-        [0.451, 0.549, -0.665],
-        [-0.199, -0.016, 0.96],
-        [0.847, -0.132, -0.37],
-    )
-    places[1] |= {"velocity": "free", "after": 0.814}
-    places[2] |= {"velocity": "free", "after": 1.056}
-    places[3]["stop"] = True
-    places[4]["after"] = 1.107
-    bounds = limits(
-        velocity=[1.686, 1.792, 1.318],
-        acceleration=[24.074, 11.7, 18.067],
-        jerk=[73.555, 84.102, 728.201],
-    )
-    assert kw.plan(task(limits=bounds) | {"waypoints": places}).report.ok
-
-
-def test_the_smoothest_motion_that_lasts_hardly_longer_than_the_fastest() -> None:
-    places = points([-0.985, -0.439], [-0.57, 0.151], [0.093, -0.243], [0.256, 0.926])
-    places += [{"name": "end", "joints": {"a": 0.894, "b": -0.252}, "after": 1.857}]
-    places[1]["stop"] = True
-    places[2]["velocity"] = {"a": -0.112, "b": 0.68}
-    places[3]["velocity"] = {"a": -2.4619749, "b": -0.1976556}
-    bounds = limits(velocity=[2.462, 0.709], acceleration=[10.053, 3.66], jerk=[557.8, 158.011])
-    asked = task(limits=bounds, duration=5.85, objective="jerk") | {"waypoints": places}
-    made = kw.plan(asked)
-    assert made.report.ok
-    assert made.trajectory.duration == pytest.approx(5.85)
 
 
 def test_the_least_peaks_are_those_of_the_closed_form() -> None:
@@ -262,12 +158,3 @@ def test_a_duration_in_which_a_joint_would_have_to_wait() -> None:
     assert "can't wait" in said
     most = number(said, "takes less than")
     assert kw.plan(through(times="fastest", duration=0.98 * most)).report.ok
-
-
-def test_a_time_between_passing_and_stopping_under_a_limit_of_jerk() -> None:
-    task = through(knots="optimal", end_acceleration="zero")
-    task["limits"] = {"velocity": 3, "acceleration": 0.1, "jerk": 0.1}
-    task["waypoints"][1]["after"] = 1.02
-    said = refusal(task)
-    task["waypoints"][1]["after"] = number(said, "; with")
-    assert kw.plan(task).report.ok

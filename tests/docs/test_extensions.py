@@ -30,7 +30,8 @@ def built(folder: Path, page: str, *options: str) -> Site:
     (source / "conf.py").write_text(CONFIG.format(extensions=EXTENSIONS), encoding="utf-8")
     (source / "index.md").write_text(page, encoding="utf-8")
     (source / "gallery").mkdir()
-    (source / "gallery" / "paper_case.webp").write_bytes(PICTURE.read_bytes())
+    for name in ("gallery/paper_case.webp", "ur5_deburring.webp"):
+        (source / name).write_bytes(PICTURE.read_bytes())
     return build(source, folder / "built", *options)
 
 
@@ -70,131 +71,6 @@ def test_what_ends_otherwise_fails_the_build(tmp_path: Path) -> None:
     assert site.said.count("WARNING: ") == len(WRONG)
 
 
-def test_blocks_in_docstrings_are_literal() -> None:
-    import docstrings
-
-    lines = [
-        "Words:",
-        "",
-        "    y = x + 1",
-        "",
-        "More.",
-        "",
-        "Args:",
-        "    x: A number",
-        "        on.",
-    ]
-    docstrings.show_blocks(None, "", "", None, None, lines)
-    assert lines[:5] == ["Words:", "", ".. code-block:: python", "", "    y = x + 1"]
-    assert lines[-3:] == ["Args:", "    x: A number", "        on."]
-
-
-def test_names_that_share_a_description_get_one_each() -> None:
-    import docstrings
-
-    lines = [
-        "",
-        ":ivar lower, upper: Limits [rad],",
-        "             shape (d,).",
-        ":ivar c: Another.",
-    ]
-    docstrings.split_names(None, "", "", None, None, lines)
-    assert [line for line in lines if line] == [
-        ":ivar lower: Limits [rad],",
-        "             shape (d,).",
-        ":ivar upper: Limits [rad],",
-        "             shape (d,).",
-        ":ivar c: Another.",
-    ]
-
-
-def test_types_are_said_in_words() -> None:
-    from schema_tables import accepted
-
-    number = {"type": "number", "minimum": -1e12, "maximum": 1e12}
-    positive = {"type": "number", "exclusiveMinimum": 0, "maximum": 1e12}
-    vector = {"type": "array", "items": number, "minItems": 3, "maxItems": 3}
-    assert accepted(positive) == "positive number"
-    assert accepted({"anyOf": [vector, {"type": "null"}]}) == "list of 3 numbers"
-    assert accepted({"type": "array", "items": vector, "minItems": 3, "maxItems": 3}) == (
-        "list of 3 lists of 3 numbers"
-    )
-    assert accepted({"oneOf": [{"const": "zero"}, {"$ref": "#/$defs/Part"}]}) == "`zero` or {Part}"
-    assert accepted({"type": "object", "additionalProperties": positive}) == (
-        "mapping of names to positive numbers"
-    )
-
-
-def test_a_colon_in_what_is_returned_is_part_of_a_sentence() -> None:
-    import docstrings
-
-    given = [
-        "Args:",
-        "    x: A number.",
-        "",
-        "Returns:",
-        "    The plan: whole.",
-        "",
-        "Raises:",
-        "    E: Not.",
-    ]
-    lines = list(given)
-    docstrings.hide_colons(None, "", "", None, None, lines)
-    assert [i for i, line in enumerate(lines) if line != given[i]] == [4]
-    assert ":" not in lines[4]
-    docstrings.show_colons(None, "", "", None, None, lines)
-    assert lines == given
-
-
-def test_signatures_name_types_by_their_short_names() -> None:
-    import docstrings
-
-    shown = docstrings.name_aliases(
-        None, "", "", None, None, "(x: TypeAliasForwardRef('ArrayLike') | None)", ""
-    )
-    assert shown == ("(x: ArrayLike | None)", "")
-
-
-def test_unwrapped_lines_of_help_are_literal() -> None:
-    import docstrings
-
-    lines = ["Formats:", "", "| ros2   YAML", "|          more", "", "End."]
-    docstrings.show_tables(None, None, lines)
-    assert [line for line in lines if line] == [
-        "Formats:",
-        ".. code-block:: none",
-        "    ros2   YAML",
-        "             more",
-        "End.",
-    ]
-
-
-def test_private_parameters_are_left_out() -> None:
-    from docstrings import hide_private
-
-    one = "(waypoints: JointWaypoints, words: tuple[str, ...] = (), _explain: Any = None)"
-    assert hide_private(one) == "(waypoints: JointWaypoints, words: tuple[str, ...] = ())"
-    assert hide_private("(_explain: Any = None)") == "()"
-    for other in ("(x: FloatArray, y_0: float)", "()", ""):
-        assert hide_private(other) == other
-
-
-@pytest.mark.parametrize(
-    ("bounds", "words"),
-    [
-        ({"exclusiveMinimum": 0}, "positive number"),
-        ({"exclusiveMinimum": 0, "maximum": 0.5}, "positive number up to 0.5"),
-        ({"exclusiveMinimum": 1, "exclusiveMaximum": 2}, "number between 1 and 2"),
-        ({"minimum": 0}, "number, not negative"),
-        ({"minimum": -1e12, "maximum": 1e12}, "number"),
-    ],
-)
-def test_bounds_of_numbers_are_said(bounds: dict[str, float], words: str) -> None:
-    from schema_tables import accepted
-
-    assert accepted({"type": "number", **bounds}) == words
-
-
 def test_examples_are_found_from_any_folder(tmp_path: Path) -> None:
     site = built(tmp_path, "# P\n\n```{run}\npython examples/spline_alone.py\n```\n")
     assert site.code == 0, site.said
@@ -223,3 +99,12 @@ def test_a_picture_of_the_gallery_leads_to_its_live_page(tmp_path: Path) -> None
     assert site.page("index").count('href="live/paper_case.html"') == 2
     assert "Live page, 0." in site.page("index")
     assert "paper_case" in (site.folder / "live" / "paper_case.html").read_text(encoding="utf-8")
+
+
+def test_the_picture_of_the_first_page_moves(tmp_path: Path) -> None:
+    site = built(tmp_path, "# P\n\n![an arm](ur5_deburring.webp)\n", "-D", "live_pages=1")
+    assert site.code == 0, site.said
+    frame = '<iframe class="live" src="live/ur5_deburring.html" title="an arm">'
+    assert frame in site.page("index")
+    page = (site.folder / "live" / "ur5_deburring.html").read_text(encoding="utf-8")
+    assert "showScene" in page

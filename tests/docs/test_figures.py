@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import importlib
-import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
-
-import knotwork as kw
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,117 +20,6 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_page_on_planners_shows_the_saved_results() -> None:
     shown = (ROOT / "docs" / "planners.md").read_text(encoding="utf-8")
     assert shown == importlib.import_module("pages").render("planners"), "run: make figures"
-
-
-def shape(part: Any) -> Any:
-    """What a result is made of: its keys, the shapes that rows have, kinds of values."""
-    if isinstance(part, dict):
-        return {key: shape(value) for key, value in part.items()}
-    if isinstance(part, list):
-        return sorted({json.dumps(shape(entry), sort_keys=True) for entry in part})
-    return "number" if isinstance(part, int | float) else type(part).__name__
-
-
-@pytest.mark.parametrize("what", ["success", "branches", "speed"])
-def test_inverse_kinematics_is_measured_anew(
-    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def not_there(robot: object) -> None:
-        raise ImportError
-
-    for peer in ("ik_speed", "ik_success"):
-        importlib.import_module(peer)
-    ours = dict(list(importlib.import_module("ik_peers").PEERS.items())[:3])
-    peers = {**ours, "another": not_there}
-    monkeypatch.setattr("ik_speed.PEERS", peers)
-    monkeypatch.setattr("ik_success.ARMS", ("ur5", "panda"))
-    command = importlib.import_module("ik").main
-    done = CliRunner().invoke(command, [what, "--poses", "2", "--save", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    measured = json.loads((tmp_path / f"ik_{what}.json").read_text(encoding="utf-8"))
-    saved = importlib.import_module("results").load(f"ik_{what}")
-    assert shape(measured) == shape(saved)
-    for table in importlib.import_module("ik_tables").tables(f"ik_{what}", measured):
-        assert table.title in done.output
-
-
-def test_planners_are_measured_anew(tmp_path: Path) -> None:
-    command = importlib.import_module("planners").main
-    done = CliRunner().invoke(command, ["--tasks", "1", "--save", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    measured = json.loads((tmp_path / "planners.json").read_text(encoding="utf-8"))
-    saved = importlib.import_module("results").load("planners")
-    assert measured.keys() == saved.keys()
-    cases = [{(row["kind"], row["ratio"]) for row in data["rows"]} for data in (measured, saved)]
-    assert cases[0] == cases[1]
-    assert measured["rows"][0].keys() == saved["rows"][0].keys()
-    assert measured["rows"][0]["figures"].keys() == saved["rows"][0]["figures"].keys()
-    for table in importlib.import_module("planner_tables").tables(measured):
-        assert table.title in done.output
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("kind", ["smooth", "near", "arbitrary"])
-@pytest.mark.parametrize("ratio", [1, 10, 100])
-def test_the_first_tasks_are_no_worse_than_what_is_saved(kind: str, ratio: int) -> None:
-    benchmark = importlib.import_module("planners")
-    results = importlib.import_module("results").load("planners")["rows"]
-    saved = {
-        row["planner"]: row["figures"]
-        for row in results
-        if (row["kind"], row["ratio"]) == (kind, ratio)
-    }
-    rng = np.random.default_rng([1, benchmark.KINDS.index(kind), ratio])
-    seen: list[float] = []
-    for _ in range(10):
-        waypoints = benchmark.task(rng, kind, ratio)
-        width = np.diff(waypoints.time)
-        assert width.max() / width.min() == pytest.approx(ratio, rel=1e-9)
-        for planner, figures in benchmark.measure(waypoints).items():
-            for name, figure in figures.items():
-                if saved[planner][name] is None or name.startswith("time"):
-                    continue
-                worst = saved[planner][name][1]
-                rounding = 0.5e5 if worst >= 1e5 else 0.5 if worst >= 100 else 0.0
-                assert figure <= worst * 1.005 + 0.005 + rounding
-                seen.append(figure)
-    assert max(seen) > 0.1
-
-
-MEETS = ("modified-hermite", "cubic", "quintic", "septic", "nonic", "bspline-velocity", "3-5-3")
-
-
-def test_who_is_best_and_worst_is_what_the_page_says() -> None:
-    cases: dict[tuple[str, int], dict[str, Any]] = {}
-    saved = importlib.import_module("results").load("planners")
-    for row in saved["rows"]:
-        if row["planner"] in saved["first"]:
-            continue  # its figures are those of other tasks
-        cases.setdefault((row["kind"], row["ratio"]), {})[row["planner"]] = row["figures"]
-    for (kind, ratio), table in cases.items():
-        fluctuation = {name: row["fluctuation"][0] for name, row in table.items()}
-        meeting = {name: f for name, f in fluctuation.items() if name.startswith(MEETS)}
-        assert fluctuation["cubic"] == min(meeting.values())
-        if kind == "smooth":
-            assert fluctuation["trapezoidal"] == max(fluctuation.values())
-        if kind != "arbitrary":
-            continue
-        if ratio > 1:
-            assert fluctuation["modified-hermite, paper"] == max(fluctuation.values())
-        for name in ("peak accel. / cubic", "peak jerk / paper"):
-            medians = {planner: row[name][0] for planner, row in table.items() if row[name]}
-            assert set(sorted(medians, key=lambda row: medians[row])[:2]) == {"bspline", "4-3-4"}
-
-
-def test_the_deburring_ur5_is_as_the_page_says() -> None:
-    planners = ["modified-hermite", "quintic:estimated"]
-    own, rival = kw.compare("ur5_deburring", planners).scores
-    lower = 100 * (1 - rival.peak_acceleration.value / own.peak_acceleration.value)
-    assert own.peak_jerk is not None
-    assert rival.peak_jerk is not None
-    times = rival.peak_jerk.value / own.peak_jerk.value
-    page = (ROOT / "docs" / "planners.md").read_text(encoding="utf-8")
-    assert f"{lower:.0f} % lower and its peak jerk {times:.1f} times that of" in page
 
 
 def test_the_page_on_ways_counts_what_was_judged(monkeypatch: pytest.MonkeyPatch) -> None:

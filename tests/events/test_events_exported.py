@@ -149,7 +149,11 @@ def test_a_file_beside_those_that_can_not_hold_them(
     data = json.loads(beside.read_text())
     assert [one["time_from_start"] for one in data["events"]] == [one.time for one in plan.events]
     assert [one["name"] for one in data["segments"]] == [one.name for one in plan.segments]
-    again = knotwork("export", file, "-f", name, "-o", file.with_name("motion.other"))
+    other = file.with_name("motion.other")
+    assert knotwork("export", file, "-f", name, "-o", other).code == 0  # of the same motion
+    other.unlink()
+    beside.write_text("{}", encoding="utf-8")
+    again = knotwork("export", file, "-f", name, "-o", other)
     assert (again.code, f"{beside} exists" in again.err) == (2, True)
     alone = knotwork("export", file, "-f", name, "-o", out, "--force", "--without-events")
     assert (alone.code, "events.json" in alone.out) == (0, False)
@@ -189,7 +193,12 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
         f"{rest[-1].said} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
         "not have it",
     ]
-    assert kw.check(replace(motion, events=()), plan.scenario).ok
+    none = kw.check(replace(motion, events=()), plan.scenario)
+    assert len(none.failures) == len(plan.events)
+    foreign = kw.check(replace(motion, events=(), segments=()), plan.scenario)
+    assert foreign.ok
+    (warned,) = foreign.select(group="Events", verdict="warning")
+    assert "does not say what is switched" in warned.message
 
 
 def later(motion: kw.JointTrajectory) -> kw.PiecewisePolynomial:

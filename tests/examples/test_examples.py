@@ -56,6 +56,43 @@ def test_a_motion_in_mujoco(tmp_path: Path) -> None:
     assert 1e-6 < float(re.search(r"at most (\S+) rad", said)[1]) < 1e-3  # type: ignore[index]
 
 
+FRANKA = """
+class Robot:
+    def __init__(self, address):
+        self.sent, self.q_d = [], {start}
+    start_joint_position_control = lambda self, mode: self
+    readOnce = lambda self: (self, self)
+    to_sec = lambda self: 0.002 if len(self.sent) == 7 else 0.001
+    stop = lambda self: None
+    def writeOnce(self, command):
+        self.sent.append(command)
+        if command.motion_finished:
+            print(len(self.sent), *command.q)
+class JointPositions:
+    def __init__(self, q):
+        self.q = q
+class ControllerMode:
+    JointImpedance = 0
+"""
+
+
+@pytest.mark.parametrize("off", [0.0, 5e-4, 5e-3])
+def test_a_motion_on_a_franka(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, off: float) -> None:
+    plan = kw.plan("panda_pick_place")
+    motion = plan.trajectory
+    motion.save_as("franka", tmp_path / "motion.csv", robot=plan.space.robot)
+    start = (motion.position(0.0) + off).tolist()
+    (tmp_path / "pylibfranka.py").write_text(FRANKA.format(start=start), encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    if off > 1e-3:
+        with pytest.raises(AssertionError, match=r"0.005 rad off the first row"):
+            run("run_on_franka.py", tmp_path, "motion.csv", "arm")
+        return
+    count, *last = numbers(run("run_on_franka.py", tmp_path, "motion.csv", "arm"))
+    assert count == 3000  # of 3001 rows one is lost with its cycle
+    np.testing.assert_allclose(last, motion.position(motion.end_time) + off, atol=1e-12)
+
+
 def test_a_test_of_ones_own(tmp_path: Path) -> None:
     assert "4 passed" in run("test_my_task.py", tmp_path)
 

@@ -83,16 +83,6 @@ def test_steps_add_up() -> None:
         assert abs(total - Fraction(end)) < 1e-13
 
 
-def test_names_with_commas_and_lines_stay_in_their_cell() -> None:
-    name = 'a,"b"\n#c'
-    curve = JointTrajectory.from_knots([name], [0, 1], [[0], [1]], [[0], [0]])
-    text = curve.to_pvt()
-    body = text[text.index("time_from_start_s") :]
-    head, *rows = csv.reader(body.splitlines(keepends=True))
-    assert head[1] == f"{name}.position_rad"
-    assert len(rows) == 2
-
-
 def test_unknown_joints() -> None:
     with pytest.raises(UnknownNameError, match="slide"):
         motion().to_pvt(offset={"slid": 1.0})

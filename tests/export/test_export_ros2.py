@@ -93,14 +93,6 @@ def test_numbers_are_numbers_in_yaml_1_1(value: float) -> None:
     assert message["points"][0]["positions"] == [value]
 
 
-@pytest.mark.parametrize(
-    "name", ["on", "1", "null", "a b", 'quote"d', "back\\slash", "é", "\U0001f600", "a: b", "#x\t"]
-)
-def test_names_are_text_whatever_they_look_like(name: str) -> None:
-    curve = JointTrajectory.from_knots([name], [0, 1], [[0], [1]], [[0], [0]])
-    assert accepted_by_ros2(curve.to_ros2(), goal=False)["joint_names"] == [name]
-
-
 def test_a_quintic_says_why_it_can_not_go() -> None:
     with pytest.raises(ExportError, match="degree 5") as caught:
         motion("quintic").to_ros2()

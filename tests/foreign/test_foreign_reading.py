@@ -104,17 +104,6 @@ def test_the_curve_is_what_a_controller_makes(tmp_path: Path, order: int, kind: 
     assert ("straight lines", "cubics", "quintics")[order - 1] in trajectory.planner
 
 
-def test_points_of_different_kinds_are_joined_by_what_both_ends_have(tmp_path: Path) -> None:
-    data = message(2)
-    del data["points"][0]["velocities"]
-    file = tmp_path / "m.yaml"
-    file.write_text(yaml.safe_dump(data))
-    trajectory = read(file)
-    first, second = AT[AT < 0.5], AT[AT >= 0.5]
-    assert trajectory(first) == pytest.approx(expected(1, first), abs=1e-14)
-    assert trajectory(second) == pytest.approx(expected(2, second), abs=1e-14)
-
-
 @given(st.permutations(range(3)), st.permutations(range(7)))
 @settings(
     max_examples=20,
@@ -523,38 +512,6 @@ def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
     assert said in str(refused(file))
 
 
-@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
-def test_json_with_no_numbers_but_nan(tmp_path: Path, word: str) -> None:
-    file = tmp_path / "bad.json"
-    number = str(float(word.lower()))
-    data = json.dumps(message(2))
-    file.write_text(data.replace("[0.5, -1.0, 0.2]", f"[0.5, {word}, 0.2]", 1))
-    said = f"points[1].positions[1]: the position of joint 'joint_10' is {number} (a finite number)"
-    assert said in str(refused(file))
-    data = json.dumps({"joint_names": NAMES, "time": [0.0, 0.5, 0.1], "positions": Q})
-    file.write_text(data.replace("0.1]", f"{word}]", 1))
-    assert f"time[2]: the time is {number} (a finite number of seconds)" in str(refused(file))
-
-
-def test_times_are_said_with_the_digits_that_matter(tmp_path: Path) -> None:
-    file = tmp_path / "bad.csv"
-    file.write_text(replaced(csv_of(2), 4, 1, "0.1"))
-    assert "the time 0.1 s is not after 0.5 s, the one before it" in str(refused(file))
-
-
-@pytest.mark.parametrize("text", ["[1, 2]", "3", "null", '"text"'])
-def test_yaml_that_is_no_mapping(tmp_path: Path, text: str) -> None:
-    file = tmp_path / "bad.yaml"
-    file.write_text(text)
-    assert "mapping" in str(refused(file))
-
-
-def test_points_too_close_for_floats(tmp_path: Path) -> None:
-    file = tmp_path / "m.csv"
-    file.write_text("time,joint_1,joint_10,slide\n0,0,0,0\n1e-320,1e300,0,0\n")
-    assert "exceeds the range" in str(refused(file))
-
-
 @pytest.mark.parametrize("nanosec", [-5, 1_000_000_000, 2_000_000_007])
 def test_nanoseconds_that_ros_2_can_not_say_are_refused(tmp_path: Path, nanosec: int) -> None:
     message = yaml.safe_load(plan("paper_case").trajectory.to_ros2())
@@ -563,24 +520,6 @@ def test_nanoseconds_that_ros_2_can_not_say_are_refused(tmp_path: Path, nanosec:
     file.write_text(yaml.safe_dump(message), encoding="utf-8")
     with pytest.raises(DocumentError, match=rf"points\[1\].*nanosec: {nanosec} is out of range"):
         read_trajectory(file, ("joint_1",), ("rad",))
-
-
-def test_a_joint_may_be_called_as_a_letter_of_what_is_said_of_it(tmp_path: Path) -> None:
-    names = ["a", "e", "t"]
-    ends = np.random.default_rng(0).normal(size=(2, 3, 3))
-    columns = ("pos_a,e_pos,t_pos", "vel_a,vel_e,t_vel", "acc_a,acc_e,acc_t")
-    rows = "".join(f"{t},{','.join(map(str, row))}\n" for t, row in enumerate(ends.reshape(2, 9)))
-    (tmp_path / "a.csv").write_text(f"time,{','.join(columns)}\n{rows}", encoding="utf-8")
-    found, _ = read_trajectory(tmp_path / "a.csv", names, ["rad"] * 3)
-    for nu in range(3):
-        np.testing.assert_allclose(found([0.0, 1.0], nu), ends[:, nu], atol=1e-12)
-
-
-def test_several_messages_are_said_to_be_several(tmp_path: Path) -> None:
-    file = tmp_path / "echoed.yaml"
-    file.write_text("points: []\n---\npoints: []\n---\n")
-    with pytest.raises(DocumentError, match="line 2: is not valid YAML: a second document begins"):
-        read(file)
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])
@@ -593,13 +532,6 @@ def test_decimal_commas_where_commas_divide_nothing(
     text = "\n".join(delimiter.join(row) for row in rows)
     file.write_text(text.replace(".", ",") if comma else text)
     assert (read(file).position(TIME) == Q).all()
-
-
-def test_a_comma_in_a_number_is_refused_where_commas_divide(tmp_path: Path) -> None:
-    file = tmp_path / "motion.csv"
-    file.write_text('time,joint_1,joint_10,slide\n0,0,0,0\n1,"0,5",0,0\n')
-    with pytest.raises(DocumentError, match=r"line 3.*'0,5' is no number"):
-        read(file)
 
 
 @pytest.mark.parametrize(

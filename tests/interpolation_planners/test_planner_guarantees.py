@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pkgutil import resolve_name
 
 import numpy as np
@@ -118,32 +116,6 @@ def test_values_out_of_range_are_an_error_and_no_nan(name):
     )
     with pytest.raises(InputError, match=r"floating-point|finite|short|resol"):
         plan(name, waypoints)
-
-
-def test_planning_with_any_planner_loads_no_scipy_and_only_its_own_module():
-    code = """
-import sys
-import numpy as np
-import knotwork as kw
-from knotwork.interpolation import PLANNERS, PLANNER_SPECS
-FAMILIES = {one.makes.partition(":")[0] for one in PLANNER_SPECS.values()} - {"modified_hermite"}
-assert len(PLANNERS) == len(list(PLANNERS)) == 11 and "nonic" in PLANNERS
-def loaded():
-    return {m.rpartition(".")[2] for m in sys.modules if m.startswith("knotwork.")} & FAMILIES
-assert not loaded(), loaded()
-x = np.arange(50.0)
-w = kw.JointWaypoints(("a",), x, np.sin(x)[:, None], np.cos(x)[:, None])
-kw.interpolation.get_planner("modified-hermite")(w, kw.interpolation.PlannerOptions())
-assert not loaded(), loaded()
-kw.interpolation.get_planner("4-3-4")(w, kw.interpolation.PlannerOptions())
-assert loaded() == {"splice"}, loaded()
-for name in PLANNERS:
-    PLANNERS[name](w, kw.interpolation.PlannerOptions()).continuity
-assert loaded() == FAMILIES
-print([m for m in sys.modules if m.partition(".")[0] in ("scipy", "pinocchio")])
-"""
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (ran.stdout.strip(), ran.stderr) == ("[]", "")
 
 
 def test_the_specs_say_what_the_docstrings_say():

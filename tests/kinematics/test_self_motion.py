@@ -11,7 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence import Given, interval_nearness, refine_sequence, weights
+from knotwork.kinematics.sequence import Given, Rules, interval_nearness, refine_sequence, weights
 from knotwork.kinematics.sequence.nearness import SINGULAR_MARGIN, limit_nearness
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint
@@ -93,7 +93,8 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
     v = solve_velocities(robot, joint_axes(robot).jacobians(q), twists)[0]
     free: list[CartesianWaypoint | None] = list(waypoints)
     free[2] = None
-    refined = refine_sequence(robot, Given(times, free), q, v)
+    rules = Rules(robot.velocity_limit, robot.velocity_limit, np.zeros(7, dtype=bool))
+    refined = refine_sequence(robot, Given(times, rules, free), q, v)
     np.testing.assert_array_equal(refined[2], q[2])
     for before, after in zip(q, refined, strict=True):
         error = robot.forward(before).actInv(robot.forward(after))
@@ -112,6 +113,19 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
         return round(float(beyond.sum()), 9), float(weighted.sum())
 
     assert cost(refined) < cost(q)
+
+
+def test_whole_turns_do_not_matter_for_what_is_near() -> None:
+    q, near = anywhere(XARM, 6, 2)
+    pose = CartesianWaypoint("a", 0.0, XARM.forward(q), pin.Motion.Zero())
+    rules = Rules(XARM.velocity_limit, XARM.velocity_limit, np.zeros(7, dtype=bool))
+    given = Given(np.zeros(1), rules, [pose], near)
+    turn = np.zeros(7)
+    turn[6] = -2 * np.pi * np.sign(q[6])
+    still = np.zeros((1, 7))
+    here, turned = (refine_sequence(XARM, given, one[None], still)[0] for one in (q, q + turn))
+    assert np.abs(here - q).max() > 0.05
+    np.testing.assert_allclose(turned, here + turn, atol=1e-6)
 
 
 def test_the_nearness_of_a_way_is_that_along_it() -> None:

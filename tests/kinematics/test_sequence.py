@@ -21,6 +21,7 @@ from knotwork.kinematics.sequence import (
 from sweeps import examples
 
 SPEED = np.array([3.0, 2.0])
+RAMP = np.array([0.2, 1.5])
 BOUNDED = np.zeros(2, dtype=bool)
 # Which changes of branch are avoided, and whether they are forbidden.
 CHANGES = [(False, False), (True, False), ("some", False), (False, True)]
@@ -49,7 +50,16 @@ def rules_of(change: Any, intervals: int) -> Rules:
     avoided, forbidden = change
     if avoided == "some":
         avoided = np.arange(intervals) % 2 == 1
-    return Rules(SPEED, SPEED, BOUNDED, avoided, forbidden)
+    resting = np.arange(intervals) % 3 != 0
+    return Rules(SPEED, SPEED, BOUNDED, avoided, forbidden, resting=resting, ramp=RAMP)
+
+
+def resting_time(distance: float, speed: float, ramp: float) -> float:
+    """Rest to rest with acceleration speed/ramp: the time under a trapezium or a triangle."""
+    acceleration = speed / ramp
+    if distance > speed * ramp:
+        return 2 * ramp + (distance - speed * ramp) / speed
+    return 2 * float(np.sqrt(distance / acceleration))
 
 
 def cost_of(
@@ -64,7 +74,11 @@ def cost_of(
         here, there = layers[i], layers[i + 1]
         a, b = index[i], index[i + 1]
         move = np.abs(there.q[b] - here.q[a]) / SPEED
-        total["travel"] += np.hypot(*move) * (here.weight[a] + there.weight[b]) / 2
+        travel = float(np.hypot(*move))
+        if rules.resting is not None and rules.resting[i]:
+            each = zip(move * SPEED, SPEED, RAMP, strict=True)
+            travel = 0.1 * travel + max(resting_time(*one) for one in each)
+        total["travel"] += travel * (here.weight[a] + there.weight[b]) / 2
         if move.max() > durations[i]:
             total["infeasible"] += move.max() / durations[i]
         # The cubic by its Bézier points, and its derivative in the middle by de Casteljau.

@@ -222,6 +222,20 @@ def test_what_moving_frames_can_not_do_is_refused(
     assert words in refused(changed(at, value))
 
 
+def test_a_path_in_a_frame_whose_speed_jumps_is_refused(tmp_path: Path) -> None:
+    """A file of positions alone is straight between its rows; with speeds it is smooth."""
+    rows = [(0, 0.0, 0.1), (1, 0.1, 0.1), (2.5, 0.25, 0.1), (4.0, 0.35, 0.05), (9, 0.6, 0.05)]
+    task = changed(("frames", "belt", "moves"), {"file": str(tmp_path / "y.csv"), "at": 0.5})
+    (tmp_path / "y.csv").write_text("\n".join(["time,y", *(f"{t},{y}" for t, y, _ in rows)]))
+    message = refused(task)
+    assert "waypoints[2]: the tool is on the path to it from 3 s to 5" in message
+    assert "at 3 s the speed of frame 'belt'" not in message
+    assert "at 4.5 s the speed of frame 'belt' jumps by 0.0167 m/s" in message
+    lines = ["time,y,y.velocity", *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "y.csv").write_text("\n".join(lines))
+    assert kw.plan(task).report.ok
+
+
 def test_robots_that_can_not_be_followed_are_refused(tmp_path: Path) -> None:
     task = two_arms(tmp_path)
     robot = task["scene"]["robots"]["left"]

@@ -116,3 +116,17 @@ def test_another_robot_is_drawn_where_its_motion_has_brought_it(tmp_path: Path) 
             start = placed(scene, 0)[first + joint - 1]
             assert (at * start.inverse() * rest).isApprox(geometry, 1e-4)
     assert sum(one["name"].startswith("other robots") for one in scene["things"]) >= robot.dof
+
+
+def test_another_robot_does_not_hide_the_task(tmp_path: Path) -> None:
+    """Seen from above, the camera is well aside of the line from the task to its base."""
+    beyond = two_arms(tmp_path, position=[0.92, 0.69, 0])
+    view = scene_of(kw.plan(beyond))["view"]["from"]
+    plan = kw.plan({key: one for key, one in beyond.items() if key != "scene"})
+    alone = scene_of(plan)["view"]["from"]
+    poses = [one.pose.translation for one in plan.scenario.waypoints if hasattr(one, "pose")]
+    robot = plan.space.robot
+    assert robot is not None
+    x, y, _ = robot.base_placement.rotation @ (np.array([0.92, 0.69, 0]) - np.mean(poses, axis=0))
+    beside = [abs(one[0] * y - one[1] * x) / np.hypot(*one[:2]) for one in (view, alone)]
+    assert beside[1] < 0.3 * np.hypot(x, y) < 0.9 * np.hypot(x, y) < beside[0]

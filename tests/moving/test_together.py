@@ -77,6 +77,8 @@ def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
+        (("--delay", "0s"), "where its robot stands is not given, and both motions are of the"),
+        (("--in", "left", "--delay", "-1s"), "'-1s' is not accepted; give a time from 0 on"),
         (("--in", "lift"), "scene.robots.b.in: unknown frame 'lift' (did you mean 'left'"),
         (("--in", "belt"), "scene.robots.b.in: frame 'belt' moves"),
         (("--in", "left", "--motion", "none.csv"), "scene.robots.b.motion: there is no file"),
@@ -91,6 +93,16 @@ def test_wrong_input_is_refused(
     assert ran.code == 2
     assert words in ran.err
     assert knotwork("check", "a.yaml", "--delay", "1s").code == 2
+
+
+def test_robots_of_two_urdfs_need_a_frame_and_no_delay(cell: kw.Plan, knotwork: Command) -> None:
+    kw.Task(**{**LEFT, "robot": "ur10"}).save("c.yaml")
+    ran = knotwork("check", "a.yaml", "--with", "c.yaml")
+    assert ran.code == 2
+    assert "their URDFs are not the same; accepted: --in with a frame of a.yaml" in ran.err
+    ran = knotwork("check", "a.yaml", "--with", "b.yaml", "--in", "left", "--delay", "0s")
+    assert (ran.code, ran.out.startswith("clear: ")) == (0, True)
+    assert knotwork("check", "a.yaml", "--with", "b.yaml", "--in", "base").code == 1
 
 
 @pytest.mark.parametrize(("end", "clear"), [(2.0, True), (2.6, False)])

@@ -12,6 +12,7 @@ from robot_logs import Samples, record, smooth, write
 
 import knotwork as kw
 from command_line import Command
+from events.welding import do, weld
 from knotwork.recording import aligned
 
 Clock = Callable[[np.ndarray], np.ndarray]
@@ -90,6 +91,22 @@ def test_a_log_is_judged_by_given_tolerances(
     if code < 2:
         rows = [line for line in ran.out.splitlines() if re.match(r"  [A-Z]", line)]
         assert rows[0].startswith("  Against the plan")
+
+
+def test_places_of_events_are_not_judged_where_tolerances_are_given(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    task = weld(seam=do({"arc": "on"}), end=do({"arc": "off", "at": -20}))
+    kw.Task(**task).save(tmp_path / "weld.yaml")
+    made = kw.plan(tmp_path / "weld.yaml")
+    made.save(tmp_path / "plan")
+    paused_on_the_seam = paused(made.scenario.events[1].event.time - 0.2, 0.4)
+    log = write(tmp_path / "log.csv", delayed(made, paused_on_the_seam, 1e-5))
+    check = ("check", log, "--against", tmp_path / "plan", "--scenario", tmp_path / "weld.yaml")
+    late = knotwork(*check, "--full")
+    assert (late.code, "mm from that place" in " ".join(late.out.split())) == (1, True)
+    within = knotwork(*check, "--tolerance", "0.5s")
+    assert (within.code, "not say what is switched" in within.out) == (0, False)
 
 
 def test_tolerances_of_a_tool_need_a_robot(

@@ -66,18 +66,6 @@ def test_the_worst_deviation_and_its_time_are_found(
     assert tool.time == pytest.approx(6.2, abs=0.1)
 
 
-def test_deviations_are_those_of_dense_samples(tmp_path: Path, deburring: Plan) -> None:
-    found = align(tmp_path, deburring, record(deburring.trajectory, noise=1e-4))
-    time = np.linspace(deburring.trajectory.start_time, deburring.trajectory.end_time, 50001)
-    for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
-        dense = np.abs(found.trajectory(time, order) - deburring.trajectory(time, order)).max(
-            axis=0
-        )
-        exact = [f.value for f in deviation_findings(found) if f.quantity == quantity]
-        assert exact == pytest.approx(dense, rel=1e-3)
-        assert (np.array(exact, dtype=float) >= dense - 1e-12).all()
-
-
 def test_a_plan_that_stands_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
     motion = deburring.trajectory
     q = motion.position(np.zeros(2))

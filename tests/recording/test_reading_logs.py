@@ -170,12 +170,6 @@ def two_topics() -> tuple[list[str], list[list[str]]]:
     return head, [[f"{t:.3f}", *q, "0.1", "0.2"] for t, q in zip(TIME, cells(Q), strict=True)]
 
 
-def test_one_of_several_topics_can_be_chosen(tmp_path: Path) -> None:
-    file = write_rows(tmp_path / "log.csv", *two_topics())
-    log = read_log(file, NAMES, UNITS, topic="right/state")
-    assert (log.position == [0.1, 0.2]).all()
-
-
 def read_changed(tmp_path: Path, change: str) -> Recording:
     head, body, _ = rows("counted from one")
     match change:

@@ -43,14 +43,6 @@ def test_the_noise_is_found(tmp_path: Path, deburring: Plan, noise: float) -> No
     assert not curve.noise.stated
 
 
-@pytest.mark.parametrize("digits", [4, 5, 6])
-def test_rounding_is_noise(tmp_path: Path, deburring: Plan, digits: int) -> None:
-    curve = curve_of(tmp_path, deburring, record(deburring.trajectory), digits)
-    rounding = 10.0**-digits / np.sqrt(12.0)
-    assert (curve.noise.position >= 0.999 * rounding).all()
-    assert (curve.noise.position <= 1.6 * rounding).all()
-
-
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
 def test_the_jitter_of_time_stamps_is_found(tmp_path: Path, deburring: Plan, jitter: float) -> None:
     samples = record(deburring.trajectory, noise=1e-5, jitter=jitter, rate=100.0)

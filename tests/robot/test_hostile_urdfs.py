@@ -105,18 +105,6 @@ def test_the_largest_trees_that_are_read_are_read(tmp_path: Path) -> None:
             assert len(pool.submit(load_robot, path).result().frame_names) == links
 
 
-def test_a_row_of_hundreds_of_joints_is_not_planned_for(tmp_path: Path) -> None:
-    """Proofs of what they do would take gigabytes."""
-    path = tmp_path / "arm.urdf"
-    for kind, links in (("revolute", 202), ("fixed", 202), ("revolute", 201)):
-        path.write_text(row(links).replace("fixed", kind), encoding="utf-8")
-        if (kind, links) == ("revolute", 202):
-            with pytest.raises(RobotError, match=r"201 joints would be planned .* most 200"):
-                load_robot({"urdf": str(path), "tool_frame": "l201"})
-        else:
-            load_robot(path)
-
-
 def test_a_robot_file_of_gigabytes_is_refused(tmp_path: Path) -> None:
     for name in ("arm.urdf", "arm.yaml"):
         with (tmp_path / name).open("wb") as file:

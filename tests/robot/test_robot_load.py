@@ -1,7 +1,5 @@
 """Finding robots, taking a chain out of a bigger model, and saying what is wrong with a file."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +9,7 @@ import pytest
 import knotwork as kw
 from knotwork import load_robot, robot_names
 from knotwork.documents import parse
-from knotwork.errors import DocumentError, InputError, KnotworkError, RobotError, UnknownNameError
+from knotwork.errors import DocumentError, InputError, RobotError, UnknownNameError
 
 SHIPPED = [
     "bravo7",
@@ -98,7 +96,7 @@ def test_a_model_in_a_python_package_is_found_without_importing_it(
         load_robot(inline)
     monkeypatch.syspath_prepend(tmp_path / "site")
     assert load_robot(inline).joint_names == ("shoulder", "elbow")
-    with pytest.raises(RobotError, match="there is no URDF file .*leg.urdf"):
+    with pytest.raises(RobotError, match=r"there is no URDF file .*leg\.urdf"):
         load_robot({"urdf": "some_models:leg.urdf"})
 
 
@@ -235,19 +233,6 @@ def test_a_broken_urdf_is_an_error_and_prints_nothing(case: str, write, capfd) -
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_urdf_that_is_no_text_is_an_error(tmp_path: Path) -> None:
-    path = tmp_path / "arm.urdf"
-    path.write_bytes(b"\xff\xfe\x00robot")
-    with pytest.raises(DocumentError, match="UTF-8"):
-        load_robot(path)
-
-
-def test_meshes_are_never_opened(write) -> None:
-    visual = '<visual><geometry><mesh filename="package://nowhere/a.dae"/></geometry></visual>'
-    text = chain("revolute").replace('<link name="b"/>', f'<link name="b">{visual}</link>')
-    assert load_robot(write(text)).with_tool("c").dof == 2
-
-
 def test_without_a_tool_frame_the_candidates_are_named(write) -> None:
     robot = load_robot(write(chain("revolute")))
     assert robot.tool_frame is None
@@ -300,13 +285,6 @@ def test_prismatic_and_unbounded_joints_are_planned_for(write) -> None:
     np.testing.assert_allclose(tool, [0.2 + 0.2, 0.5, 0.4 - 0.1], atol=1e-12)
 
 
-def test_zero_velocity_and_effort_mean_that_none_is_given(write) -> None:
-    limit = '<limit lower="-1" upper="1" velocity="0" effort="0"/>'
-    robot = load_robot(write(chain("revolute", limit))).with_tool("c")
-    np.testing.assert_array_equal(robot.velocity_limit, [3, np.inf])
-    np.testing.assert_array_equal(robot.effort_limit, [4, np.inf])
-
-
 def test_a_joint_without_room_is_an_error_unless_given_some_or_locked(write) -> None:
     path = write(chain("revolute", '<limit velocity="1" effort="1"/>'))
     with pytest.raises(RobotError, match=r"'second'.*leaves it no range"):
@@ -328,20 +306,6 @@ def test_locked_mimicking_joints_follow_their_master(write) -> None:
     )
     robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"finger": 0.3}})
     assert robot.locked == {"finger": 0.3, "twin": -0.6}
-
-
-def test_joints_that_mimic_a_mimicking_one_follow_whatever_their_order(write) -> None:
-    path = write(
-        urdf(
-            *map(link, "abcde"),
-            joint("arm", "revolute", "a", "b"),
-            joint("first", "revolute", "b", "c", '<mimic joint="second" multiplier="3"/>'),
-            joint("second", "revolute", "b", "d", '<mimic joint="third" multiplier="-2"/>'),
-            joint("third", "revolute", "b", "e"),
-        )
-    )
-    robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"third": 0.1}})
-    assert robot.locked == pytest.approx({"third": 0.1, "second": -0.2, "first": -0.6})
 
 
 @pytest.mark.parametrize("frame", ["b", None])
@@ -450,20 +414,3 @@ def test_models_of_whole_robots_load(path: str, tool: str | None) -> None:
     assert J.shape == (6, robot.dof)
     assert robot.dof >= 1
     assert (np.linalg.norm(J, axis=0) > 0).all()
-
-
-def test_the_schema_needs_no_pinocchio() -> None:
-    code = "import sys, knotwork.robot.file; sys.exit('pinocchio' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_every_error_is_one_of_ours() -> None:
-    assert issubclass(RobotError, KnotworkError)
-
-
-@pytest.mark.parametrize("urdf", ["~nobody-of-this-name/x.urdf", "x" * 5000 + ".urdf"])
-def test_a_path_that_can_not_be_is_an_input_error(urdf: str) -> None:
-    with pytest.raises(InputError):
-        load_robot({"urdf": urdf, "tool_frame": "tip"})
-    with pytest.raises(InputError):
-        load_robot(urdf, relative_to=Path())

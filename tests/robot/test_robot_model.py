@@ -30,24 +30,6 @@ def full_configuration(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndar
     return full
 
 
-@given(ANGLE, ANGLE)
-def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
-    pose = PLANAR.forward([a, b])
-    expected = [L1 * np.cos(a) + L2 * np.cos(a + b), L1 * np.sin(a) + L2 * np.sin(a + b), 0]
-    np.testing.assert_allclose(pose.translation, expected, atol=1e-15)
-    np.testing.assert_allclose(pose.rotation, pin.utils.rotate("z", a + b), atol=1e-15)
-
-
-@given(ANGLE, ANGLE)
-def test_planar_jacobian_has_the_closed_form(a: float, b: float) -> None:
-    x1, y1 = L1 * np.cos(a), L1 * np.sin(a)
-    x2, y2 = L2 * np.cos(a + b), L2 * np.sin(a + b)
-    expected = np.zeros((6, 2))
-    expected[:2] = [[-y1 - y2, -y2], [x1 + x2, x2]]
-    expected[5] = 1
-    np.testing.assert_allclose(PLANAR.jacobian([a, b]), expected, atol=1e-15)
-
-
 @settings(max_examples=30)
 @given(ANGLE, st.tuples(*[st.floats(-3, 3)] * 4))
 def test_planar_dynamics_have_the_closed_form(b: float, rates: tuple[float, ...]) -> None:
@@ -125,23 +107,6 @@ def test_a_base_frame_that_is_turned_turns_pose_and_twist() -> None:
     assert (robot.base_placement * robot.forward(q)).isApprox(ur5.forward(q), 1e-9)
 
 
-def test_forward_and_jacobian_at_once_are_the_same() -> None:
-    robot = load_robot("panda")
-    q = robot.configuration("home")
-    pose, J = robot.forward_and_jacobian(q)
-    assert pose.isApprox(robot.forward(q), 0.0)
-    np.testing.assert_array_equal(J, robot.jacobian(q))
-
-
-def test_results_do_not_change_with_later_calls() -> None:
-    first = PLANAR.forward([0.1, 0.2])
-    J = PLANAR.jacobian([0.1, 0.2])
-    kept = first.copy(), J.copy()
-    PLANAR.forward_and_jacobian([1.0, -2.0])
-    assert first.isApprox(kept[0], 0.0)
-    np.testing.assert_array_equal(J, kept[1])
-
-
 def test_torque_holds_the_arm_against_gravity() -> None:
     """At rest the joint torques are the gradient of the potential energy."""
     robot = load_robot("ur5")
@@ -166,13 +131,6 @@ def test_joint_positions_are_checked(q: object) -> None:
             method(q)
 
 
-def test_integers_and_strided_arrays_are_joint_positions_too() -> None:
-    expected = PLANAR.forward([1.0, 2.0]).translation
-    np.testing.assert_array_equal(PLANAR.forward([1, 2]).translation, expected)
-    strided = np.array([1.0, 9.0, 2.0])[::2]
-    np.testing.assert_array_equal(PLANAR.forward(strided).translation, expected)
-
-
 def test_limits_come_from_the_urdf_and_the_file() -> None:
     robot = load_robot("panda")
     np.testing.assert_array_equal(robot.velocity_limit, [2.175] * 4 + [2.61] * 3)
@@ -194,13 +152,6 @@ def test_unbounded_joints_have_no_limits_but_those_of_their_element() -> None:
     assert np.isfinite(bravo.velocity_limit[[1, 2, 4]]).all()
     assert np.isinf(kinova.upper_position_limit[unbounded]).all()
     np.testing.assert_allclose(kinova.velocity_limit, [0.628319] * 3 + [0.837758] * 3, rtol=1e-5)
-
-
-def test_whole_turns_of_an_unbounded_joint_are_the_same_pose() -> None:
-    robot = load_robot("kinova")
-    q = np.array(robot.configuration("home"))
-    turned = q + 2 * np.pi * np.array([3, 0, 0, -2, 0, 1])
-    assert robot.forward(turned).isApprox(robot.forward(q), 1e-12)
 
 
 def test_limits_can_be_replaced() -> None:
@@ -277,11 +228,3 @@ def test_a_new_tool_frame_takes_the_joints_that_move_it() -> None:
         PLANAR.with_tool("tipp")
     with pytest.raises(RobotError, match=r"pin\.SE3"):
         PLANAR.with_tool(offset=np.eye(4))
-
-
-def test_laws_of_logarithm_and_exponential_hold_for_poses() -> None:
-    robot = load_robot("ur5")
-    for q in samples(robot, 20, seed=4):
-        pose = robot.forward(q)
-        assert pin.exp6(pin.log6(pose)).isApprox(pose, 1e-12)
-        assert (pose * pose.inverse()).isIdentity(1e-12)

@@ -181,8 +181,11 @@ def test_faults_where_the_load_changes_in_motion() -> None:
         kw.plan(task)
 
 
-def test_programs_of_universal_robots_set_the_payload(tmp_path: Path) -> None:
-    task = stacking(BOX | {"mass": 3.0}, times=None)
+@pytest.mark.parametrize("inertia", [{}, {"inertia": INERTIA}])
+def test_programs_of_universal_robots_set_payload_and_tool(
+    tmp_path: Path, inertia: dict[str, Any]
+) -> None:
+    task = stacking(BOX | {"mass": 3.0, **inertia}, times=None)
     del task["times"]
     for one in task["waypoints"][1:]:
         one.pop("velocity", None)
@@ -196,7 +199,24 @@ def test_programs_of_universal_robots_set_the_payload(tmp_path: Path) -> None:
     both = (1.0 * np.array([0, 0, 0.05]) + 3.0 * (at * np.array([0, 0, 0.06]))) / 4.0
     expected = [(0.0, 1.0, [0, 0, 0.05]), (1.5, 4.0, both), (4.9, 1.0, [0, 0, 0.05])]
     controller = Controller(motion.position(0.0), 500.0)
-    controller.run(motion.to_urscript())
+    robot = plan.space.robot
+    assert robot is not None
+    controller.run(motion.to_urscript(robot=robot))
+    flange = robot.tool_offset
+    np.testing.assert_allclose(controller.tcp[:3], flange.translation)
+    assert pin.exp3(controller.tcp[3:]) == pytest.approx(flange.rotation)
+    if inertia:
+        point = pin.Inertia(1.0, np.array([0, 0, 0.05]), np.zeros((3, 3)))
+        ixx, ixy, iyy, ixz, iyz, izz = (
+            INERTIA.get(key, 0.0) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+        )
+        own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        whole = point + at.act(pin.Inertia(3.0, np.array([0, 0, 0.06]), own))
+        m = whole.inertia
+        moments = [m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2]]
+        np.testing.assert_allclose(controller.inertias[1], moments, atol=1e-12)
+    else:
+        assert controller.inertias == [None] * 3
     assert len(controller.payloads) == len(expected)
     for (time, mass, centre), (when, much, where) in zip(
         controller.payloads, expected, strict=True

@@ -167,19 +167,6 @@ def test_speed_is_the_same_motion_in_whatever_frame_and_unit_it_is_said() -> Non
     np.testing.assert_allclose(waypoint.linear, plain.linear, atol=1e-14)
 
 
-def test_neighbours_may_be_in_different_frames() -> None:
-    waypoints = [
-        {"pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}, "frame": "left"},
-        {"pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}, "after": 1, "speed": SPEED},
-        {"pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}, "after": 1, "frame": "right"},
-    ]
-    frames = {"left": {"position": [0, -0.1, 0]}, "right": {"position": [0, 0.3, 0]}}
-    scenario = load_scenario({"robot": "ur5", "frames": frames, "waypoints": waypoints})
-    waypoint = scenario.waypoints[1]
-    assert isinstance(waypoint, CartesianWaypoint)
-    np.testing.assert_allclose(waypoint.linear, [0, SPEED, 0], atol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("points", "index", "says"),
     [
@@ -218,34 +205,3 @@ def test_next_to_joint_values_the_direction_is_not_known(index: int) -> None:
     (problem,) = caught.value.problems
     assert problem.field == f"waypoints[{index}].speed"
     assert "velocity" in problem.accepted
-
-
-def test_after_start_the_direction_at_the_first_pose_is_not_known() -> None:
-    waypoints: list[dict[str, Any]] = [
-        {"pose": pose_at(0.1), "time": 1, "speed": SPEED},
-        {"pose": pose_at(0.2), "time": 2},
-    ]
-    with pytest.raises(DocumentError, match="given by joint values"):
-        load_scenario({"robot": "ur5", "start": "home", "waypoints": waypoints})
-
-
-@pytest.mark.parametrize("index", [0, 3])
-def test_joint_values_two_waypoints_away_do_not_matter_at_the_ends(index: int) -> None:
-    poses = [pose_at(0.1), {"position": [0.2, 0.3, 0], "rpy": [0, 0, 0]}]
-    ahead: list[dict[str, Any]] = [
-        {"pose": poses[0], "time": 0},
-        {"pose": poses[1], "time": 1, "stop": True},
-        {"joints": "home", "time": 2, "stop": True},
-        {"pose": poses[1], "time": 3, "stop": True},
-        {"pose": poses[0], "time": 4},
-    ]
-    index = 0 if index == 0 else 4
-    ahead[index]["speed"] = SPEED
-    scenario = load_scenario({"robot": "ur5", "waypoints": ahead})
-    waypoint = scenario.waypoints[index]
-    assert isinstance(waypoint, CartesianWaypoint)
-    step = np.array(poses[1]["position"]) - poses[0]["position"]
-    sign = 1 if index == 0 else -1
-    np.testing.assert_allclose(
-        waypoint.linear, sign * SPEED * step / np.linalg.norm(step), atol=1e-14
-    )

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from knotwork.errors import DocumentError, InputError, UnknownNameError
 from knotwork.scenario import JointTarget, Scenario, load_scenario
@@ -194,16 +193,6 @@ def test_a_waypoint_says_its_speed_in_one_way(speeds: dict[str, Any]) -> None:
     assert "give one" in message
 
 
-@pytest.mark.parametrize("speed", [0, -0.1, "fast"])
-def test_a_speed_is_a_positive_number(speed: Any) -> None:
-    waypoints = [{"pose": POSE}, {"pose": AHEAD, "after": 1, "speed": speed}]
-    assert refused({"robot": "ur5", "waypoints": waypoints})[0] == "waypoints[1].speed"
-
-
-def test_stop_is_true_or_left_out() -> None:
-    assert refused_joints({}, {"after": 1, "stop": False})[0] == "waypoints[1].stop"
-
-
 # Joint values
 
 
@@ -310,50 +299,6 @@ def test_the_rest_of_the_file_arrives() -> None:
     assert joints({}, {"after": 1}, knots="balanced").knots == "balanced"
 
 
-def test_defaults() -> None:
-    scenario = joints({}, {"after": 1})
-    assert (scenario.name, scenario.planner, scenario.knots) == (
-        "scenario",
-        "modified-hermite",
-        "paper",
-    )
-    assert (scenario.rate, scenario.continuity, scenario.task.end_acceleration) == (100.0, 2, None)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "field"),
-    [
-        ("knots", "even", "knots"),
-        ("knots", 3, "knots"),
-        ("knots", {"balanced": 0}, "knots.balanced"),
-        ("knots", {"balance": 0.2}, "knots.balance"),
-        ("knots", [0, "x"], "knots[1]"),
-        ("end_acceleration", "none", "end_acceleration"),
-        ("end_acceleration", 0, "end_acceleration"),
-        ("rate", 0, "rate"),
-        ("rate", "100 Hz", "rate"),
-        ("continuity", 3, "continuity"),
-        ("tolerances", {"position": 0}, "tolerances.position"),
-        ("limits", {"velocity": -1}, "limits.velocity"),
-        ("limits", {"velocity": {"a": 0}}, "limits.velocity.a"),
-        ("limits", {"position": {"a": [1, 1]}}, "limits.position.a"),
-        ("limits", {"position": {"a": [1]}}, "limits.position.a"),
-        ("limits", {"torque": 1}, "limits.torque"),
-        ("robot", 3, "robot"),
-        ("robot", "", "robot"),
-        ("start", 3, "start"),
-        ("start", {}, "start"),
-        ("frames", [], "frames"),
-        ("name", 3, "name"),
-    ],
-)
-def test_values_of_the_wrong_kind_name_their_field(key: str, value: Any, field: str) -> None:
-    with pytest.raises(DocumentError) as caught:
-        joints({}, {"after": 1}, **{key: value})
-    assert field in [problem.field for problem in caught.value.problems]
-    assert len(caught.value.problems) <= 2
-
-
 def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
     path = tmp_path / "weld seam.yml"
     path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
@@ -362,30 +307,6 @@ def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
     assert scenario.source == path
     assert scenario.relative_to == tmp_path
     assert scenario.waypoints[1].where == f"{path}: line 1: waypoints[1]"
-
-
-def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
-    path = SCENARIO_FILES["ur10_weld"]
-    # This file says nothing that YAML 1.1, as PyYAML reads it, takes for something else.
-    mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
-    from_file, from_mapping = load_scenario(path), load_scenario(mapping)
-    assert len(from_file.waypoints) == len(from_mapping.waypoints) > 5
-    for one, other in zip(from_file.waypoints, from_mapping.waypoints, strict=True):
-        assert (one.name, one.time) == (other.name, other.time)
-        if isinstance(one, CartesianWaypoint):
-            assert isinstance(other, CartesianWaypoint)
-            for part in ("position", "rotation", "linear", "angular"):
-                np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
-    for here, there in zip(from_file.paths, from_mapping.paths, strict=True):
-        assert here.first == there.first
-        for one, other in zip(here.stretches, there.stretches, strict=True):
-            assert one.kind == other.kind
-            for value in ("start", "end", "speed", "full_speed"):
-                assert getattr(one, value) == pytest.approx(getattr(other, value), rel=1e-12)
-    assert from_file.tolerances == from_mapping.tolerances
-    assert from_file.tool.offset == from_mapping.tool.offset
-    assert from_mapping.name == "scenario"
-    assert load_scenario("ur10_weld").times.tolist() == from_file.times.tolist()
 
 
 def test_a_mapping_is_not_changed_and_not_kept() -> None:

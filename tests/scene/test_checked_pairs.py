@@ -93,16 +93,6 @@ def test_what_is_fixed_to_the_base_is_checked_against_the_first_moving_link(
     assert turn(arm, [0.8], [0.3]).ok
 
 
-def test_what_is_fixed_to_a_moving_link_is_checked_against_the_link_before(tmp_path: Path) -> None:
-    fin = [
-        link("fin", (0.04, 0.04, 0.3)),
-        joint("weld", "forearm", "fin", (0.2, 0, 0), moves=False),
-    ]
-    parts = [PEDESTAL, UPPER, FOREARM, *fin, joint("shoulder", "base", "upper"), ELBOW]
-    report = turn(robot(tmp_path, parts, tool_frame="forearm"), [0, 2], [0, 3.1])
-    assert [name for name, one in clearances(report).items() if not one.ok] == ["fin, upper"]
-
-
 def test_a_locked_second_arm_is_checked_against_the_first_moving_link(tmp_path: Path) -> None:
     other = [
         link("other_upper", (0.04, 0.04, 0.4)),
@@ -169,15 +159,6 @@ def test_an_srdf_that_names_a_link_called_tool_says_nothing_of_the_scenarios_too
     assert "the SRDF disables it (never): upper and link:tool" in said(report, "pairs_not_checked")
 
 
-def test_a_robot_file_that_ignores_a_link_called_tool_says_nothing_of_the_scenarios_tool(
-    tmp_path: Path,
-) -> None:
-    ignored = {"ignore": [["tool", "upper"]]}
-    arm = robot(tmp_path, [*ARM, *HAND], tool_frame="tool", collision=ignored)
-    report = turn(arm, [0, 1.5], [0, 3.1], tool=POINTER)
-    assert not clearances(report)["tool, upper"].ok
-
-
 @pytest.mark.parametrize("key", ["ignore", "allow"])
 def test_a_name_of_a_link_and_of_the_tool_has_to_say_which(key: str, tmp_path: Path) -> None:
     arm = robot(tmp_path, [*ARM, *HAND], tool_frame="tool")
@@ -202,15 +183,6 @@ def test_a_name_of_a_link_and_of_the_tool_has_to_say_which(key: str, tmp_path: P
         checked = clearances(turn(arm, [0, 1.5], [0, 3.1], **task(name)))
         assert f"{gone}, {other}" not in checked
         assert f"{left}, {other}" in checked
-
-
-def test_a_link_called_tool_that_can_not_collide_makes_no_name_unclear(tmp_path: Path) -> None:
-    parts = [*ARM, link("tool"), HAND[1]]
-    arm = robot(tmp_path, parts, tool_frame="tool")
-    ignore = {"ignore": [["tool", "upper"]]}
-    report = turn(arm, [0, 1.5], [0, 3.1], tool=POINTER, collisions=ignore)
-    assert "tool, upper" not in clearances(report)
-    assert "the scenario ignores it: upper and tool" in said(report, "pairs_not_checked")
 
 
 def test_a_tool_that_is_in_a_link_at_home_but_not_everywhere_is_checked(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-from scipy.spatial import ConvexHull
 
 import knotwork as kw
 from knotwork.scenario import Shape
@@ -81,29 +80,6 @@ def test_a_hull_is_larger_than_its_points_by_a_known_little(points: Any) -> None
     assert more.min() >= -1e-15
     assert more.max() <= LARGER * size + flat
     assert max(len(hull.neighbors(i)) for i in range(hull.num_points)) <= MOST_NEIGHBOURS
-
-
-def test_inner_points_of_flat_faces_are_no_corners_of_a_large_hull() -> None:
-    grid = np.mgrid[0:1:20j, 0:1:20j, 0:1:20j].reshape(3, -1).T
-    assert convex_hull(grid).num_points == 8
-
-
-@pytest.mark.parametrize("heights", [(0.0,), (0.0, 0.01)])
-def test_qhull_finds_hardly_any_triangles_in_one_plane(
-    heights: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It merges such triangles, which takes it a time square to the corners of the flat face."""
-    hulls = []
-
-    def recorded(*args: Any, **options: Any) -> Any:
-        hulls.append(ConvexHull(*args, **options))
-        return hulls[-1]
-
-    monkeypatch.setattr("scipy.spatial.ConvexHull", recorded)
-    convex_hull(circles(5000, heights))
-    assert hulls
-    for hull in hulls:
-        assert len(np.unique(hull.equations, axis=0)) > 0.99 * len(hull.simplices)
 
 
 @pytest.mark.parametrize("edges", [100, 250, 300, 1000, 5000])

@@ -51,44 +51,6 @@ def serial() -> Any:
     return without_time(kw.sweep(TASK, VARY, workers=0, **OPTIONS))
 
 
-def test_a_process_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> None:
-    killed: list[int] = []
-
-    def kill_one(at: kw.sweeps.SweepProgress) -> None:
-        if at.done >= ROWS // 4 and not killed:
-            child = planning(psutil.Process())[0]
-            child.kill()
-            killed.append(child.pid)
-            assert at.done < ROWS
-
-    study = kw.sweep(TASK, VARY, out=tmp_path / "study", workers=2, progress=kill_one, **OPTIONS)
-    assert killed
-    assert set(study["verdict"]) == {"passed", "failed"}
-    assert without_time(study).equals(serial)
-    assert not planning(psutil.Process())
-
-
-def test_finished_chunks_that_are_lost_with_their_workers_are_planned_again(serial: Any) -> None:
-    killed: list[psutil.Process] = []
-
-    with cluster_of(2, 1) as cluster:
-
-        def kill_all(at: kw.sweeps.SweepProgress) -> None:
-            if at.done >= ROWS // 4 and not killed:
-                time.sleep(2.0)  # mostly they have finished what they have by then, and keep it
-                below = planning(psutil.Process())
-                killed.extend({one.parent() for one in below} - {None})  # type: ignore[arg-type]
-                for worker in killed:
-                    worker.kill()
-                psutil.wait_procs(killed)
-                time.sleep(0.2)  # the scheduler sees it, and others need longer to start
-
-        address = cluster.scheduler_address
-        study = kw.sweep(TASK, VARY, scheduler=address, progress=kill_all, **OPTIONS)
-    assert len(killed) == 2
-    assert without_time(study).equals(serial)
-
-
 RUN = """
 import time
 import knotwork as kw
@@ -126,16 +88,6 @@ def test_a_run_that_is_killed_is_gone_on_with(serial: Any, tmp_path: Path) -> No
     )
     assert seen[0].before == finished
     assert without_time(study).equals(serial)
-
-
-def test_rows_do_not_depend_on_what_was_planned_before() -> None:
-    vary = {"frames.block.position[0]": "300:600:4", "frames.block.rpy[2]": "0:300:4"}
-    studies = [
-        kw.sweep("ur5_deburring", vary, workers=workers, chunk=chunk)
-        for workers, chunk in ((0, 16), (2, 3))
-    ]
-    first, second = map(without_time, studies)
-    assert first.equals(second)
 
 
 @pytest.mark.parametrize("lost", [0, 1])
@@ -210,16 +162,3 @@ def test_a_scheduler_that_is_lost_costs_no_finished_chunk(serial: Any, tmp_path:
         cluster.close()
 
     check_nothing_is_lost(tmp_path / "study", serial, end, "scheduler was lost")
-
-
-def test_a_scheduler_that_loses_all_workers_costs_no_finished_chunk(
-    serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_ABSENCE", 0.5)
-
-    def dismiss(cluster: Any) -> None:
-        cluster.scale(0)
-        while cluster.scheduler.workers:
-            time.sleep(0.05)
-
-    check_nothing_is_lost(tmp_path / "study", serial, dismiss, "all workers are lost")

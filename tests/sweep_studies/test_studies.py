@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import yaml
@@ -94,12 +93,6 @@ def test_a_folder_is_not_gone_on_with_unasked(lifted: Path, tmp_path: Path) -> N
         kw.sweep(LIFT, VARY, workers=0, resume=True)
 
 
-def test_chunks_of_another_size_are_not_gone_on_with(lifted: Path) -> None:
-    with pytest.raises(kw.InputError, match=r"chunk is 3, and .* has chunks of 4 rows"):
-        kw.sweep(LIFT, VARY, out=lifted, workers=0, chunk=3, resume=True)
-    assert len(kw.sweep(LIFT, VARY, out=lifted, workers=0, chunk=4, resume=True)) == 10
-
-
 def test_rows_of_another_study_are_not_taken_over(lifted: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(lifted, tmp_path / "lift")
     described = folder / "study.json"
@@ -165,23 +158,6 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
         (folder / "study.json").write_text(json.dumps(wrong), encoding="utf-8")
         with pytest.raises(kw.InputError, match=said):
             kw.Study.open(folder)
-
-
-@pytest.mark.parametrize("size", [60_000, 200_000])
-def test_texts_that_fill_memory_are_refused(
-    size: int, lifted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A text of a chunk's file stands there once, however many rows have it, and compressed."""
-    folder = shutil.copytree(lifted, tmp_path / "lift")
-    chunk = min(folder.rglob("*.parquet"))
-    table = parquet.read_table(chunk, partitioning=None)
-    place = table.schema.get_field_index("message")
-    parquet.write_table(table.set_column(place, "message", [["x" * size] * 4]), chunk)
-    assert len(kw.Study.open(folder)["message"][3]) == size
-    assert chunk.stat().st_size < 30_000
-    monkeypatch.setattr("knotwork.sweeps.study.MOST_BYTES", 100_000)
-    with pytest.raises(kw.InputError, match=r"0000000\.parquet: .* more than 2000000000 bytes"):
-        kw.Study.open(folder).rows().__next__()
 
 
 def test_it_stops_when_enough_rows_pass() -> None:
@@ -265,27 +241,6 @@ def test_what_is_varied_may_be_free_itself(tmp_path: Path) -> None:
     assert kw.plan(frozen).trajectory.duration == study["duration"][0]
 
 
-def deburring_at(x: float) -> tuple[dict[str, Any], kw.Plan]:
-    """A row with the block of `ur5_deburring` at a place along x [mm], and its plan."""
-    study = kw.sweep("ur5_deburring", {"frames.block.position[0]": [x]}, workers=0)
-    (row,) = study.rows()
-    return row, kw.plan(study.scenario(0))
-
-
-def test_figures_leave_out_the_place_where_every_row_starts() -> None:
-    quantity = "smallest_singular_value"
-    near, far = deburring_at(500), deburring_at(650)
-    for (row, plan), at_start in ((near, False), (far, True)):
-        (found,) = plan.report.select(quantity=quantity)
-        assert (found.time == 0.0) == at_start
-        first, *_, last = [one.time for one in plan.scenario.waypoints][1:]
-        times = np.linspace(first if at_start else 0.0, last, 4001)
-        jacobians = [plan.space.robot.jacobian(q) for q in plan.trajectory.position(times)]
-        least = min(np.linalg.svd(one, compute_uv=False)[-1] for one in jacobians)
-        assert row[quantity] == pytest.approx(least, rel=1e-3)
-    assert far[0][quantity] > far[1].report.select(quantity=quantity)[0].value * 1.05
-
-
 def standing(start: str | dict[str, float], back: bool, robot: str = "ur5") -> dict[str, Any]:
     """A task of two poses, from where an arm stands and perhaps back to there."""
     ball = {"sphere": 0.05, "position": [0.0, 0.3, 0.9]}
@@ -327,18 +282,6 @@ def test_every_figure_leaves_out_joint_values_that_are_not_varied(
     assert row["position_use"] < 0.9 * used
 
 
-def test_torques_leave_out_where_all_rows_stand() -> None:
-    """The arm is stretched at its start, and bears more of itself there than anywhere else."""
-    names = kw.load_robot("ur5").joint_names
-    start = dict(zip(names, [0.0, -0.1, 0.1, -0.5, -1.0, 0.0], strict=True))
-    task = standing(start, back=False)
-    study = kw.sweep(task, {"waypoints[1].pose.position[0]": [0.4, 0.5]}, workers=0)
-    (at_start, *_) = kw.plan(task).report.select(name="shoulder_lift_joint", quantity="effort")
-    assert at_start.time == 0.0
-    near, far = study["effort_use"]
-    assert 1.05 * near < far < 0.9 * at_start.use
-
-
 @pytest.mark.parametrize("place", ["waypoints[1].joints", "start"])
 def test_joint_values_that_are_varied_count(place: str) -> None:
     """Next to a singularity, in the middle of the task or at its start."""
@@ -351,16 +294,6 @@ def test_joint_values_that_are_varied_count(place: str) -> None:
     study = kw.sweep(task, {f"{place}.wrist_2_joint": [-0.05, -1.0]}, workers=0)
     near, far = (row["smallest_singular_value"] for row in study.rows())
     assert near < 0.02 < 0.1 < far
-
-
-def test_a_held_part_whose_name_begins_like_an_object_is_not_taken_for_it() -> None:
-    """In the name of a pair of bodies there is a comma, too."""
-    task: Any = kw.load_scenario("panda_pick_place").task.to_dict()
-    vial = {"from": "pick", "to": "place", "sphere": 0.01}
-    task["scene"] = {"objects": {"part": {"sphere": 0.01, "position": [3, 3, 3]}}}
-    task["tool"] = {"offset": {"position": [0, 0, 0.02]}, "holds": {"part, small": vial}}
-    (row,) = kw.sweep(task, {"rate": [100]}, workers=0).rows()
-    assert row["self_clearance"] < 1.0 < row["clearance"]
 
 
 def test_rows_out_of_reach_are_no_motions() -> None:

@@ -11,9 +11,7 @@ import pytest
 from timing_cases import assert_kept, random_problem
 
 from knotwork.errors import TimingError
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing import Objective, Progress, TimedMotion, TimingLimits, TimingProblem, solve
-from knotwork.timing.binding import binding_limits
 
 
 @pytest.fixture(scope="module")
@@ -120,35 +118,6 @@ def test_through_a_waypoint_at_the_limits() -> None:
     assert_kept(asked, solve(asked))
 
 
-@pytest.mark.parametrize("known", [True, False])
-@pytest.mark.parametrize("way", [1, -1])
-def test_from_rest_on_a_limit_through_waypoints_near_it(way: int, known: bool) -> None:
-    """A joint that rests on its limit would swing beyond it before it leaves it."""
-    limits = TimingLimits([2.0, 2.0], [10.0, 10.0], [200.0, 200.0], lower=[-1, 0], upper=[3, 1])
-    rests, free = np.zeros(2), np.full(2, np.nan)
-    speeds, still = [rests, free, rests], [rests, free, rests] if known else None
-    position = [[0, 0], [1, 0.01], [2, 1]][::way]
-    asked = TimingProblem(("a", "b"), position, speeds, limits, acceleration=still)
-    motion = solve(asked)
-    assert_kept(asked, motion)
-    assert motion.duration < solve(replace(asked, velocity=np.zeros((3, 2)))).duration
-
-
-def test_short_cuts_between_speeds_are_found() -> None:
-    """Too slow for a stop, the joint would have to go back: 39 s instead of one."""
-    limits = TimingLimits([2.0], [0.1], [1.0])
-    asked = TimingProblem(("a",), [[0], [1]], [[1], [1]], limits)
-    motion = solve(asked)
-    assert_kept(asked, motion)
-    assert motion.duration < 1.0
-
-
-def test_the_same_problem_gives_the_same_bytes(problem: TimingProblem) -> None:
-    one, other = solve(problem), solve(problem)
-    assert one.trajectory.polynomial.c.tobytes() == other.trajectory.polynomial.c.tobytes()
-    assert one.time.tobytes() == other.time.tobytes()
-
-
 def test_a_motion_found_before_is_a_good_start(
     problem: TimingProblem, fastest: TimedMotion
 ) -> None:
@@ -172,17 +141,6 @@ def test_progress_is_told_and_changes_nothing(problem: TimingProblem, fastest: T
 def test_what_binds_is_said(fastest: TimedMotion) -> None:
     assert {one.quantity for one in fastest.binding} & {"velocity", "acceleration", "jerk"}
     assert all(one.share is not None and 0.0 < one.share <= 1.0 for one in fastest.binding)
-
-
-@pytest.mark.parametrize(("limit", "share"), [(1.5, 0.04), (1.515, 0.0), (2.0, None)])
-def test_a_limit_that_only_a_peak_comes_near_is_said_if_no_other_binds(
-    limit: float, share: float | None
-) -> None:
-    """The velocity of this cubic is 6 t (1 - t)."""
-    cubic = PiecewisePolynomial([[[-2.0]], [[3.0]], [[0.0]], [[0.0]]], [0.0, 1.0])
-    asked = TimingProblem(("a",), [[0.0], [1.0]], [[0.0], [0.0]], TimingLimits([limit], [9.0]))
-    said = binding_limits(asked, np.array([0.0, 1.0]), cubic)
-    assert [(one.quantity, one.share) for one in said] == [("velocity", share)][: share is not None]
 
 
 @pytest.mark.parametrize("name", ["peak_jerk", "peak_acceleration"])

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import count
 from typing import Any
 
 import numpy as np
@@ -16,8 +14,7 @@ from timing_cases import assert_kept, random_problem
 
 import knotwork as kw
 from knotwork.errors import InputError, TimingError
-from knotwork.timing import Objective, TimingLimits, TimingProblem, solve, solving
-from knotwork.timing.budget import Watch
+from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
 from knotwork.units import Units
 
 LIMITS = TimingLimits([2.0], [1.0], [100.0])
@@ -135,13 +132,6 @@ def test_all_waypoints_beyond_limits_are_told_at_once() -> None:
     solve(one_joint([0, 1, 2, 0], [0, 2, 2, 0]))
 
 
-def test_a_position_limit_is_shown_without_the_margin() -> None:
-    limits = TimingLimits([2.0], [17.5], [42.0], lower=[-0.08], upper=[1.082], margin=0.5)
-    ends = [[0.0], [0.0], [0.0]]
-    error = failure(one_joint([0, 1.047, 1.065], [0, 0.96, 0], limits, acceleration=ends))
-    assert (error.joint, error.limit, error.value) == ("elbow", "position", 1.082)
-
-
 def test_a_time_between_passing_and_going_back() -> None:
     limits = TimingLimits([2.0], [0.1], [100.0])
     error = failure(one_joint([0, 1], [1, 1], limits, duration=[20.0]))
@@ -149,17 +139,6 @@ def test_a_time_between_passing_and_going_back() -> None:
     assert float(shortest) == pytest.approx(38.98, abs=0.01)
     for possible in (0.98 * float(longest), 1.02 * float(shortest), error.bound):
         solve(one_joint([0, 1], [1, 1], limits, duration=[possible]))
-
-
-def test_contradictory_limits() -> None:
-    """Nothing given is beyond a limit, but braking within the jerk limit takes too far."""
-    limits = TimingLimits([2.0], [1.0], [0.7], lower=[-9.0], upper=[1.55])
-    error = failure(
-        one_joint([0, 1, 0], [0, 1, 0], limits, acceleration=[[np.nan], [0.0], [np.nan]])
-    )
-    assert error.joint == "elbow"
-    assert error.limit in ("jerk", "acceleration", "velocity", "position")
-    assert error.bound is not None
 
 
 def test_a_budget_that_is_too_small_is_no_answer() -> None:
@@ -199,51 +178,9 @@ def test_a_motion_past_given_velocities_needs_no_time_to_be_found(seed: int) -> 
     assert solve(asked).duration <= motion.duration * (1 + 1e-12)
 
 
-def test_a_joint_that_rests_has_no_limit_of_acceleration() -> None:
-    limits = TimingLimits([1.0, 1.0], [np.inf, np.inf], [100.0, 100.0])
-    still = np.zeros((2, 2))
-    problem = TimingProblem(("a", "b"), [[0.0, 0.0], [1.0, 0.0]], still, limits)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert solve(problem, budget=1e-6).status == "stopped"
-
-
-@pytest.mark.parametrize(
-    ("seed", "longer", "mixed"), [(6, (80, 150), True), (5, (100, 150), False)]
-)
-def test_a_longer_budget_never_ends_with_more_than_stops_take(
-    monkeypatch: pytest.MonkeyPatch, seed: int, longer: tuple[int, ...], mixed: bool
-) -> None:
-    """Parts that stop beside parts that were searched for, by a clock of steps."""
-    problem = random_problem(seed, 33, 3)
-    velocity = np.array(problem.velocity)
-    velocity[1:-1] = np.nan
-    free = replace(problem, velocity=velocity)
-    monkeypatch.setattr(solving, "Watch", lambda *given: Watch(*given, now=count().__next__))
-    stops, *found = (solve(free, budget=budget) for budget in (5, *longer))
-    assert (stops.velocity == 0.0).all()
-    for motion in found:
-        assert motion.status == "stopped"
-        assert_kept(free, replace(motion, status="optimal"))
-        assert motion.duration <= stops.duration
-    at_rest = (found[0].velocity == 0.0).all(axis=1)[1:-1]
-    assert (0 < at_rest.sum() < at_rest.size) == mixed
-
-
 def test_effort_needs_dynamics() -> None:
     with pytest.raises(InputError, match="need dynamics"):
         one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))
-
-
-def test_a_proposed_time_suits_the_intervals_beside() -> None:
-    """Alone the first interval takes less, with an acceleration that the next can't begin with."""
-    limits = TimingLimits([2.0944] * 2, [4.18879] * 2, [41.8879] * 2)
-    position = [[0.0, 0.0], [1.0472, -0.5236], [2.0944, 0.0]]
-    velocity = [[0.0, 0.0], [1.74533, 0.0], [0.0, 0.0]]
-    ends = [[0.0] * 2, [np.nan] * 2, [0.0] * 2]
-    given = {"acceleration": ends, "duration": [0.76, np.nan]}
-    problem = TimingProblem(("a", "b"), position, velocity, limits, **given)
-    solve(replace(problem, duration=[failure(problem).bound, np.nan]))
 
 
 def test_short_times_of_different_intervals_are_named_together() -> None:
@@ -291,18 +228,6 @@ def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> Non
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert abs(made.chosen.segments[0].velocity[1, 0]) > 0.5
-
-
-@pytest.mark.parametrize(("effort", "longer"), [(12.0, 1.02), (19.0, 1.001)])
-def test_such_a_place_is_passed_in_a_little_more_than_the_least_time(
-    effort: float, longer: float
-) -> None:
-    least = over_the_top(effort).trajectory.duration
-    made = over_the_top(effort, duration=longer * least)
-    made.report.raise_if_failed()
-    assert made.trajectory.duration == pytest.approx(longer * least)
-    assert made.chosen is not None
-    assert made.chosen.status == "optimal"
 
 
 def test_an_arm_too_heavy_to_rest_where_its_velocity_is_free_is_told_with_what_suffices() -> None:

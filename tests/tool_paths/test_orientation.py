@@ -60,15 +60,6 @@ def test_rates_are_those_of_the_rotations(seed):
     np.testing.assert_allclose(curve.rate(s, 1), change, atol=1e-6 * scale**2)
 
 
-def test_pieces_go_on_beyond_their_ends():
-    curve = random_curve(3)
-    at, h = np.full(3, curve.s[1]), 1e-6
-    s = curve.s[1] + np.array([-h, 0.0, h])
-    for side in ("left", "right"):
-        w = curve.rate(s, at=at, side=side)
-        np.testing.assert_allclose((w[2] - w[0]) / (2 * h), curve.changes[1, 0], atol=1e-4)
-
-
 @examples(20)
 @given(seeds)
 def test_bounds_of_rates_are_never_below_them(seed):
@@ -150,51 +141,6 @@ def test_joined_stretches_have_continuous_rates():
         np.testing.assert_allclose(left, right, atol=atol)
     one, other = stretches[0].rate([0.0])[0], stretches[1].rate([0.0])[0]
     np.testing.assert_allclose(curve.rate([0.4])[0], 0.5 * (one + other), atol=1e-12)
-
-
-def test_joined_stretches_turn_as_alone_but_in_the_quarters_at_the_junctions():
-    stretches = three_stretches()
-    curve = OrientationCurve.joined(stretches)
-    for start, stretch, parts in zip(
-        (0.0, 0.4, 0.6), stretches, ((0, 0.75), (0.25, 0.75), (0.25, 1)), strict=True
-    ):
-        s = np.linspace(*parts, 20) * stretch.length
-        np.testing.assert_allclose(curve.rotation(start + s), stretch.rotation(s), atol=1e-12)
-        np.testing.assert_allclose(curve.rate(start + s), stretch.rate(s), atol=1e-9)
-
-
-def test_a_long_stretch_before_a_short_turn_is_left_only_near_it():
-    long = OrientationCurve.constant(np.eye(3), 0.175)
-    turn = OrientationCurve.turning(np.eye(3), [0, 0, 1], np.pi / 2, 0.04)
-    curve = OrientationCurve.joined([long, turn])
-    s = np.linspace(0, 0.165, 100)
-    np.testing.assert_allclose(curve.rotation(s), np.eye(3) + np.zeros((100, 1, 1)), atol=1e-12)
-    near = curve.rotation(np.linspace(0.16, 0.18, 501))
-    alone = np.maximum(np.linspace(-0.015, 0.005, 501), 0) * (np.pi / 2) / 0.04
-    angles = np.arctan2(near[:, 1, 0], near[:, 0, 0])
-    assert np.abs(angles - alone).max() <= 0.025 * np.pi / 2
-    np.testing.assert_allclose(curve.rotation([0.175])[0], np.eye(3), atol=1e-12)
-
-
-def test_stretches_joined_at_a_stop_keep_their_rates():
-    stretches = three_stretches()
-    curve = OrientationCurve.joined(stretches, stops={0, 1})
-    np.testing.assert_allclose(curve.jumps, [0.4, 0.6])
-    for start, stretch in zip((0.0, 0.4, 0.6), stretches, strict=True):
-        s = np.linspace(0, stretch.length, 20)
-        middle = np.full(20, start + 0.01)
-        middle = start + np.clip(s, 1e-6, stretch.length - 1e-6)
-        np.testing.assert_allclose(
-            curve.rotation(start + s, at=middle), stretch.rotation(s), atol=1e-12
-        )
-
-
-def test_stretches_of_the_same_rate_need_no_transition():
-    first = OrientationCurve.turning(np.eye(3), [0, 0, 1], 0.5, 0.25)
-    second = OrientationCurve.turning(first.rotations[-1], [0, 0, 1], 1.0, 0.5)
-    curve = OrientationCurve.joined([first, second])
-    np.testing.assert_allclose(curve.s, [0, 0.25, 0.75])
-    assert curve.rate_bounds([0.0], [0.75])[1][0] < 1e-9
 
 
 HALF = np.diag([-1.0, -1.0, 1.0])

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import knotwork as kw
-from knotwork.errors import CornerError, PathError, TimeRangeError
+from knotwork.errors import CornerError, PathError
 from sweeps import examples
 
 tp = kw.tool_paths
@@ -77,13 +76,6 @@ def test_position_and_direction_are_continuous_and_the_side_chooses_the_curvatur
     np.testing.assert_allclose(beyond, [[0.3, 0, 0]])
 
 
-def test_pose_is_position_and_rotation():
-    pose = slot().pose(0.2 + math.pi * 0.025)
-    np.testing.assert_allclose(pose.translation, [0.25, 0.05, 0], atol=1e-12)
-    quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()
-    np.testing.assert_allclose(pose.rotation, quarter, atol=1e-12)
-
-
 @examples(40)
 @given(st.floats(0, 1), st.floats(-0.08, 0.08), st.floats(-0.01, 0.01))
 def test_nearest_goes_on_into_the_next_curve(share, ahead, aside):
@@ -92,14 +84,6 @@ def test_nearest_goes_on_into_the_next_curve(share, ahead, aside):
     point = path.position(s) + np.array([[0, 0, aside]])
     guess = np.clip(s + ahead, 0, path.length)
     np.testing.assert_allclose(path.nearest(point, guess), s, atol=1e-12)
-
-
-def test_nearest_crosses_short_curves():
-    points = np.linspace([0, 0, 0], [1, 0, 0], 101)
-    lines = [tp.Line(a, b) for a, b in pairwise(points)]
-    path = tp.ToolPath(lines, Turn.constant(np.eye(3), sum(line.length for line in lines)))
-    s = np.linspace(0, path.length, 333)
-    np.testing.assert_allclose(path.nearest(path.position(s), np.full(333, 0.5)), s, atol=1e-12)
 
 
 @examples(40)
@@ -120,23 +104,6 @@ def test_bends_bound_the_way_off_the_chord_even_across_junctions(seed):
             chord = values[0] + share[:, None] * (values[-1] - values[0])
             off = np.linalg.norm(values - chord, axis=1)
             assert (off <= allowed * bound + 1e-12).all()
-
-
-def test_bends_of_an_arc_are_exact():
-    path = slot()
-    s0, s1 = np.array([0.22]), np.array([0.23])
-    assert path.bend(s0, s1)[0] == pytest.approx(1e-4 / 0.05)
-    assert path.bend([0.0], [0.2])[0] == 0.0
-    middle = [0.2 + math.pi * 0.02], [0.2 + math.pi * 0.03]
-    expected = math.sqrt(2) * (0.01 * math.pi) ** 2 * 20**2
-    assert path.turn_bend(*middle)[0] == pytest.approx(expected)
-
-
-def test_across_a_stop_there_is_no_bound():
-    path = hook()
-    np.testing.assert_array_equal(path.bend([0.1, 0.1, 0.2], [0.3, 0.2, 0.3]), [np.inf, 0, 0])
-    assert path.turn_bend([0.1], [0.3])[0] == np.inf
-    assert np.isfinite(path.turn_bend([0.1, 0.2], [0.2, 0.3])).all()
 
 
 def test_a_sharp_corner_is_refused_with_its_angle():
@@ -185,16 +152,6 @@ def test_twist_and_acceleration_are_derivatives_of_the_pose(make):
         )
 
 
-def test_breaks_of_a_motion_are_those_of_path_and_timing():
-    motion = timed(hook(), start_speed=0.0, end_speed=0.0)
-    ramp = 0.15
-    stop = 2 + 2 + ramp
-    expected = [2, 2 + ramp, stop - ramp, stop, stop + ramp, stop + 3, stop + 3 + ramp]
-    np.testing.assert_allclose(motion.breaks, expected)
-    assert motion.breaks[-1] == motion.end_time
-    assert motion.start_time == 2.0
-
-
 def test_at_a_stop_the_tool_stands_and_each_side_keeps_its_own_acceleration():
     motion = timed(hook(), start_speed=0.0, end_speed=0.0)
     stop = motion.breaks[[3]]
@@ -206,31 +163,3 @@ def test_at_a_stop_the_tool_stands_and_each_side_keeps_its_own_acceleration():
         _, _, twist, _ = motion.state(stop + step, at=stop, side=side)
         speed = motion.speed(stop + step)[0]
         np.testing.assert_allclose(twist[0, 3:], [0, 0, rate * speed], atol=1e-9)
-
-
-def test_speed_and_pose_over_time():
-    motion = timed(slot())
-    np.testing.assert_allclose(motion.speed([2.0, 3.0, motion.end_time]), 0.1)
-    np.testing.assert_allclose(motion.arc_length([2.0, 3.0]), [0, 0.1], atol=1e-15)
-    np.testing.assert_allclose(motion.pose(3.0).translation, [0.1, 0, 0], atol=1e-15)
-    with pytest.raises(TimeRangeError, match="from 2 s"):
-        motion.pose(1.9)
-
-
-def test_path_and_timing_must_fit():
-    with pytest.raises(PathError, match=r"timing is for 0\.3 m"):
-        tp.TimedPath(slot(), tp.speed_profile([0.3], [0.1], acceleration=1.0))
-    with pytest.raises(PathError, match="needs a stop after curve 0"):
-        tp.TimedPath(hook(), tp.speed_profile([0.2, 0.3], [0.1, 0.1], acceleration=1.0))
-
-
-def test_a_path_through_rotations_is_turned_as_its_orientation_says():
-    angles = np.array([0.0, 0.2, 0.5, 0.4])
-    rotations = Rotation.from_rotvec(angles[:, None] * [0, 0.6, 0.8]).as_matrix()
-    line = tp.Line([0, 0, 0], [0.3, 0, 0])
-    path = tp.ToolPath([line], Turn.through([0, 0.05, 0.15, 0.3], rotations))
-    motion = timed(path)
-    for s in (0.0, 0.02, 0.05, 0.1, 0.25, 0.3):
-        _, rotation, twist, _ = motion.state([motion.start_time + s / 0.1])
-        np.testing.assert_allclose(rotation[0], path.rotation([s])[0], atol=1e-9)
-        np.testing.assert_allclose(twist[0, 3:], 0.1 * path.rate([s])[0], atol=1e-6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from knotwork.errors import BranchError, FollowingError, InputError
+from knotwork.errors import FollowingError, InputError
 from seams import ON as FIRST
 from seams import task
 
@@ -192,26 +191,6 @@ def test_a_path_that_a_branch_cannot_follow_names_branches_that_can() -> None:
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
 
 
-@pytest.mark.exhaustive
-def test_each_branch_leads_along_a_path_or_the_error_names_those_that_do() -> None:
-    on = {**FIRST, "stop": True, "pose": {"position": [450, 300, 300], "rpy": [180, 60, 0]}}
-    pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
-    off = {**LINE, "speed": 250, "stop": True, "pose": pose}
-    led, named = set(), set()
-    for words in itertools.product(("left", "right"), ("up", "down"), ("no flip", "flip")):
-        asked = dict(zip(("shoulder", "elbow", "wrist"), words, strict=True))
-        said = f"shoulder {words[0]}, elbow {words[1]}, {words[2]}"
-        try:
-            kw.plan(task(on, off, branch=asked))
-        except (FollowingError, BranchError) as error:
-            others = str(error).partition("a branch that leads along it: ")[2]
-            named.add(frozenset(others.split("; or ")))
-        else:
-            led.add(said)
-    assert 0 < len(led) < 8
-    assert named == {frozenset(led)}
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -300,57 +279,6 @@ def test_an_interval_that_looks_like_a_line_and_is_none_is_a_warning() -> None:
     hurried = kw.plan(task(first, {**second, "after": 1.5}, UP))
     assert "(150 mm in 1.5 s are 100 mm/s, and 60 mm/s is asked for)" in warnings_of(hurried)
     assert not warnings_of(kw.plan(task(FIRST, LINE, UP)))
-
-
-def test_a_circle_and_a_short_wait_are_no_slips() -> None:
-    circle = {
-        "name": "round",
-        "along": {"arc": {"centre": [430, -100, 60], "normal": [0, 0, 1]}},
-        "speed": 30,
-        "pose": {"position": [450, -100, 60]},
-        "wait": 0.02,
-    }
-    assert not warnings_of(kw.plan(task(FIRST, circle, UP, knots="balanced")))
-
-
-@pytest.mark.parametrize("robot", ["ur5", "panda"])
-def test_an_arm_that_waits_at_the_end_of_a_path_stands_still(robot: str) -> None:
-    start = {**FIRST, "pose": {"position": [450, -100, 300], "rpy": [180, 0, 0]}}
-    line = {**LINE, "wait": 0.3, "pose": {"position": [450, 50, 300]}}
-    back = {**LINE, "name": "back", "wait": 0.2, "pose": {"position": [450, -50, 300]}}
-    plan = kw.plan({**task(start, line, back, UP), "robot": robot})
-    assert plan.report.ok
-    for path in plan.scenario.paths:
-        end = path.stretches[-1].end
-        wait = 0.3 if path is plan.scenario.paths[0] else 0.2
-        inside = plan.trajectory.position(np.linspace(end, end + wait, 101)[1:-1])
-        assert np.abs(inside - inside[0]).max() == 0.0
-
-
-@pytest.mark.parametrize(("after", "warned"), [(3, True), (3.5, False)])
-def test_a_line_that_a_speed_and_the_time_speak_of_is_named(after: float, warned: bool) -> None:
-    """Speeds take their direction from the neighbours; the time gives the line away."""
-
-    def at(name: str, place: list[float], **more: Any) -> dict[str, Any]:
-        return {
-            "name": name,
-            "after": 1.5,
-            "pose": {"position": place, "rpy": [180, 0, -90]},
-        } | more
-
-    plan = kw.plan(
-        task(
-            at("above", [400, -100, 350], after=2, stop=True),
-            at("on", [450, -100, 300], speed=60),
-            at("off", [450, 80, 300], speed=60, after=after),
-            at("away", [400, 120, 350]),
-            end_acceleration="zero",
-        )
-    )
-    named = [one for one in warnings_of(plan).splitlines() if "between 'on' and 'off'" in one]
-    assert bool(named) is warned
-    if warned:
-        assert "leaves the straight line by 37" in named[0]
 
 
 def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None:

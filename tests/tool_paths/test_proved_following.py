@@ -130,16 +130,3 @@ def test_a_tolerance_that_rounding_leaves_no_room_for_is_refused() -> None:
     line = tp.Line(at, at + np.array([0.0, 0.1, 0.0]))
     with pytest.raises(PathError, match=r"tolerance of the speed, .* at least 2\.6e-07 is"):
         kw.follow_path(ARM, line, 0.001, 1e-5, start=HOME, speed_tolerance=1e-9)
-
-
-def test_a_full_circle_there_and_back_with_a_tool_that_turns_with_it() -> None:
-    """Both circles begin and end at one pose, at rest: neither is a wait."""
-    there = {**CIRCLE, "orientation": "tangent"}
-    back = {**there, "along": {"arc": {"centre": [400, -100, 60], "normal": [0, 0, -1]}}}
-    back["name"] = "back"
-    task = scenario(there, back)
-    plan = kw.plan(task)
-    assert plan.report.ok
-    assert not judged(plan, task)
-    wrist = plan.trajectory.position(plan.scenario.times[1:])[:, -1]
-    np.testing.assert_allclose(np.abs(np.diff(wrist)), 2.0 * np.pi, atol=1e-6)

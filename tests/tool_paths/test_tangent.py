@@ -41,17 +41,6 @@ def test_the_tool_sees_the_curve_in_the_same_direction_and_does_not_turn_about_i
     np.testing.assert_allclose(orientation.rotations[-1], truth, atol=3e-6)
 
 
-def test_lines_and_arcs_are_exact():
-    arc = tp.Arc.about([0.1, 0, 0], [0, 0, 0], [0.1, 0, 0], [0, 0, 1], turns=1)
-    orientation = tp.tangent_orientation(arc, np.eye(3))
-    s = np.linspace(0, arc.length, 50)
-    T = np.einsum("kji,kj->ki", orientation.rotation(s), arc.position(s, 1))
-    np.testing.assert_allclose(T, np.tile([0, 1, 0], (50, 1)), atol=1e-12)
-    line = tp.Line([0, 0, 0], [0, 0.2, 0])
-    R = Rotation.random(random_state=1).as_matrix()
-    np.testing.assert_array_equal(tp.tangent_orientation(line, R).rotations, [R, R])
-
-
 def test_a_rounded_corner_with_a_tool_that_turns_is_a_path():
     blend = tp.Blend([0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], 0.02)
     curves = [tp.Line([0, 0, 0], blend.start), blend, tp.Line(blend.end, [0.1, 0.1, 0])]

@@ -82,18 +82,6 @@ def test_a_profile_keeps_its_promises_or_says_what_would_do(parts, acceleration,
             assert timing(timing.times[[i + 1]], 1)[0] == pytest.approx(lower, rel=1e-6)
 
 
-def test_without_speeds_at_the_ends_the_whole_path_is_at_full_speed():
-    timing = profile([0.3, 0.2], [0.05, 0.05])
-    assert timing.duration == pytest.approx(10.0)
-    np.testing.assert_allclose(timing.full_speed, [[0, 6], [6, 10]])
-    assert timing.arc_length.c.shape[1] == 2
-
-
-def test_a_stop_at_the_end_is_a_stop():
-    timing = profile([0.3], [0.05], stops={0})
-    assert timing(np.array([timing.duration]), 1)[0] == pytest.approx(0.0, abs=1e-12)
-
-
 def test_times_of_arc_lengths_are_those_at_which_the_tool_is_there():
     timing = profile([0.1, 0.2], [0.05, 0.1], start_speed=0.0, end_speed=0.0, stops={0})
     t = np.linspace(0.01, timing.duration - 0.01, 50)
@@ -110,19 +98,6 @@ def test_too_short_a_stretch_names_the_closed_forms():
     assert error.highest_speed == pytest.approx(math.sqrt(0.01 / 1.5))
     assert error.lowest_acceleration == pytest.approx(1.5)
     assert "0.081649" in str(error)
-
-
-def test_ends_that_are_faster_than_the_stretch_are_helped_by_no_lower_speed():
-    with pytest.raises(RampError) as raised:
-        profile([0.125], [0.125], 0.5, start_speed=0.25, end_speed=0.25)
-    assert raised.value.highest_speed is None
-
-
-def test_speeds_at_the_ends_that_the_stretch_can_not_join_have_no_highest_speed():
-    with pytest.raises(RampError) as raised:
-        profile([0.001], [0.1], start_speed=0.2, end_speed=0.0)
-    assert raised.value.highest_speed is None
-    assert "a speed of at most" not in str(raised.value)
 
 
 @examples(40)

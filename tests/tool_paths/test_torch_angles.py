@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from pathlib import Path
 from typing import Any
 
@@ -161,19 +162,24 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
     assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].motion
     corner = plan.scenario.paths[0].stretches[0].end
-    worst = []
+    worst, works = [], []
     for t in np.linspace(motion.start_time, motion.end_time, 60):
         pose = leant(plan, float(t))
         turned = pose.translation - [0.66, -0.17, 0.25]
         seam = np.array([-turned[1], turned[0], 0.0]) if t > corner else np.array([1.0, 0, 0])
         seam /= np.linalg.norm(seam)
         work, travel = angles_of(pose.rotation[:, 2], seam, np.array(UP))
+        works.append(work)
         worst.append(max(0.2 - work, work - 0.5, -0.3 - travel, travel))
     # the path's own tangent passes smoothly from line to arc
     assert max(worst) < np.radians(0.1) + 0.025 * np.pi / 2
+    (used,) = plan.report.select(group="Freedom")
+    row = re.search(r"work angle (\S+) to (\S+) of 0\.2 to 0\.5 rad", used.message)
+    assert row is not None
+    assert [float(one) for one in row.groups()] == pytest.approx([min(works), max(works)], abs=0.03)
     times = np.linspace(motion.start_time, motion.end_time, 300)
     moved = [np.abs(np.diff(one.trajectory(times), axis=0)).sum() for one in (plan, fixed)]
-    assert moved[0] < 0.97 * moved[1]
+    assert moved[0] < 0.98 * moved[1]
     rows = plan.report.select(quantity="path_turn")
     assert [row.proof for row in rows] == ["bounded", "bounded"]
     narrow = {"work_angle": [WORK - 0.01, WORK + 0.01], "travel_angle": [TRAVEL - 0.01, TRAVEL]}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from typing import Any
 
 import numpy as np
@@ -233,11 +234,31 @@ def test_a_weave_faster_than_a_joint_names_it() -> None:
     assert "of the speed" not in str(caught.value)  # a slower path is woven as fast
 
 
-def test_limits_of_acceleration_ask_for_another_weave() -> None:
-    fast = seam({"shape": "sine", "width": 0.01}, limits={"acceleration": 1.0, "jerk": 1e4})
-    failed = [str(one) for one in kw.plan(fast).report.failures]
-    woven = [one for one in failed if "a weave goes on there: less width or frequency" in one]
-    assert any("acceleration" in one for one in woven)
+@pytest.mark.parametrize(
+    ("weave", "limits"),
+    [
+        ({"shape": "sine", "width": 0.01}, {"acceleration": 1.0, "jerk": 1e4}),
+        ({"shape": "triangle", "width": 0.006, "dwell": 0.05}, {"acceleration": 20, "jerk": 1000}),
+    ],
+)
+def test_limits_ask_for_another_weave_which_keeps_them(
+    weave: dict[str, Any], limits: dict[str, float]
+) -> None:
+    fast = seam(weave, limits=limits)
+
+    def woven_failures(task: dict[str, Any]) -> list[str]:
+        failed = [str(one) for one in kw.plan(task).report.failures]
+        return [one for one in failed if "a weave goes on there" in one]
+
+    woven = woven_failures(fast)
+    assert woven
+    values = re.findall(r"(rounding|frequency): (\S+)", " ".join(woven))
+    least = {key: min(float(v) for k, v in values if k == key) for key, _ in values}
+    if "rounding" in least:
+        least["rounding"] = max(float(v) for k, v in values if k == "rounding")
+    assert ("rounding" in least) == (weave["shape"] == "triangle")
+    for key, value in least.items():
+        assert not woven_failures(seam({**weave, key: value}, limits=limits))
     fast["waypoints"][0]["after"] = "fastest"
     with pytest.raises(kw.errors.InputError, match="a narrower weave, a lower frequency"):
         kw.plan(fast)

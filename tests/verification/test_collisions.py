@@ -15,17 +15,14 @@ import pytest
 import trimesh
 import yaml
 from collision_truth import Truth
-from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
 from drawn import scene, thing, vertices
 from knotwork.errors import FollowingError, InputError
-from knotwork.scenario.joint_space import joint_space
 from knotwork.verification import Finding
-from shipped import ROBOT_FILES, SCENARIO_FILES
+from shipped import SCENARIO_FILES
 
-Array = NDArray[np.float64]
 ARMS = ("ur3", "ur5", "ur10", "panda", "xarm7", "z1")
 DOWN = [180, 0, 0]
 
@@ -150,12 +147,6 @@ def test_a_million_distances_are_not_below_the_proved_clearances(tmp_path: Path)
                 measured += compare_with_truth(task, 1000)
             except InputError:
                 continue  # a box stands where the arm starts
-
-
-def robot_of(plan: kw.Plan) -> kw.Robot:
-    robot = joint_space(plan.scenario).robot
-    assert robot is not None
-    return robot
 
 
 def scene_of(plan: kw.Plan) -> dict[str, Any]:
@@ -419,6 +410,18 @@ def test_the_tool_keeps_clear_of_what_it_has_left() -> None:
     (hit,) = kw.plan({**VIAL, "waypoints": waypoints}).report.failures
     assert hit.name == "tool, vial"
     assert hit.at == pytest.approx(11, abs=0.5)
+
+
+def test_what_appears_at_the_last_waypoint_is_there_then() -> None:
+    """The tool stood in it, and nothing was said."""
+    at_the_end = {"box": [60, 60, 60], "position": [500, 200, 150], "appears": "there"}
+    scene = {"objects": {**VIAL["scene"]["objects"], "late": at_the_end}}
+    plan = kw.plan({**VIAL, "scene": scene})
+    failed = {found.name: found for found in plan.report.failures}
+    assert "tool, late" in failed
+    assert all(one.at == pytest.approx(plan.trajectory.end_time) for one in failed.values())
+    late = {**at_the_end, "position": [500, 200, -400]}
+    assert kw.plan({**VIAL, "scene": {"objects": {**scene["objects"], "late": late}}}).report.ok
 
 
 def test_what_is_allowed_or_ignored_is_not_checked() -> None:
@@ -740,18 +743,6 @@ def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
         assert "tool" not in one.message
     warned = [one.message for one in report.warnings if "wrong place or unit" in one.message]
     assert len(warned) == 3
-
-
-def test_a_robot_file_that_ignores_links_without_shapes_is_warned_of(tmp_path: Path) -> None:
-    file = tmp_path / "own.yaml"
-    text = (ROBOT_FILES / "ur5.yaml").read_text()
-    file.write_text(text.replace("[base_link, upper_arm_link]", "[tool0, upper_arm_link]"))
-    home = kw.load_robot("ur5")
-    joints = dict(zip(home.joint_names, home.configurations["home"].tolist(), strict=True))
-    ends = [{"joints": joints}, {"joints": joints, "after": 1}]
-    (warned,) = kw.plan({"robot": str(file), "waypoints": ends}).report.warnings
-    assert "own.yaml: collision.ignore names links without collision shapes" in warned.message
-    assert warned.message.endswith("which changes nothing: 'tool0'")
 
 
 def test_a_waypoint_that_collides_is_named() -> None:

@@ -238,17 +238,6 @@ def test_a_sweep_has_no_figure_of_what_is_only_sampled() -> None:
     assert study["message"] == ["1 of its requirements is sampled only"]
 
 
-def test_the_page_shows_limits_of_tool_and_links(tmp_path: Path) -> None:
-    from knotwork.view import report_page
-
-    speed = [{"frame": "forearm_link", "speed": 2.345}]
-    limits = {"tool_speed": 1.234, "frame_speed": speed, "singular_value": 0.0123}
-    page = report_page(kw.plan(move(limits=limits))).html
-    for said in ("Tool and links", "tool speed", "1.234", "forearm_link", "2.345", "0.0123"):
-        assert said in page
-    assert "bounded, +" in page
-
-
 def newton_euler(robot: kw.Robot, q: Any, v: Any, a: Any, gravity: np.ndarray) -> np.ndarray:
     """Torque of the payload alone, from differences of where its points are.
 
@@ -314,16 +303,6 @@ def test_a_payload_and_gravity_of_the_file_enter_the_report(tmp_path: Path) -> N
     }
     assert abs(lift["loaded"]) > abs(lift["bare"]) + 5
     assert lift["loaded"] * lift["hanging"] < 0
-
-
-def test_millimetres_hold_for_the_centre_of_mass_and_not_for_gravity() -> None:
-    in_mm = {**TOOL, "offset": {"position": [0, 0, 180]}, "centre_of_mass": [10, 0, 60]}
-    given = move(tool=in_mm, gravity=[0, 9.81, 0], units={"length": "mm"})
-    robots = [kw.plan(data).space.robot for data in (given, move(tool=TOOL, gravity=[0, 9.81, 0]))]
-    np.testing.assert_allclose(robots[0].payload.centre_of_mass, [0.01, 0, 0.06])
-    still = np.zeros(6)
-    torques = [robot.torque(still + 0.5, still, still) for robot in robots]
-    np.testing.assert_allclose(*torques)
 
 
 def test_gravity_in_millimetres_is_plausibly_a_slip() -> None:
@@ -468,16 +447,3 @@ def test_a_payload_belongs_to_its_frame_and_a_copy_keeps_it() -> None:
     np.testing.assert_array_equal(hanging.gravity, [0, 0, 9.81])
     assert robot.with_tool("wrist_3_link").payload is None
     assert robot.with_limits(velocity=1.0).payload is robot.payload
-
-
-def test_every_new_key_is_in_the_schema(knotwork: Command) -> None:
-    text = knotwork("schema").out
-    for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value", "gravity"):
-        assert f'"{key}"' in text
-
-
-def test_a_comparison_counts_limits_of_the_tool_as_broken() -> None:
-    limits = {"tool_speed": 0.01, "singular_value": 0.9}
-    (score,) = kw.compare(move(limits=limits), ["modified-hermite"]).scores
-    (free,) = kw.compare(move(), ["modified-hermite"]).scores
-    assert (free.failed, score.failed, score.required) == (0, 2, free.required + 2)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import socket
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from PIL import Image
 
 import knotwork as kw
 from knotwork.errors import InputError
@@ -54,6 +57,24 @@ def test_the_animation_is_the_motion(plan: kw.Plan) -> None:
         true = robot.base_placement * robot.forward(plan.trajectory.position(time))
         assert pose.translation == pytest.approx(true.translation, abs=2e-6)
     assert time == pytest.approx(plan.trajectory.duration)
+
+
+def test_the_board_has_the_verdict_and_the_camera_looks_at_the_scene() -> None:
+    window, plan = Window(), kw.plan("planar2_closed_form", planner="parabolic-blend")
+    plan.play(meshcat.Visualizer(window=window))
+    (board,) = (one for one in window.kinds("set_object") if one["path"].endswith("/board"))
+    (picture,) = board["object"]["images"]
+    data = base64.b64decode(picture["url"].partition(",")[2])
+    pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
+    red, green, blue = np.moveaxis(pixels, 2, 0)
+    dark_red = (red > 150) & (green < 60) & (blue < 60)
+    assert dark_red.sum() > 0.01 * red.size  # it fails, and says so in red
+    (place,) = (one for one in window.kinds("set_transform") if one["path"].endswith("/board"))
+    turned = np.array(place["matrix"]).reshape(4, 4).T[:3, :3]
+    assert turned[:, 1] == pytest.approx([0, 0, 1])  # upright
+    (eye,) = [one["value"] for one in window.kinds("set_property") if "Cameras" in one["path"]]
+    seen_from = np.array([eye[0], -eye[2], eye[1]])
+    assert turned[:, 2] @ seen_from > 0.3 * np.linalg.norm(seen_from)  # it faces the camera
 
 
 def test_pinocchios_visualizer_is_taken_and_its_own_robot_hidden(plan: kw.Plan) -> None:

@@ -103,14 +103,6 @@ def test_one_value_has_a_curve_and_three_have_a_column_each() -> None:
     assert dots(each) == [12, 12, 12]
 
 
-def test_powers_of_ten_have_cells_of_one_size() -> None:
-    made = study({SPEED: [1, 10, 100, 1000], AFTER: [1, 2]}).plot([])
-    made.draw_without_rendering()
-    assert [label.get_text() for label in made.axes[0].get_xticklabels()] == [
-        *("1", "10", "100", "1000")
-    ]
-
-
 @pytest.mark.parametrize("together", [False, True])
 def test_long_names_are_neither_cut_nor_over_each_other(together: bool) -> None:
     name = "the_place_above_the_left_holder"

@@ -263,7 +263,7 @@ def test_turning_asked_for_is_shown_and_explained(show: Any) -> None:
     # Lines are a pixel or two wide: at their edges they are mixed with what is behind them.
     red, green, blue = np.moveaxis(whole[gone].astype(int) - bare[gone], 1, 0)
     assert ((blue > green) & (red > green)).mean() > 0.8
-    assert "turn in 5 s" in tab.inner_text("#legend")
+    assert "turn in 5 s" in tab.locator("#legend").text_content()
     assert "turning at 0.75 rad/s" in tab.get_attribute(".label:text-is('three four')", "title")
 
 
@@ -302,6 +302,7 @@ def test_what_fails_stands_out(show: Any) -> None:
     assert not planned(scenario).report.ok
     assert tab.inner_text(".verdict") == "FAILED"
     (failed,) = planned(scenario).report.failures
+    resize(tab, 900, 600)
     tab.evaluate("(time) => knotwork.seek(time)", failed.at)
     tab.evaluate(NEXT_FRAME)
     assert "velocity" in tab.inner_text(".label.miss")
@@ -366,6 +367,29 @@ def swing(robot: kw.Robot) -> kw.JointTrajectory:
     )
 
 
+# Labels of failures behind which rays from the camera meet the arm
+LABELS_OVER_THE_ARM = """(() => {
+  const { camera, scene_tree: tree } = viewer;
+  const pane = document.getElementById("scene").getBoundingClientRect();
+  const ray = new MeshCat.THREE.Raycaster();
+  const arm = [];
+  tree.find(["Knotwork", "arm"]).object.traverse((one) => { if (one.isMesh) arm.push(one); });
+  const meets = (x, y) => {
+    const at = [((x - pane.left) / pane.width) * 2 - 1, 1 - ((y - pane.top) / pane.height) * 2];
+    ray.setFromCamera(new MeshCat.THREE.Vector2(...at), camera);
+    return ray.intersectObjects(arm).length > 0;
+  };
+  const labels = [...document.querySelectorAll(".label.miss")]
+    .filter((one) => one.style.visibility === "visible");
+  if (!labels.length) return ["none is seen"];
+  return labels.filter((label) => {
+    const { left, top, width, height } = label.getBoundingClientRect();
+    const over = (x) => [0, 0.5, 1].some((y) => meets(left + x * width, top + y * height));
+    return [0, 0.25, 0.5, 0.75, 1].some(over);
+  }).map((label) => label.textContent);
+})()"""
+
+
 def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     tabs: Any, tmp_path: Path
 ) -> None:
@@ -396,6 +420,10 @@ def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     assert time == pytest.approx(next(one.at for one in plan.report.failures))
     assert 1 <= tab.locator(".label.miss:visible").count() <= 3
     assert is_red(picture(tab)).sum() > 3 * is_red(clean).sum()
+    tab.evaluate("knotwork.look('whole arm')")
+    for size in ((390, 844), (1280, 800)):
+        resize(tab, *size)
+        assert not tab.evaluate(LABELS_OVER_THE_ARM), size
     wall_drawn = """(() => {
       let found = null;
       const { object } = viewer.scene_tree.find(["Knotwork", "objects"]);

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +10,6 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from PIL import Image
 
 import knotwork as kw
 from drawn import at_rest, faces, numbers, scene, thing, vertices
@@ -21,7 +18,6 @@ from knotwork.view import view_trajectory
 from knotwork.view.page import Page
 from sweeps import mostly_exhaustive
 
-FAILING = Path(__file__).parents[1] / "failing"
 LEAST_RATE = 60.0  # frames a second
 
 
@@ -121,45 +117,11 @@ def test_a_missing_mesh_is_a_warning(
     assert vertices(base)[:, 2].max() == pytest.approx(height, abs=1e-6)
 
 
-def test_a_broken_mesh_is_a_warning(tmp_path: Path) -> None:
-    (tmp_path / "base.dae").write_text("<COLLADA><asset/></COLLADA>", encoding="utf-8")
-    path = tmp_path / "one.urdf"
-    text = URDF.format(collision="").replace("package://lost/base.stl", "base.dae")
-    path.write_text(text, encoding="utf-8")
-    assert "can't be read" in at_rest(kw.load_robot(path).with_tool("arm")).warnings[1]
-
-
 def stl(path: Path) -> None:
     """Write a mesh of one triangle."""
     record = np.zeros(1, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
     record["c"] = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
     path.write_bytes(bytes(80) + (1).to_bytes(4, "little") + record.tobytes())
-
-
-def test_meshes_are_found_as_ros_finds_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    package = tmp_path / "share" / "arm_description"
-    (package / "meshes").mkdir(parents=True)
-    (package / "urdf").mkdir()
-    (tmp_path / "other").mkdir()
-    stl(package / "meshes" / "a.stl")
-    (package / "package.xml").touch()
-
-    def is_found(name: str, folder: Path) -> bool:
-        path = folder / "arm.urdf"
-        text = URDF.format(collision="").replace("package://lost/base.stl", name)
-        path.write_text(text, encoding="utf-8")
-        said = at_rest(kw.load_robot(path).with_tool("arm")).warnings
-        return not any(f"there is no mesh {name!r}" in line for line in said)
-
-    name = "package://arm_description/meshes/a.stl"
-    assert is_found(name, package / "urdf")
-    assert is_found("../meshes/a.stl", package / "urdf")
-    assert not is_found(name, tmp_path / "other")
-    assert not is_found("package://lost/a.stl", tmp_path / "other")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "share"))
-    assert is_found(name, tmp_path / "other")
 
 
 def test_a_motion_too_long_for_a_page_is_refused() -> None:
@@ -198,36 +160,6 @@ def test_the_scale_of_speeds_has_those_asked_for_that_are_not_reached() -> None:
     assert legend["high"] >= max(legend["marks"]) == pytest.approx(np.hypot(0.25, 0.3))
 
 
-def test_all_of_a_motion_is_in_view_at_first() -> None:
-    """Between its two waypoints the folded arm's elbow is where neither it nor the tool was."""
-    robot = kw.load_robot("planar2")
-    ends, still = [[-1.5, 2.6], [1.5, 2.6]], np.zeros((2, 2))
-    motion = kw.JointTrajectory.from_knots(robot.joint_names, [0, 2], ends, still)
-    points = np.array(scene(view_trajectory(robot, motion))["view"]["points"])
-    elbow = robot.model.jointPlacements[2].translation[0]
-    assert points[:, 0].max() > elbow
-
-
-def test_the_path_is_red_where_a_limit_is_broken() -> None:
-    plan = kw.plan(FAILING / "velocity_limit_broken.yaml")
-    robot = plan.space.robot
-    assert robot is not None
-    data = scene(plan.view())
-    assert data["legend"]["broken"]
-    red = vertices(thing(data, "limits broken"))
-    time = np.linspace(plan.trajectory.start_time, plan.trajectory.end_time, 801)
-    beyond = (np.abs(plan.trajectory.velocity(time)) > plan.space.limits["velocity"]).any(axis=1)
-    placed = (robot.base_placement * robot.forward(q) for q in plan.trajectory.position(time))
-    tool = np.array([pose.translation for pose in placed])
-    near = np.linalg.norm(tool[:, np.newaxis] - red, axis=2).min(axis=1) < 0.01 * data["size"]
-    assert beyond.any()
-    assert near[beyond].all()
-    # elsewhere only next to where it is broken, as wide as the line
-    assert (near != beyond).sum() < 0.03 * len(time)
-    (worst,) = plan.report.failures
-    assert near[np.abs(time - (worst.time or 0.0)).argmin()]
-
-
 def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) -> None:
     plan = kw.plan("planar2_closed_form")
     name = "</script><b onload=x>&"
@@ -242,24 +174,6 @@ def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) 
     assert inline.count("<") == 2
     name = "</script>\u2028"
     assert scene(replace(plan, scenario=replace(plan.scenario, name=name)).view())["title"] == name
-
-
-def test_a_page_makes_its_folder_and_is_never_one(tmp_path: Path) -> None:
-    path = Page("a", "b").save(tmp_path / "new" / "er" / "a.html")
-    assert path.read_text(encoding="utf-8") == "b"
-    (tmp_path / "folder.html").mkdir()
-    for name, says in (
-        ("folder.html", "it is a folder"),
-        ("new/er/a.html/b.html", "is no folder"),
-        ("a", r"it has no suffix; give \.html, \.htm"),
-        ("a.pdf", r"the suffix is '\.pdf'; give \.html"),
-    ):
-        with pytest.raises(InputError, match=says):
-            Page("a", "b").save(tmp_path / name)
-    with pytest.raises(InputError, match="it is a folder"):
-        Page("a", "b").save(tmp_path)
-    with pytest.raises(InputError, match="can't write"):
-        Page("a", "b").save(Path("/proc/nowhere/a.html"))
 
 
 def test_without_a_robot_there_is_nothing_to_show() -> None:
@@ -399,46 +313,6 @@ def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None
     (missing,) = shape_warnings(at_rest(textured_robot))
     assert "image 'two%20colours.png' does not exist below" in missing
     assert missing.endswith("what it colours is drawn grey")
-
-
-def test_images_are_made_small_enough_together(textured_robot: kw.Robot) -> None:
-    """Noise, which can't be packed: one image stays as it is, of eight each is made smaller."""
-    folder = textured_robot.urdf.parent
-    noise = np.random.default_rng(0).integers(0, 256, (900, 1000, 3), dtype=np.uint8)
-
-    def sizes(count: int) -> list[tuple[int, int]]:
-        links, mesh = "", (folder / "cube.dae").read_text(encoding="utf-8")
-        for i in range(count):
-            Image.fromarray(noise).save(folder / f"noise{i}.bmp")
-            text = mesh.replace("two%20colours.png", f"noise{i}.bmp")
-            (folder / f"cube{i}.dae").write_text(text, encoding="utf-8")
-            links += f'<visual><geometry><mesh filename="cube{i}.dae"/></geometry></visual>'
-        shape = '<mesh filename="cube.dae"/></geometry></visual>' + links + "<visual><geometry>"
-        path = folder / "many.urdf"
-        path.write_text(ONE_SHAPE.format(shape=shape), encoding="utf-8")
-        images = scene(at_rest(kw.load_robot(path).with_tool("arm")))["images"]
-        assert sum(map(len, images)) <= 6_000_000
-        noisy = (base64.b64decode(address.partition(",")[2]) for address in images[1:])
-        return [Image.open(io.BytesIO(one)).size for one in noisy]
-
-    assert sizes(1) == [(1000, 900)]
-    assert sizes(12) == [(512, 461)] * 12
-
-
-def test_knots_on_a_path_are_shown_on_demand_only_as_they_would_cover_it() -> None:
-    plan = kw.plan("xarm7_bead")
-    (path,) = plan.scenario.paths
-    knots = plan.trajectory.polynomial.x
-    inside = (knots > path.motion.start_time) & (knots < path.motion.end_time)
-    assert inside.sum() > 10
-    data = scene(plan.view())
-    hidden = {one["name"]: one["hidden"] for one in data["things"]}
-    assert hidden["knots on paths"]
-    assert not hidden["knots"]
-    for name, times in (("knots", knots[~inside]), ("knots on paths", knots[inside])):
-        places = [plan.space.robot.forward(q).translation for q in plan.trajectory.position(times)]
-        drawn = vertices(thing(data, name)).reshape(len(times), -1, 3).mean(axis=1)
-        np.testing.assert_allclose(drawn, places, atol=2e-4)
 
 
 def test_a_wait_has_one_label_where_it_begins() -> None:

@@ -96,6 +96,25 @@ def test_a_motion_that_bows_into_something_finds_its_way_through_all_that_it_pas
     assert "way: clear was taken at 'over' and 'beyond' and 'there'" in line
 
 
+def test_what_is_proposed_for_poses_that_are_passed_is_accepted() -> None:
+    """Ways through them are one motion, which takes no times."""
+    passed = [
+        {"name": name, "pose": {"position": [450, y, 300], "rpy": DOWN}, "velocity": "free"}
+        for name, y in (("over", -100), ("beyond", 100))
+    ]
+    given = across()
+    given["waypoints"][1:1] = passed
+    for waypoint in given["waypoints"][1:]:
+        waypoint["after"] = 1
+    (line,) = told(given)
+    said = "way: clear at 'over' and 'beyond' and 'there' without times lets these motions find"
+    assert said in line
+    for waypoint in given["waypoints"][1:]:
+        waypoint["way"] = "clear"
+        del waypoint["after"]
+    assert kw.plan(given).report.ok
+
+
 def test_where_no_way_is_found_that_is_told() -> None:
     given = fastest()
     given["scene"]["objects"] = {

@@ -254,6 +254,28 @@ def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
     assert np.linalg.norm(made.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
 
 
+def test_between_tool_paths_other_solutions_are_tried_where_no_way_is_found() -> None:
+    """The solutions at both ends come before the way; of the best ones none was found."""
+    given = past()
+    across = [
+        {"name": "p", "pose": {"position": [450, -160, 100]}, "along": "line", "speed": 100},
+        {"name": "q", "pose": {"position": [450, 170, 100], "rpy": DOWN}, "way": "clear"},
+        {"name": "r", "pose": {"position": [450, 280, 100]}, "along": "line", "speed": 100},
+    ]
+    given["waypoints"][1:] = across
+    made = planned(given)
+    assert any("no way was found in the best" in one.message for one in made.report.findings)
+
+
+def test_a_way_past_nothing_that_is_there_yet_has_a_clearance() -> None:
+    later = {"box": [100, 100, 100], "position": [450, -400, 60], "appears": "there"}
+    given = past({"later": later}, {"name": "stay", "after": 1, "stop": True})
+    given["waypoints"][2]["pose"] = {"position": [450, 300, 150], "rpy": DOWN}
+    (way,) = planned(given).report.select(quantity="way")
+    assert way.value is not None
+    assert way.value > 0
+
+
 def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
     given = past()
     given["limits"] = {**given["limits"], "tool_speed": 600}
@@ -341,21 +363,25 @@ def test_an_object_that_is_left_stands_in_the_next_way() -> None:
     assert "bar" in caught.value.names
 
 
-def left_to_the_wall(given: dict[str, Any]) -> float:
-    """How much more than its margin the tool keeps from the wall."""
-    findings = planned(given).report.findings
-    (left,) = (one.margin for one in findings if one.name == "tool, wall")
-    assert left is not None
-    return left
-
-
-def test_room_beyond_the_margin_is_kept_or_a_part_of_it() -> None:
+@pytest.mark.parametrize(
+    ("room", "kept", "said"), [(None, 0, ""), (15, 15, "15 mm"), (120, 60, "60 mm")]
+)
+def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
+    room: float | None, kept: float, said: str
+) -> None:
     """Rows of the program alone once kept 2 mm where 10 mm were asked for."""
-    assert left_to_the_wall(past()) < 0.005
-    for room, kept in ((15, 0.015), (40, 0.020)):
-        given = past()
-        given["waypoints"][1]["way"] = {"clear": True, "room": room}
-        assert left_to_the_wall(given) >= kept - 1e-4
+    given = past()
+    given["waypoints"][1]["way"] = {"clear": True, "room": room} if room else "clear"
+    made = planned(given)
+    (left,) = (one.margin for one in made.report.findings if one.name == "tool, wall")
+    assert left is not None
+    assert 1000 * left >= kept - 0.1
+    assert room or 1000 * left < 5
+    again = kw.plan(made.scenario.task)
+    for one in (made, again):
+        (way,) = one.report.select(quantity="way")
+        for text in (way.message, way.brief):
+            assert (f"with {said} of room, least clearance" in text) == bool(said)
 
 
 def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:

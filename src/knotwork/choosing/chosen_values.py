@@ -118,6 +118,7 @@ def _chosen(
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     return ChosenMotion(
         times=times.tolist(),
+        room=None if motion.room is None else motion.room / units.length,
         accelerations={
             name: (a[:, j] / scale).tolist()
             for j, (name, scale) in enumerate(zip(units.names, units.scales, strict=True))

@@ -88,10 +88,14 @@ def clear_motion(
                 report=report,
             )
     except NoWayError as none:
-        raise _reported(none, wanted, task, segment) from None
+        error = _reported(none, wanted, task, segment)
+        if len(wanted.starts) == len(wanted.goals) == 1:
+            error.waypoints = segment.waypoints
+        raise error from None
     curve = _slowed(way, wanted, problem, task, segment)
     found = _timed(way, curve, problem, wanted)
-    return replace(found, seconds=watch.now() - begun, tries=tries)
+    room = way.room if asked.room else None
+    return replace(found, seconds=watch.now() - begun, tries=tries, room=room)
 
 
 def _timed(
@@ -218,7 +222,9 @@ def _slowed(
     return curve
 
 
-def _reported(none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment) -> InputError:
+def _reported(
+    none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment
+) -> NoWayFoundError:
     """The error for a way that was not found, at the waypoint where the fault is."""
     # the fault is at an end, or at a waypoint in between, by index
     k = int(none.end) if none.end.isdigit() else {"start": 0}.get(none.end, -1)

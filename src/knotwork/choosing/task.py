@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint import PathStart, TaskSolution
 from knotwork.waypoints import IndexArray, JointWaypoints
+
+ErrorT = TypeVar("ErrorT", bound=InputError)
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -125,7 +127,7 @@ class FreeTask:
             raise TypeError("without a robot there are no bodies")
         return Obstacles(self.scenario, self.space, self.space.robot).model
 
-    def located(self, error: InputError, i: int, *key: str) -> InputError:
+    def located(self, error: ErrorT, i: int, *key: str) -> ErrorT:
         """The error with its place in the file: a key of waypoint i of the scenario."""
         k = self.scenario.index[i]
         place: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)

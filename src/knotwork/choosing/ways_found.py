@@ -8,6 +8,8 @@ from dataclasses import replace
 from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.task import ChosenMotion
+from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
@@ -20,7 +22,7 @@ SHOWN = 1e-5
 
 
 def ways_found(
-    ways: Iterable[tuple[list[int], int]],
+    ways: Iterable[tuple[list[int], ChosenMotion]],
     scenario: Scenario,
     space: JointSpace,
     trajectory: JointTrajectory,
@@ -28,7 +30,7 @@ def ways_found(
     """A finding for each way.
 
     Args:
-        ways: Its waypoints, by index, and how many were tried.
+        ways: Its waypoints, by index, and its motion as the task has it.
         scenario: The task, all times known.
         space: The joints and their robot.
         trajectory: The motion planned with it.
@@ -37,24 +39,30 @@ def ways_found(
         return
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)
-    around = tuple(pair for pair in model.pairs if pair.around)
-    model = replace(model, pairs=around or model.pairs)
+    around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.around))
+    length, _ = si_factors(scenario.task.units)
     resolution = scenario.scene.rules.resolution
-    for found, count in ways:
+    for found, run in ways:
+        count = run.way
         start, end = (scenario.waypoints[found[k]] for k in (0, -1))
         said = (
             f"{start.name} to {end.name}: way found in {count} {'try' if count == 1 else 'tries'}"
         )
+        room = ""
+        if run.room is not None:
+            room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of room"
+        said += room
         interval = (start.time, end.time)
+        way = part(motion.curve, *interval), resolution, SHOWN
         # from what stands around; of all pairs, if nothing does
-        least = least_clearance(model, part(motion.curve, *interval), resolution, SHOWN)
+        least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None
         brief = said
         if least is not None:
             value, time = least.distance, least.time
             clearance = f"least clearance {scenario.units.text(value, 'm', '.3g')}"
             said += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
-            brief = f"{start.name} to {end.name}: {clearance}"
+            brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
         yield Finding(
             group=GROUP,
             subject="waypoint",

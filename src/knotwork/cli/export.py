@@ -22,6 +22,7 @@ from knotwork.export.formats import (
     get_format,
 )
 from knotwork.export.labels import side_file, side_path
+from knotwork.export.urscript import describe_steps
 from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
@@ -81,6 +82,12 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     type=click.FloatRange(min=0, min_open=True),
     help="Samples per second, of csv, json, npz, parquet and mujoco; by default the scenario's, or "
     "100. The last sample is at the end exactly.",
+)
+@click.option(
+    "--lead",
+    metavar="S",
+    type=click.FloatRange(min=0),
+    help="mujoco: kv/kp of the position actuators [s], which their controls lead by; 0 by default.",
 )
 @click.option(
     "--knots-only", is_flag=True, help="Points that define the whole motion, in place of samples."
@@ -200,13 +207,15 @@ def _made(
     note, given = "", dict(given)
     if form.straight:
         fit = given.pop("fit", None)
-        made = exporting.straight_points(trajectory, cycle=exporting.CYCLES.get(form.name), fit=fit)
+        made = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
         note = made.describe()
     elif form.takes_points(given):
         fit = given.pop("fit", None)
         taken = given.get("accelerations", False) if "accelerations" in form.options else None
         made = points = exporting.motion_points(trajectory, accelerations=taken, fit=fit)
         note = points.describe()
+        if form.name == "urscript":
+            note += f"; {describe_steps(trajectory)}"
         if not points_pass(asked, points, form, allowed):
             return None
     elif form.tabular and asked is not None:

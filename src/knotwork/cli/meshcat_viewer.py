@@ -12,7 +12,7 @@ from typing import Any
 
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
-from knotwork.view.meshcat_player import look_at, play_scene
+from knotwork.view.meshcat_player import play_scene
 from knotwork.view.show import scene_of
 
 OWN = "own"
@@ -43,7 +43,6 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
         echo(f"playing {scene['title']} at {viewer.url()}")
         return
     viewer = _viewer()
-    look_at(scene, viewer)
     play_scene(scene, viewer)
     offer(viewer.url(), f"playing {scene['title']} at {viewer.url()}", no_open)
     try:

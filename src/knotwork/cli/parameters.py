@@ -70,21 +70,29 @@ class NewPath(GivenPath):
 
 
 class Seconds(click.ParamType[Any]):
-    """A time: `10`, `10s`, `500ms`, `5m`, `5min` or `1h`."""
+    """A time: `10`, `10s`, `500ms`, `5m`, `5min` or `1h`.
+
+    Args:
+        zero: Whether it may be zero.
+    """
 
     name = "time"
     UNITS: ClassVar = {None: 1.0, "ms": 1e-3, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
+
+    def __init__(self, *, zero: bool = False) -> None:
+        self.zero = zero
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument, in seconds."""
         found = re.fullmatch(r"\s*(\S*?)\s*(ms|s|min|m|h)?\s*", str(value))
         try:
-            seconds = self.UNITS[found[2]] * float(found[1]) if found else 0.0
+            seconds = self.UNITS[found[2]] * float(found[1]) if found else -1.0
         except ValueError:
-            seconds = 0.0
-        if not 0.0 < seconds < math.inf:
+            seconds = -1.0
+        if not (0.0 < seconds < math.inf or (self.zero and seconds == 0.0)):
+            kind = "a time from 0 on" if self.zero else "a positive time"
             self.fail(
-                f"{value!r} is not accepted; give a positive time: a number of seconds, or one "
+                f"{value!r} is not accepted; give {kind}: a number of seconds, or one "
                 "with ms, s, m (or min) or h after it, such as 10, 500ms, 10s, 5m or 1h",
                 param,
                 ctx,

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from knotwork.cli.terminal import echo
 
@@ -16,81 +16,44 @@ if TYPE_CHECKING:
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""Shorter solves show nothing [s]."""
-LOG_INTERVAL = 30.0
+"""What is shorter shows nothing [s]."""
+PLAN_INTERVAL, SWEEP_INTERVAL = 5.0, 30.0
 """Between lines of progress where there is no terminal [s]."""
+
+# Told a line, and the part that is done, from 0 to 1, or `None` where it is not known
+_Tell: TypeAlias = Callable[[str, "float | None"], None]
 
 
 @contextmanager
 def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Show how far a solve has come, in a line of a terminal that is cleared in the end.
+    """Show how far a solve has come: in a line that is cleared in the end, or in a log.
 
     Args:
         name: Of the scenario.
         quiet: Show nothing.
     """
-    if quiet or not _on_terminal():
-        yield None
-        return
-    from rich.console import Console
-
-    status = Console(stderr=True).status("", spinner="line")
-
-    def show(at: Progress) -> None:
-        if at.seconds >= SHOWN_AFTER:
-            status.update(f"{name}: {_choosing(at)}")
-            status.start()
-
-    try:
-        yield show
-    finally:
-        status.stop()
+    with _shown(quiet, PLAN_INTERVAL) as tell:
+        yield tell and (lambda at: tell(f"{name}: {plan_line(at)}", at.done or None))
 
 
-def _choosing(at: Progress) -> str:
-    """How far the choice of times has come, in a line."""
-    done = f"{100 * at.done:.0f} % of the waypoints done"
-    if not at.trying:
-        return (
-            f"choosing times, {at.seconds:.0f} s, step {at.iterations}, {done}, limits off by "
-            f"{at.violation:.1e}"
-        )
-    exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s exists"
-    return f"{exists}; {at.trying}, {at.seconds:.0f} s, {done}"
+def plan_line(at: Progress) -> str:
+    """How far the choice of times, or the search for a way, has come, in a line."""
+    if at.trying:
+        exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s"
+        words = [exists, at.trying, f"{at.seconds:.0f} s"]
+    else:
+        words = ["choosing times", f"{at.seconds:.0f} s", f"step {at.iterations}"]
+        words.append(f"limits off by {at.violation:.1e}")
+    if at.done:  # of parts that are solved by themselves; within one nobody knows
+        words.insert(2, f"{100 * at.done:.0f} % of the waypoints done")
+    return ", ".join(words)
 
 
 @contextmanager
 def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
-    """Show rows, rate, time left and how many pass, with a bar that is cleared in the end.
-
-    Where no terminal is, as in a log, a line is added every half minute.
-    """
-    if quiet or sys.stderr is None:
-        yield None
-    elif _on_terminal():
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn
-
-        columns = BarColumn(bar_width=12), TextColumn("{task.description}", markup=False)
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("planning", total=None)
-            yield lambda at: bar.update(
-                task, total=at.total, completed=at.done, description=progress_line(at)
-            )
-    else:
-        last = time.monotonic()
-
-        def log(at: SweepProgress) -> None:
-            nonlocal last
-            if time.monotonic() - last >= LOG_INTERVAL:
-                last = time.monotonic()
-                echo(progress_line(at), err=True)
-
-        yield log
-
-
-def _on_terminal() -> bool:
-    return sys.stderr is not None and sys.stderr.isatty()
+    """Show rows, rate, time left and how many pass, as `shown_progress` shows a solve."""
+    with _shown(quiet, SWEEP_INTERVAL) as tell:
+        yield tell and (lambda at: tell(progress_line(at), at.done / max(at.total, 1)))
 
 
 def progress_line(at: SweepProgress) -> str:
@@ -101,3 +64,49 @@ def progress_line(at: SweepProgress) -> str:
         f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
         f"{at.passed} pass ({share:.0f} %)"
     )
+
+
+@contextmanager
+def _shown(quiet: bool, interval: float) -> Iterator[_Tell | None]:
+    if quiet or sys.stderr is None:
+        yield None
+    elif not sys.stderr.isatty():
+        yield _log(interval)
+    else:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn
+        from rich.table import Column
+
+        words = TextColumn(
+            "{task.description}",
+            markup=False,
+            table_column=Column(no_wrap=True, overflow="ellipsis"),
+        )
+        share = BarColumn(bar_width=12, table_column=Column(min_width=12))
+        bar = Progress(share, words, console=Console(stderr=True), transient=True)
+        task = bar.add_task("", total=None)
+        begun = time.monotonic()
+
+        def tell(line: str, done: float | None) -> None:
+            total = None if done is None else 1.0
+            bar.update(task, total=total, completed=done or 0.0, description=line)
+            if time.monotonic() - begun >= SHOWN_AFTER:
+                bar.start()
+
+        try:
+            yield tell
+        finally:
+            bar.stop()
+
+
+def _log(interval: float) -> _Tell:
+    """A line at most each interval [s]."""
+    last = time.monotonic()
+
+    def tell(line: str, done: float | None) -> None:
+        nonlocal last
+        if time.monotonic() - last >= interval:
+            last = time.monotonic()
+            echo(line, err=True)
+
+    return tell

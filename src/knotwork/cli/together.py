@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,9 +17,13 @@ from knotwork.documents import resources
 from knotwork.errors import InputError
 from knotwork.trajectory import JointTrajectory
 
+if TYPE_CHECKING:
+    from knotwork.scenario import Scenario
+    from knotwork.scenario.joint_space import JointSpace
+
 _BOTH = "Say only where and when it comes too near to another robot's motion, or that it is clear."
 _OPTIONS = (
-    ("--delay", "delay", "TIME", Seconds(), "How much later the motion of --with begins."),
+    ("--delay", "delay", "TIME", Seconds(zero=True), "How much later the motion of --with begins."),
     ("--in", "frame", "FRAME", str, "Frame that the base of the robot of --with stands in."),
     ("--motion", "motion", "FILE", str, "Recorded motion of --with; else it is planned."),
     ("--with", "other", "SCENARIO|PLAN", str, _BOTH),
@@ -44,7 +48,7 @@ def _other(
     return {
         "scenario": str(resources.find("scenarios", other).absolute()),
         "motion": motion,
-        "in": frame or "base",
+        "in": frame,
         "delay": delay or 0.0,
     }
 
@@ -59,6 +63,25 @@ with_options = bundled(
 )
 
 
+def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
+    """Refuse robots of which nobody says how they stand, unless one URDF does: two arms of it."""
+    from knotwork.scenario import load_scenario
+    from knotwork.scenario.joint_space import joint_space
+
+    theirs = joint_space(load_scenario(other))
+    if space.robot is None or theirs.robot is None:
+        return  # another error says so
+    one_urdf = space.robot.urdf == theirs.robot.urdf
+    if one_urdf and not set(space.joint_names) & set(theirs.joint_names):
+        return
+    why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
+    known = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
+    raise InputError(
+        f"--with {other}: where its robot stands is not given, and {why}; accepted: --in with a "
+        f"frame of {source}, one of {known}"
+    )
+
+
 def check_together(
     source: str, reference: str | None, other: Mapping[str, Any], *, as_json: bool
 ) -> int:
@@ -68,6 +91,9 @@ def check_together(
     first = read_motions(source, reference)[0]
     if isinstance(first, JointTrajectory):
         raise InputError(f"give the scenario that {source} is for with --scenario")
+    if other["in"] is None:
+        _check_one_cell(source, first.scenario, first.space, other["scenario"])
+        other = {**other, "in": "base"}
     found = clearance_between(first.trajectory, first.scenario, other, space=first.space)
     word, colour = ("clear:", "green") if found.ok else ("TOO NEAR:", "red")
     if as_json:

@@ -26,6 +26,7 @@ class Draft:
         file: The file.
         text: As edited.
         revision: Number of changes of the text so far.
+        layout: Number of those after which a part may be at another place.
     """
 
     def __init__(self, file: Path) -> None:
@@ -34,7 +35,7 @@ class Draft:
         Raises:
             DocumentError: It can't be read.
         """
-        self.file, self.revision = file, 0
+        self.file, self.revision, self.layout = file, 0, 0
         self.text = self._disk = read_text(file)
         self._past: list[str] = []
         self._future: list[str] = []
@@ -80,7 +81,9 @@ class Draft:
             text = self.text
             for one in changes:
                 value = one.get("value", REMOVED)
-                text = changed_text(text, _location(one), value, insert=bool(one.get("insert")))
+                at, insert = _location(one), bool(one.get("insert"))
+                text = changed_text(text, at, value, insert=insert)
+                self.layout += value is REMOVED or insert or len(at) == 1
             self._put(text, gesture)
 
     def undo(self) -> None:
@@ -102,6 +105,7 @@ class Draft:
             changed = text != self._disk
             if changed:
                 self._disk = text
+                self.layout += 1
                 self._put(text)
             return changed
 
@@ -139,6 +143,7 @@ class Draft:
                 kept.append(self.text)
                 self.text = taken.pop()
                 self._gesture = ""
+                self.layout += 1
                 self.revision += 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,7 @@ class Session:
     def __init__(self, draft: Draft, port: int = 0, budget: float | None = None) -> None:
         self.draft, self._budget = draft, budget
         self.plan: Plan | None = None
-        self._planned = self._handled = -1
+        self._planned = self._handled = self._layout = -1
         self._verdict: Answer = {}
         self._scenario: Scenario | None = None
         self._handles: list[Handle] = []
@@ -79,7 +80,7 @@ class Session:
         return {**scene, "revision": revision}, made
 
     def _made(self, revision: int) -> tuple[Plan, dict[str, Any]]:
-        document = self.draft.document()
+        layout, document = self.draft.layout, self.draft.document()
         scenario = resolved(validate(Task, document), document.places)
         robot = joint_space(scenario).robot
         if robot is not None:
@@ -88,10 +89,10 @@ class Session:
             found = {one.at: one for one in reversed(handles(scenario, robot))}
             there = (one for one in found.values() if part_of(document.data, one.at))
             self._handles = [*there][::-1]
-            self._handled = revision
+            self._handled, self._layout = revision, layout
             self.server.start()
             if self.server.scene is None:
-                self.server.show({**_standing(scenario, robot), "revision": -1})
+                self.server.show({**standing_scene(scenario, robot), "revision": -1})
                 self.server.start()
         made = plan(scenario, budget=self._budget, warm=self.plan)
         self._verdict = {"revision": revision, "ok": made.report.ok}
@@ -119,6 +120,11 @@ class Session:
         handle = next((one for one in self._handles if (one.at, one.name) == what), None)
         if handle is None or self._scenario is None:
             raise InputError(f"there is nothing to move at {asked.get('at')!r} now")
+        if self._layout != self.draft.layout:
+            raise InputError(
+                "parts of the task have other places since it was last read; nothing is moved "
+                "before it can be read again: mend what is wrong, or undo"
+            )
         sizes = {"position": 3, "quaternion": 4}
         given = {
             key: read_only(asked[key], (size,), key) for key, size in sizes.items() if key in asked
@@ -177,16 +183,17 @@ class Session:
         return robot, np.asarray(curve(np.clip(float(asked["time"]), curve.x[0], curve.x[-1])))
 
 
-def _standing(scenario: Scenario, robot: Robot) -> dict[str, Any]:
+def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     """The scene of a task before it is planned: the robot stands still."""
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     )
     joints = dict(zip(robot.joint_names, q.tolist(), strict=True))
     units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
-    rest = [{"joints": joints}, {"joints": joints, "after": 1}]
+    timed = replace(scenario, free=None)  # with the provisional times
+    rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
-    return make_scene(robot, motion, scenario=scenario, space=joint_space(scenario))
+    return make_scene(robot, motion, scenario=timed, space=joint_space(timed))
 
 
 def _between(scenario: Scenario, time: float) -> tuple[int, float]:

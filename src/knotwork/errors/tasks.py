@@ -132,11 +132,14 @@ class NoWayFoundError(InputError):
         names: The two bodies that are too near one another there, or without each of which alone a
             way was found.
         depth: How far bodies are within the margin there [m].
+        waypoints: Indices of those between which no way was found, where only one solution of each
+            was looked at; else `None`.
     """
 
     end: str = ""
     names: Sequence[str] = ()
     depth: float = 0.0
+    waypoints: Sequence[int] | None = None
 
 
 class TimingError(InputError):

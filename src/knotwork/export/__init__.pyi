@@ -8,6 +8,7 @@ from .formats import file_format as file_format
 from .formats import get_format as get_format
 from .formats import save as save
 from .formats import write as write
+from .franka import to_franka as to_franka
 from .keyframes import to_mujoco as to_mujoco
 from .lossless import Points as Points
 from .lossless import motion_points as motion_points
@@ -26,11 +27,10 @@ from .samples import to_csv as to_csv
 from .samples import to_json as to_json
 from .samples import to_npz as to_npz
 from .samples import to_parquet as to_parquet
+from .straight import STRAIGHT as STRAIGHT
 from .straight import Positions as Positions
 from .straight import straight_points as straight_points
-from .streams import CYCLES as CYCLES
 from .streams import to_egm as to_egm
-from .streams import to_franka as to_franka
 from .streams import to_j519 as to_j519
 from .streams import to_rsi as to_rsi
 from .table import MotionTable as MotionTable

@@ -17,6 +17,7 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.export.labels import side_file, side_path
 from knotwork.storage import write_file, write_files
 from knotwork.trajectory.exportable import (
+    ArmOptions,
     DriveOptions,
     MessageOptions,
     RateOptions,
@@ -70,7 +71,7 @@ class Format:
     @property
     def straight(self) -> bool:
         """Whether the format holds positions alone, which receivers join by straight lines."""
-        return self.module in ("programs", "streams")
+        return self.module in ("programs", "streams", "franka")
 
     def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
         """Give a motion in this format, or the content of a file of it; see `export`."""
@@ -82,6 +83,7 @@ class Format:
 _ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"
+_KRL = "program for a controller of KUKA: spline blocks"
 _FRANKA = "positions each 1 ms for Franka's control interface, within its limits"
 _MUJOCO = "keyframes of MuJoCo: positions, velocities and controls of position actuators"
 _PARQUET = "samples or knots as Parquet (needs pyarrow)"
@@ -91,16 +93,18 @@ _DRAKE = "for Drake there is trajectory.to_drake() in Python"
 _ALL = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
-    Format("urscript", _URSCRIPT, ".script", "urscript", ScriptOptions, events=True),
+    Format("urscript", _URSCRIPT, ".script", "urscript", ArmOptions, events=True),
+    Format("krl", _KRL, ".src", "programs", ScriptOptions, events=True),
     Format(
-        "krl", "program for a controller of KUKA: a spline block", ".src", "programs", ScriptOptions
+        "rapid", "program for a controller of ABB", ".mod", "programs", ScriptOptions, events=True
     ),
-    Format("rapid", "program for a controller of ABB", ".mod", "programs", ScriptOptions),
-    Format("ls", "program for a controller of FANUC", ".ls", "programs", ScriptOptions),
+    Format(
+        "ls", "program for a controller of FANUC", ".ls", "programs", ScriptOptions, events=True
+    ),
     Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
     Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
     Format("j519", "joint angles each 8 ms for FANUC's stream motion", ".csv", "streams"),
-    Format("franka", _FRANKA, ".csv", "streams", RobotOptions),
+    Format("franka", _FRANKA, ".csv", "franka", RobotOptions),
     Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions, events=True),
     Format("json", "samples or knots as JSON", ".json", "samples", TableOptions, events=True),
     Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, True, True),
@@ -290,5 +294,8 @@ def write(
     target = checked_target(path, force=force)
     if beside is None:
         return write_file(target, made)
-    other = checked_target(side_path(target), force=force)
+    other = side_path(target)
+    # the same motion in another format has the same one
+    known = other.is_file() and other.read_bytes() == beside.encode()
+    other = checked_target(other, force=force or known)
     return write_files(target.parent, {target.name: made, other.name: beside})[0]

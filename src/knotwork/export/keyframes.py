@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from knotwork.errors import InputError
+from knotwork.errors.arguments import finite_number
 from knotwork.export.table import DEFAULT_RATE
 from knotwork.trajectory import JointTrajectory
 from knotwork.trajectory.sampling import sample_times
@@ -13,7 +15,7 @@ MOST_KEYFRAMES = 1_000_000
 """More than this no model has."""
 
 
-def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE) -> str:
+def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: float = 0.0) -> str:
     """Write keyframes: times, positions, velocities, and controls of position actuators.
 
     The model must have these joints and no others, in this order, and a position actuator for each.
@@ -24,13 +26,20 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE) -> str:
     >>> text.count("<key "), 'qpos="0.5" qvel="1.5" ctrl="0.5"' in text
     (3, True)
 
+    An actuator of gains kp and kv pulls by kp (ctrl - q) - kv q̇, so that it lags by kv/kp unless
+    its control leads by as much: ctrl = q + lead q̇.
+
     Args:
         motion: The motion [rad or m].
         rate: Keyframes a second [Hz]; the last one is at the end exactly.
+        lead: kv/kp of the actuators [s].
 
     Raises:
-        InputError: The rate is out of range.
+        InputError: The rate or the lead is out of range.
     """
+    lead = finite_number(lead, "lead", "s")
+    if lead < 0.0:
+        raise InputError(f"lead is {lead:g} s; accepted: kv/kp of the actuators, 0 or more")
     time = sample_times(motion.start_time, motion.end_time, rate, MOST_KEYFRAMES)
     root = Element("mujoco", model="knotwork_motion")
     names = SubElement(root, "custom")
@@ -38,7 +47,7 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE) -> str:
     keys = SubElement(root, "keyframe")
     rows = zip(time.tolist(), motion.position(time), motion.velocity(time), strict=True)
     for i, (at, q, v) in enumerate(rows):
-        numbers = {"qpos": _numbers(q), "qvel": _numbers(v), "ctrl": _numbers(q)}
+        numbers = {"qpos": _numbers(q), "qvel": _numbers(v), "ctrl": _numbers(q + lead * v)}
         SubElement(keys, "key", {"name": f"knotwork_{i}", "time": repr(at), **numbers})
     indent(root)
     return tostring(root, encoding="unicode") + "\n"

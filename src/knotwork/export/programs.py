@@ -5,27 +5,66 @@ times, and no velocities. So the points are so near to one another that straight
 are within a tolerance of the motion, and the program says how far off they are. How a controller
 rounds the corners between two lines is not published.
 
+Where the arm stands the program waits. Outputs are switched at points of their own, by what the
+controller has for that on the way: TRIGGER, TriggAbsJ, TB.
+
 Angles are those of the URDF, in deg, and lengths in mm. URDFs of ROS-Industrial count axes as the
-controllers do. FANUC counts J3 from the horizontal: J3 = joint 3 - joint 2 of the URDF.
+controllers do. FANUC counts J3 from the horizontal.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from knotwork.errors import ExportError
-from knotwork.export.straight import TICK, Positions, straight_points
-from knotwork.trajectory import JointTrajectory
+from knotwork.export.straight import (
+    STANDING,
+    STRAIGHT,
+    TICK,
+    Positions,
+    from_horizontal,
+    rounded_up,
+    straight_points,
+)
+from knotwork.trajectory import Event, JointTrajectory
 from knotwork.waypoints import FloatArray
 
 AXES = 6
 """Turning axes of an arm that such a controller moves; what slides is an external axis."""
+REMARK = 32
+"""Characters of a remark of FANUC."""
+MOST_TRIGGERS = 8
+"""Of one move of ABB."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """From one point to the next.
+
+    Attributes:
+        to: Index of the point.
+        time: [s].
+        stands: The arm does not move.
+        first, last: It begins to move, or stands at the end.
+        notes: What begins at its start.
+        switched: At its end.
+    """
+
+    to: int
+    time: float
+    stands: bool
+    first: bool
+    last: bool
+    notes: tuple[str, ...]
+    switched: tuple[Event, ...]
 
 
 def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> str:
-    """Write a program for a controller of KUKA: a spline block of axis positions, with times.
+    """Write a program for a controller of KUKA: spline blocks of axis positions, with times.
 
     The controller draws a spline through the points (KSS 8.3 and later). How it does so is not
     published; the points are near enough for straight lines.
@@ -41,50 +80,96 @@ def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> 
             1e-3.
 
     Raises:
-        ExportError: The motion moves at an end, or the arm has other axes.
+        ExportError: The motion moves at an end, the arm has other axes, or an event switches no
+            output.
         InputError: The tolerance is out of range.
     """
-    points, arm, outer = _points(motion, fit)
+    points = straight_points(motion, **STRAIGHT["krl"], fit=fit)
+    arm, outer = _axes(points, points.position)
+    names = [f"A{j + 1}" for j in range(AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
 
     def axes(i: int) -> str:
-        names = [f"A{j + 1}" for j in range(AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
         values = zip(names, (*arm[i], *outer[i]), strict=True)
         return "{" + ", ".join(f"{name} {value:.6f}" for name, value in values) + "}"
 
-    lines = [f"; {line}" for line in _about(points, "KUKA")]
-    lines += ["DEF knotwork_motion()", "  BAS(#INITMOV, 0)", f"  PTP {axes(0)}", "  PTP_SPLINE"]
-    lines += ["    TIME_BLOCK START"]
-    for i, step in enumerate(np.diff(points.time), 1):
-        lines += [f"    SPTP {axes(i)}", f"    TIME_BLOCK PART = {step:.3f}"]
-    # parts are proportions of the time at the end of the block
-    lines += [f"    TIME_BLOCK END = {points.time[-1]:.3f}"]
-    return _text([*lines, "  ENDSPLINE", "END"])
+    def switch(event: Event) -> str:
+        return f"$OUT[{_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
+
+    lines = ["DEF knotwork_motion()"]
+    lines += [f"  ; {line}" for line in (*_about(points, "KUKA"), "File: knotwork_motion.src.")]
+    lines += ["  BAS(#INITMOV, 0)", f"  PTP {axes(0)}"]
+    lines += [f"  {switch(event)}" for event in _at_start(points)]
+    began = 0.0
+    for step in _steps(points):
+        lines += [f"  ; {note}" for note in step.notes]
+        if step.stands:
+            lines += [f"  WAIT SEC {step.time:.3f}", *(f"  {switch(e)}" for e in step.switched)]
+            continue
+        if step.first:
+            began = points.time[step.to - 1]
+            lines += ["  PTP_SPLINE", "    TIME_BLOCK START"]
+        if not step.last:
+            done = [f"    TRIGGER WHEN PATH=0 DELAY=0 DO {switch(e)}" for e in step.switched]
+            lines += done
+        # parts are proportions of the time at the end of the block
+        lines += [f"    SPTP {axes(step.to)}", f"    TIME_BLOCK PART = {step.time:.3f}"]
+        if step.last:
+            lines += [f"    TIME_BLOCK END = {points.time[step.to] - began:.3f}", "  ENDSPLINE"]
+            lines += [f"  {switch(event)}" for event in step.switched]
+    return _text([*lines, "END"])
 
 
 def to_rapid(motion: JointTrajectory | Positions, *, fit: float | None = None) -> str:
     """Write a module for a controller of ABB: moves between axis positions, with times.
 
-    Arguments and errors are those of `to_krl`.
+    Arguments and errors are those of `to_krl`. A signal has its own name, `do3` if it has only the
+    number of an output.
 
     >>> import knotwork as kw
     >>> to_rapid(kw.plan("ur5_deburring").trajectory).count("MoveAbsJ kw_q")
     70
     """
-    points, arm, outer = _points(motion, fit)
+    points = straight_points(motion, **STRAIGHT["rapid"], fit=fit)
+    arm, outer = _axes(points, points.position)
     lines = ["MODULE KnotworkMotion", *(f"  ! {line}" for line in _about(points, "ABB"))]
     lines += [f"  CONST jointtarget kw_q{{{points.time.size}}} := ["]
     for i in range(points.time.size):
         more = [f"{value:.6f}" for value in outer[i]] + ["9E9"] * (AXES - outer.shape[1])
         own = ",".join(f"{value:.6f}" for value in arm[i])
         lines += [f"    [[{own}],[{','.join(more)}]]{',' * (i + 1 < points.time.size)}"]
+    steps = list(_steps(points))
+    lines += ["  ];"]
+    flying = {
+        id(event): f"kw_t{n}"
+        for n, event in enumerate(
+            (e for s in steps if not (s.stands or s.last) for e in s.switched), 1
+        )
+    }
+    lines += [f"  VAR triggdata {name};" for name in flying.values()]
+    lines += ["  PROC knotwork_motion()"]
     lines += [
-        "  ];",
-        "  PROC knotwork_motion()",
-        r"    MoveAbsJ kw_q{1}\NoEOffs, v100, fine, tool0;",
+        rf"    TriggIO {flying[id(e)]}, 0\Time\DOp:={_signal(e)}, {int(bool(e.value))};"
+        for step in steps
+        for e in step.switched
+        if id(e) in flying
     ]
-    for i, step in enumerate(np.diff(points.time), 2):
-        zone = "fine" if i == points.time.size else "z0"
-        lines += [rf"    MoveAbsJ kw_q{{{i}}}\NoEOffs, v5000\T:={step:.3f}, {zone}, tool0;"]
+    lines += [r"    MoveAbsJ kw_q{1}\NoEOffs, v100, fine, tool0;"]
+    lines += [_set_output(event) for event in _at_start(points)]
+    for step in steps:
+        lines += [f"    ! {note}" for note in step.notes]
+        if step.stands:
+            lines += [rf"    WaitTime\InPos, {step.time:.3f};", *map(_set_output, step.switched)]
+            continue
+        triggers = [flying[id(event)] for event in step.switched if id(event) in flying]
+        if len(triggers) > MOST_TRIGGERS:
+            raise ExportError(f"ABB switches {MOST_TRIGGERS} signals at a time at most")
+        further = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
+        name, middle = ("TriggAbsJ", f"{triggers[0]}{further}, ") if triggers else ("MoveAbsJ", "")
+        zone = "fine" if step.last else "z0"
+        move = rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {middle}{zone}"
+        lines += [f"    {move}, tool0;"]
+        if step.last:
+            lines += map(_set_output, step.switched)
     return _text([*lines, "  ENDPROC", "ENDMODULE"])
 
 
@@ -98,31 +183,37 @@ def to_ls(motion: JointTrajectory | Positions, *, fit: float | None = None) -> s
     >>> to_ls(kw.plan("ur5_deburring").trajectory).count("msec CNT100")
     68
     """
-    points, arm, outer = _points(motion, fit)
-    arm = arm.copy()
-    arm[:, 2] -= arm[:, 1]
-    count = points.time.size
+    points = straight_points(motion, **STRAIGHT["ls"], fit=fit)
+    arm, outer = _axes(points, from_horizontal(points))
+
+    def switch(event: Event) -> str:
+        return f"DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
+
+    off = f"lines {rounded_up(points.error, 2)} off"
+    moves = [f"  !{points.time[-1]:.3f} s, {off}"[: REMARK + 3], "J P[1] 10% FINE"]
+    moves += [f"  {switch(event)}" for event in _at_start(points)]
+    for step in _steps(points):
+        # remarks have up to 32 characters
+        moves += [f"  !{note[:REMARK]}" for note in step.notes]
+        switched = [switch(event) for event in step.switched]
+        if step.stands:
+            moves += [f"  WAIT {step.time:.2f}(sec)"]
+        else:
+            end = "FINE" if step.last else "CNT100"
+            on_the_way = f" TB .00sec,{switched.pop(0)}" if switched and not step.last else ""
+            moves += [f"J P[{step.to + 1}] {round(step.time / TICK)}msec {end}{on_the_way}"]
+        moves += [f"  {one}" for one in switched]
     lines = ["/PROG  KNOTWORK", "/ATTR", 'COMMENT = "KNOTWORK";', "DEFAULT_GROUP = 1,*,*,*,*;"]
-    lines += ["/MN"]
-    # remarks have up to 32 characters
-    moves = [f"!{points.time[-1]:.3f} s, lines {points.error:.1e} off", "J P[1] 10% FINE"]
-    for i, step in enumerate(np.diff(points.time), 2):
-        end = "FINE" if i == count else "CNT100"
-        moves += [f"J P[{i}] {round(step / TICK)}msec {end}"]
-    lines += [f"{i:4}:{move} ;" for i, move in enumerate(moves, 1)]
-    lines += ["/POS"]
-    for i in range(count):
+    lines += ["/MN", *(f"{i:4}:{move} ;" for i, move in enumerate(moves, 1)), "/POS"]
+    for i in range(points.time.size):
         values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
         values += [f"E{j + 1} = {value:.4f} mm" for j, value in enumerate(outer[i])]
         lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
     return _text([*lines, "/END"])
 
 
-def _points(
-    motion: JointTrajectory | Positions, fit: float | None
-) -> tuple[Positions, FloatArray, FloatArray]:
-    """Points of a program; angles of the arm [deg], shape (n, 6), and external axes [mm]."""
-    points = straight_points(motion, fit=fit)
+def _axes(points: Positions, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angles of the arm [deg], shape (n, 6), and external axes [mm]."""
     units = points.trajectory.joint_units
     turning = [i for i, unit in enumerate(units) if unit == "rad"]
     sliding = [i for i, unit in enumerate(units) if unit != "rad"]
@@ -131,16 +222,101 @@ def _points(
             f"the motion has {len(turning)} turning and {len(sliding)} sliding joints; a program "
             f"of points is for an arm of {AXES} turning axes and up to {AXES} sliding external ones"
         )
-    return points, np.degrees(points.position[:, turning]), 1e3 * points.position[:, sliding]
+    return np.degrees(q[:, turning]), 1e3 * q[:, sliding]
+
+
+def _steps(points: Positions) -> Iterator[Step]:
+    """The steps between the points, with what is switched at their ends."""
+    motion, time = points.trajectory, points.time
+    switched: list[list[Event]] = [[] for _ in time]
+    for event, i in _indexed(points):
+        switched[i].append(event)
+    notes: list[list[str]] = [[] for _ in time]
+    for segment in motion.segments:
+        start = segment.start - motion.start_time + 0.5 * TICK
+        i = int(np.searchsorted(time, start, "right"))
+        notes[min(i, len(time) - 1)].append(_ascii(segment.name))
+    stands = [False, *_stands(points), False]
+    waited = 0.0
+    for i in range(1, len(time)):
+        step = float(time[i] - time[i - 1]) + waited
+        on = i + 1 < len(time) and not (switched[i] or notes[i + 1])
+        waited = step if stands[i] and stands[i + 1] and on else 0.0
+        if not waited:
+            first, last = i == 1 or stands[i - 1], i + 1 == len(time) or stands[i + 1]
+            own = tuple(notes[i]), tuple(switched[i])
+            yield Step(i, step, stands[i], first, last, *own)
+        else:
+            notes[i + 1] = notes[i]
+
+
+def _stands(points: Positions) -> Iterator[bool]:
+    """Whether the arm stands between two points; their times are rounded by half a tick at most."""
+    motion = points.trajectory
+    for start, end in zip(points.time[:-1], points.time[1:], strict=True):
+        inside = np.array([start + 0.5 * TICK, 0.5 * (start + end), end - 0.5 * TICK])
+        within = np.minimum(motion.start_time + inside, motion.end_time)
+        yield end - start > 1.5 * TICK and bool(np.abs(motion.velocity(within)).max() <= STANDING)
+
+
+def _indexed(points: Positions) -> Iterator[tuple[Event, int]]:
+    """Events and the points that they are at."""
+    for event in points.trajectory.events:
+        time = event.time - points.trajectory.start_time
+        yield event, int(np.abs(points.time - time).argmin())
+
+
+def _at_start(points: Positions) -> list[Event]:
+    return [event for event, i in _indexed(points) if i == 0]
+
+
+def _signal(event: Event) -> str:
+    """The name of an event's signal in RAPID.
+
+    Raises:
+        ExportError: It is none, or no on or off.
+    """
+    name = f"do{event.output}" if event.name.startswith("output ") else event.name
+    if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
+        raise _refused(event, "ABB", "a signal named by letters, digits and _")
+    return name
+
+
+def _set_output(event: Event) -> str:
+    return f"    SetDO {_signal(event)}, {int(bool(event.value))};"
+
+
+def _number(event: Event, maker: str) -> int:
+    """The output that an event switches on or off.
+
+    Raises:
+        ExportError: It switches none.
+    """
+    if not event.output or not isinstance(event.value, bool):
+        known = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
+        raise _refused(event, maker, known)
+    return event.output
+
+
+def _refused(event: Event, maker: str, known: str) -> ExportError:
+    return ExportError(
+        f"{event.said} at {event.time:.3f} s, waypoint {event.waypoint!r}: a program for {maker} "
+        f"can't switch it; accepted: on and off, with {known}; or --without-events",
+        time=event.time,
+    )
 
 
 def _about(points: Positions, maker: str) -> Iterator[str]:
     motion = points.trajectory
-    names = ", ".join(ascii(name)[1:-1] for name in motion.joint_names)
     yield f"A motion of {motion.duration:.6g} s for a controller of {maker}."
     yield f"{points.describe()}."
-    yield f"Joints: {names}, in deg or mm."
+    yield f"Joints: {', '.join(map(_ascii, motion.joint_names))}, in deg or mm."
     yield "Try it in a simulator first."
+
+
+def _ascii(name: str) -> str:
+    """A name in one line of ASCII: behind a line break it would be a part of the program."""
+    return ascii(name)[1:-1]
 
 
 def _text(lines: list[str]) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +21,18 @@ TOLERANCE = 1e-3
 """Of straight lines between points, by default [rad or m]."""
 TICK = 1e-3
 """Programs have times in whole milliseconds [s]."""
+_DIGIT = np.radians(0.5e-6)
+STRAIGHT: Mapping[str, Any] = {
+    "krl": {"written": _DIGIT},
+    "rapid": {"written": _DIGIT},
+    # numbers have two digits less there, and joint 3 is a sum of two
+    "ls": {"written": 200.0 * _DIGIT},
+    "rsi": {"cycle": 0.004},
+    "egm": {"cycle": 0.004},
+    "j519": {"cycle": 0.008},
+    "franka": {"cycle": 0.001},
+}
+"""What formats of positions alone ask of `straight_points`."""
 STANDING = 1e-9
 """Slower than this a joint stands [rad/s or m/s]."""
 
@@ -48,12 +62,40 @@ class Positions:
         """Say how many there are and how far off they are."""
         return (
             f"{self.time.size} points; straight lines between them are off the motion by at most "
-            f"{self.error:.3g} [rad or m]"
+            f"{rounded_up(self.error)} [rad or m]"
         )
 
 
+def rounded_up(value: float, digits: int = 3) -> str:
+    """A bound in few digits, which is none the less one.
+
+    >>> rounded_up(0.00091027)
+    '0.000911'
+    """
+    if value <= 0.0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.{digits}g}"
+
+
+def from_horizontal(points: Positions) -> FloatArray:
+    """Positions as FANUC counts them: J3 from the horizontal, shape (n, d).
+
+    It is joint 3 less joint 2 of a URDF of ROS-Industrial.
+    """
+    q = points.position.copy()
+    turning = [i for i, unit in enumerate(points.trajectory.joint_units) if unit == "rad"]
+    if len(turning) > 2:
+        q[:, turning[2]] -= q[:, turning[1]]
+    return q
+
+
 def straight_points(
-    motion: JointTrajectory | Positions, *, cycle: float | None = None, fit: float | None = None
+    motion: JointTrajectory | Positions,
+    *,
+    cycle: float | None = None,
+    fit: float | None = None,
+    written: float = 0.0,
 ) -> Positions:
     """Positions of a motion from rest to rest, and what straight lines between them are off.
 
@@ -66,27 +108,42 @@ def straight_points(
     Args:
         motion: The motion; points of it are returned as they are.
         cycle: Time between two positions [s], the last one at the end or just beyond it; by default
-            as many as the tolerance needs, at whole milliseconds.
-        fit: How far the lines may be off in each joint [rad or m], about; by default 1e-3.
+            as many as the tolerance needs, at whole milliseconds, and one at each event.
+        fit: How far the lines may be off in each joint [rad or m]; by default 1e-3.
+        written: How far a position may be off by the digits that it is written with [rad or m].
 
     Raises:
         ExportError: A joint moves at an end; says which, and what to do.
-        InputError: The tolerance is not positive, or takes more than a million points.
+        InputError: The tolerance is not positive, is not kept by a point each millisecond, or takes
+            more than a million points.
     """
     if isinstance(motion, Positions):
         return motion
     tolerance = TOLERANCE if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
     refuse_moving(motion)
-    step = TICK if cycle is None else cycle
-    last = math.ceil(motion.duration / step * (1.0 - 1e-12))
-    if cycle is None:
-        near = np.round(_times_within(motion, tolerance)[:-1] / TICK)
+    last = math.ceil(motion.duration / (cycle or TICK) * (1.0 - 1e-12))
+    if cycle is not None:
+        return _joined(motion, np.arange(last + 1.0) * cycle)
+    moments = [event.time - motion.start_time for event in motion.events]
+    aim = tolerance
+    while True:
+        near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TICK)
         ticks = np.append(np.unique(near[near < last]), last)
-    else:
-        ticks = np.arange(last + 1.0)
-    if ticks.size > MOST_POINTS:
-        raise InputError(f"the motion takes {ticks.size} points; at most {MOST_POINTS} are taken")
-    time = ticks * step
+        points = _joined(motion, ticks * TICK, written)
+        if points.error <= tolerance:
+            return points
+        if ticks.size > last:
+            raise InputError(
+                f"fit {tolerance:g} takes points nearer than 1 ms, or more digits than the format "
+                f"has; accepted: {rounded_up(points.error)} or more"
+            )
+        aim *= min(0.8, 0.9 * tolerance / points.error)
+
+
+def _joined(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
+    """Positions at times since the start, and how far lines between them are off."""
+    if time.size > MOST_POINTS:
+        raise InputError(f"the motion takes {time.size} points; at most {MOST_POINTS} are taken")
     own = np.minimum(motion.start_time + time, motion.end_time)
     position = motion.position(own)
     # the lines in pieces between the breaks of the motion
@@ -94,7 +151,7 @@ def straight_points(
     since = fine - motion.start_time
     lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
     off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))
-    return Positions(motion, time, position, float(off.max()))
+    return Positions(motion, time, position, float(off.max()) + written)
 
 
 def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:

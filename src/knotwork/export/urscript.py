@@ -15,14 +15,19 @@ is off from the motion is taken back with a time constant of 1/`GAIN`.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from knotwork.errors import ExportError
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
-from knotwork.export.straight import refuse_moving
+from knotwork.export.straight import refuse_moving, rounded_up
 from knotwork.trajectory import Event, JointTrajectory, Load
 from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 JOINTS = (
     "shoulder_pan_joint",
@@ -54,6 +59,9 @@ which magnifies its rounding by the cube of the step over the duration."""
 LARGEST_ERROR = 0.05
 """The program stops the arm if a joint's target is off its motion by more [rad]. At 125 Hz a joint
 of 3 rad/s moves half as far in a step."""
+
+RATES = (125, 500)
+"""Steps of controllers of the CB series and the e-Series [Hz]."""
 
 GAIN = 2.0
 """Velocity with which an error of the target is taken back [1/s]."""
@@ -127,7 +135,9 @@ end
 """
 
 
-def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -> str:
+def to_urscript(
+    motion: JointTrajectory | Points, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
     """Write a program in URScript that runs a motion of an arm of Universal Robots.
 
     It runs on controllers with arithmetic of lists: PolyScope 3.14.3, 5.9.4 and later, PolyScope X.
@@ -143,6 +153,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
             in s; every number is written with all its digits.
         fit: Insert points until the motion is met within this tolerance [rad]; by default the
             knots must define it exactly.
+        robot: The arm with its tool, whose centre point the program sets.
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`; the joints are not
@@ -158,7 +169,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
     velocity[[0, -1]] = 0.0
     durations = increments(np.asarray(time - time[0]))
     between = _between(trajectory, time)
-    pieces = between[0]
+    pieces = [*_tool(robot), *between[0]]
     for i in range(1, len(durations)):
         ends = f"{_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])}"
         pieces += [f"kw_cubic({ends})", *between[i]]
@@ -167,6 +178,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
         f"{points.describe()}.",
         "Each line kw_cubic is a piece: positions [rad] and velocities [rad/s] at its end, and its",
         "duration [s]. The arm must stand at the first point. Try it in the simulator first.",
+        f"{describe_steps(trajectory)}.",
         f"Joints: {', '.join(_comment(trajectory.joint_names[i]) for i in order)}.",
     ]
     program = _PROGRAM.format(
@@ -178,6 +190,18 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
         pieces="\n".join(f"  {line}" for line in pieces),
     )
     return "".join(f"# {line}\n" for line in about) + program
+
+
+def describe_steps(motion: JointTrajectory) -> str:
+    """Say how far off the motion the controller's steps are, by the rule above.
+
+    What is taken back by feedback may double it.
+    """
+    bounds = motion.extrema("acceleration")
+    first = motion.acceleration(motion.start_time)
+    change = float(np.maximum(bounds.maximum - first, first - bounds.minimum).max())
+    off = (f"{rounded_up(change / (6.0 * rate**2), 2)} rad at {rate} Hz" for rate in RATES)
+    return f"steps of speedj are off the motion by at most {' and '.join(off)}"
 
 
 def _with_events(trajectory: JointTrajectory) -> FloatArray:
@@ -208,7 +232,25 @@ def _load(load: Load) -> str:
     if not load.frame.endswith(FLANGE):
         return f"# payload of {load.mass:.6g} kg at {_comment(load.frame)}, not set"
     mass, centre = _number(load.mass), _numbers(np.array(load.centre_of_mass))
+    if any(load.inertia):
+        inertia = _numbers(np.array(load.inertia))
+        return (
+            f"set_target_payload({mass}, {centre}, {inertia})  # kg, m, kg m^2, {load.time:.3f} s"
+        )
     return f"set_payload({mass}, {centre})  # kg, m, {load.time:.3f} s"
+
+
+def _tool(robot: Robot | None) -> list[str]:
+    """The command that sets the tool centre point, which is known only from the flange."""
+    import pinocchio as pin
+
+    if robot is None:
+        return ["# The tool centre point is not set: no robot is given."]
+    if not (robot.tool_frame or "").endswith(FLANGE):
+        return [f"# tool centre point at {_comment(robot.tool_frame or '')}, not set"]
+    offset = robot.tool_offset
+    pose = np.append(offset.translation, pin.log3(offset.rotation))
+    return [f"set_tcp(p{_numbers(pose)})  # m, rotation vector in rad"]
 
 
 def _switch(event: Event) -> str:

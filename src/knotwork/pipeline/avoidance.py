@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, NoWayFoundError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.task_to_joint import Step, TaskSolution
 from knotwork.verification.collisions import (
@@ -92,6 +92,54 @@ def best_of_sequences(
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
         return _with_most_room(best, current, sequences)
     return best
+
+
+def first_with_ways(
+    made: Callable[[TaskSolution | None], PlanT],
+    solve: Callable[[Sequence[Step]], TaskSolution],
+    most: int,
+) -> PlanT:
+    """Take the best sequence of solutions between which all ways are found.
+
+    Args:
+        made: Plans a sequence, by default the best.
+        solve: Finds the best sequence without some steps.
+        most: Largest number to try.
+
+    Raises:
+        NoWayFoundError: As for the best sequence, if no way is found in any that is tried.
+    """
+    tried: list[TaskSolution] = []
+    avoided: list[Step] = []
+    try:
+        return made(None)
+    except NoWayFoundError as error:
+        missing, first = error, error
+    while missing.waypoints is not None and len(tried) + 1 < most:
+        tried = tried or [solve(())]
+        q = tried[-1].sequence
+        if q is None:
+            break
+        start, end = missing.waypoints[0], missing.waypoints[-1]
+        avoided += [(i, q[i], q[i + 1]) for i in range(start, end)]
+        try:
+            other = solve(avoided)
+        except InputError:
+            break
+        if any(np.array_equal(other.waypoints.position, one.waypoints.position) for one in tried):
+            break
+        tried.append(other)
+        try:
+            plan = made(other)
+        except NoWayFoundError as error:
+            missing = error
+        else:
+            return _with_finding(
+                plan,
+                "no way was found in the best sequence of solutions; of "
+                f"{len(tried)} tried this is the first with one",
+            )
+    raise first
 
 
 class _Sequences(Generic[PlanT]):
@@ -234,7 +282,10 @@ def _proposal(plan: Any, ends: Sequence[int]) -> str:
     if not ends:
         return ""
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
-    return f"way: clear at {_named(plan, ends)} lets {motions} (not tried)"
+    passed = plan.chosen and any(plan.chosen.asked.free.speed[i] == "free" for i in ends)
+    # ways that are passed at a free velocity are one motion, and take no times
+    times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
+    return f"way: clear at {_named(plan, ends)}{times} lets {motions} (not tried)"
 
 
 def _taken(plan: Any, ends: Sequence[int]) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
-from knotwork.pipeline.avoidance import MOST_TIMED, best_of_sequences
+from knotwork.pipeline.avoidance import MOST_TIMED, best_of_sequences, first_with_ways
 from knotwork.pipeline.infeasibility import infeasible
 from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import (
@@ -224,19 +224,21 @@ def _with_chosen_times(
         )
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
+    def left() -> float | None:
+        return None if budget is None else max(time.left(), 1e-3)
+
     def another(solution: TaskSolution) -> Plan | None:
-        left = None if budget is None else time.left()
-        return timed(solution, left) if left is None or left > 0.0 else None
+        return timed(solution, left()) if time.left() > 0.0 else None
 
     def solve(avoided: Sequence[Step]) -> TaskSolution:
         return solve_task(scenario, joint_space(scenario), knots_of(scenario), avoided)
 
     def around(ends: list[int]) -> Plan:
         clear = with_ways(scenario, ends)
-        left = None if budget is None else max(time.left(), 1e-3)
-        return _with_chosen_times(clear, clear.free or free, planner, knots, left, progress, None)
+        return _with_chosen_times(clear, clear.free or free, planner, knots, left(), progress, None)
 
-    return best_of_sequences(timed(None, budget), solve, another, MOST_TIMED, around)
+    first = first_with_ways(lambda solution: timed(solution, left()), solve, MOST_TIMED)
+    return best_of_sequences(first, solve, another, MOST_TIMED, around)
 
 
 def _planned(

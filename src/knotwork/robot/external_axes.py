@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import Interval, Positive, Vector3
+from knotwork.errors import InputError
 from knotwork.robot.urdf_rules import child_elements, link_of
 from knotwork.waypoints import FloatArray
 
@@ -73,7 +74,26 @@ def add_axes(robot: Element, axes: Axes, root: str) -> None:
         robot: The URDF, which is changed.
         axes: The axes.
         root: Its root link.
+
+    Raises:
+        InputError: An axis makes a link or a joint that there is already.
     """
+    links, joints = (
+        {one.getAttribute("name") for one in child_elements(robot, kind)}
+        for kind in ("link", "joint")
+    )
+    for name, one in axes:
+        link = one.carries or name
+        key = "carries: " if one.carries else ""
+        if name in joints:
+            raise InputError(f"{name}: there is a joint {name!r} already; accepted: another name")
+        if link in links or link == CELL:
+            raise InputError(
+                f"{name}: {key}there is a link {link!r} already; accepted: the name of a new link, "
+                f"{ROBOT} for what carries the arm, or, to stand on that link, in: {link}"
+            )
+        links |= {link} - {ROBOT}
+        joints.add(name)
     carried = [one.carries or name for name, one in axes]
     for link in (CELL, *(link for link in carried if link != ROBOT)):
         _put(robot, "link", name=link)

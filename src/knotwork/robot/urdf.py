@@ -102,11 +102,14 @@ def _parsed(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Ur
     root = _root(document, text, path, robot)
     try:
         base = check_tree(root)
-        if axes:
-            add_axes(root, axes, base)
-            base = check_tree(root)
     except InputError as error:
         raise RobotError(robot, f"{path} is no valid URDF: {error}") from error
+    if axes:
+        try:
+            add_axes(root, axes, base)
+            base = check_tree(root)
+        except InputError as error:
+            raise RobotError(robot, f"external_axes: {error}") from error
     parents = {
         link_of(one, "child"): link_of(one, "parent") for one in child_elements(root, "joint")
     }

@@ -12,7 +12,11 @@ import numpy as np
 from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
+from knotwork.units import Units
 from knotwork.waypoints import FloatArray
+
+MOST_JUMP = 1e-3
+"""A frame whose speed jumps by more than this [m/s, rad/s] can't be followed."""
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -86,6 +90,37 @@ class Carriers:
                     "a path whose waypoints are in one frame, where it begins too",
                 )
         return found
+
+    def check_smooth(self, i: int, carrier: MovingFrame | None, span: tuple[float, float]) -> None:
+        """Refuse a path along which the speed of a frame jumps, as from a file of positions alone.
+
+        Args:
+            i: The waypoint to which the path leads.
+            carrier: What carries the path.
+            span: From when to when the tool is on it [s].
+
+        Raises:
+            DocumentError: It does.
+        """
+        for name, given in self.file.frames.items() if carrier is not None else ():
+            own = self.frames.moving[name].joints[-1:]
+            if given.moves is None or not set(own) & set(_joints(carrier)):
+                continue
+            curve = own[0].curve.between(*span)
+            jumps = np.abs(curve.jumps(1))
+            if jumps.max(initial=0.0) > MOST_JUMP:
+                k, axis = np.unravel_index(int(jumps.argmax()), jumps.shape)
+                unit = "rad/s" if own[0].turns[axis] else "m/s"
+                shown = Units(self.file.units.length, self.file.units.angle)
+                jump = shown.text(float(jumps[k, axis]), unit, ".3g")
+                raise self.places.error(
+                    ("waypoints", i),
+                    f"the tool is on the path to it from {span[0]:.4g} s to {span[1]:.4g} s, and "
+                    f"at {curve.x[k + 1]:.4g} s the speed of frame {name!r} jumps by {jump}, which "
+                    "no arm can follow",
+                    "a motion with velocities, too, such as a column y.velocity beside y, that "
+                    "lasts as long as the path; or the path before or after that time",
+                )
 
     def then(self, i: int, time: float, length: float) -> str:
         """Where the frame of a waypoint is at its time [s], in a unit of length, for messages."""

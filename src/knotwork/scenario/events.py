@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
-from knotwork.task import Action, PlainTask
+from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import switched
 from knotwork.trajectory.events import Event, Segment, SegmentKind
 from knotwork.units import Units
@@ -150,15 +150,12 @@ def _time(asked: AskedEvent) -> float:
     return asked.event.time
 
 
-def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], int]]:
-    """The waypoints of each way that was found, by index, and how many were tried."""
+def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
+    """The waypoints of each way that was found, by index, and its motion."""
     for run in scenario.task.chosen or ():
         if run.way:
             low, high = run.times[0] - ROUNDING, run.times[-1] + ROUNDING
-            yield (
-                [i for i, one in enumerate(scenario.waypoints) if low <= one.time <= high],
-                run.way,
-            )
+            yield [i for i, one in enumerate(scenario.waypoints) if low <= one.time <= high], run
 
 
 def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:

@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
 from knotwork.scenario.model import ScenarioPath
-from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch
+from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint, Torch
+from knotwork.task.poses import Velocity
 from knotwork.task.units import si_factors
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
@@ -23,8 +24,8 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, to which paths with normals lead: these free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose, reaches beyond half a turn, or differs
-            from that of another waypoint; or a tilt is too large, or given with a range.
+        DocumentError: A turn does not contain the pose or reaches beyond half a turn; a tilt is too
+            large; or a velocity is in axes that are free.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
@@ -42,16 +43,26 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
             found.append(PoseFreedom((-math.inf, math.inf)) if i in normals else None)
         else:
             place: Location = ("waypoints", i, "free") if own is not None else ("tool", "free")
-            found.append(_read(own or tool, places, place, file, _torch_at(file, i)))  # type: ignore[arg-type]
-    known = [one for one in found if one is not None]
-    for i, one in enumerate(found):
-        if one is not None and one != known[0]:
-            raise places.error(
-                ("waypoints", i, "free"),
-                "differs from what other poses leave open",
-                "the same wherever one is free",
-            )
+            free = _read(own or tool, places, place, file, _torch_at(file, i))  # type: ignore[arg-type]
+            if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.velocity, Velocity):
+                _check_velocity(waypoint.velocity, free, places, i)
+            found.append(free)
     return found
+
+
+def _check_velocity(velocity: Velocity, free: PoseFreedom, places: Places, i: int) -> None:
+    """Refuse a velocity in axes of the tool that are free: planning chooses where they point."""
+    if velocity.axes != "tool":
+        return
+    across = [*velocity.linear[:2], *velocity.angular[:2]]
+    whole = free.tilt and any([*velocity.linear, *velocity.angular])
+    if whole or (free.turn[0] < free.turn[1] and any(across)):
+        raise places.error(
+            ("waypoints", i, "velocity", "in"),
+            "is tool, whose axes the pose leaves open",
+            "base or a named frame, or free: none"
+            + ("" if free.tilt else "; or a velocity along and about the tool's z axis alone"),
+        )
 
 
 def _torch_at(file: PlainTask, i: int) -> Torch | None:
@@ -93,7 +104,8 @@ def _torch_ranges(
                 f"a range that the pose's own {own / unit:g} is in, below a quarter of a turn",
             )
         ranges.append((low - own, high - own))
-    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, TOOL_AXES[torch.tangent])
+    about = TOOL_AXES[torch.tangent]
+    return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, about)
 
 
 def _read(
@@ -127,10 +139,6 @@ def _read(
         return PoseFreedom((0.0, 0.0), tilt, box, torch)
     if given.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
-    if given.tilt is not None:
-        raise places.error(
-            (*location, "tilt"), "is given together with a range of turns", "tilt with turn: z"
-        )
     low, high = given.turn
     if not (low <= 0.0 <= high and max(-low, high) <= math.pi * (1.0 + 1e-12)):
         half = f"{math.pi / unit:.6g}"
@@ -153,7 +161,7 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
 
     Raises:
         DocumentError: It is not the same all along, leaves the position open, or the path begins
-            free and goes on fixed.
+            with another one.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
     for i, one in enumerate(own, path.first + 1):
@@ -170,10 +178,10 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
                 "is not what the path before it leaves open",
                 "the same all along a path, or stop: true where it changes",
             )
-    if own[0] is None and freedoms[path.first] is not None:
+    if freedoms[path.first] not in (None, own[0]):
         raise places.error(
             ("waypoints", path.first + 1),
-            "the path begins at a pose that is free, and is not free itself",
-            "free: with the path, too, or free: none where it begins",
+            "the path begins at a pose that leaves open what the path does not",
+            "the same `free` for both, or free: none where it begins",
         )
     return own[0]

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from knotwork.scenario.path_timing import AskedTiming
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
+    from knotwork.tool_paths.weave import Weave
     from knotwork.trajectory import JointTrajectory
 
 
@@ -94,6 +95,7 @@ class Stretch:
         start, end: When it begins and ends [s].
         speed: That of the TCP along it [m/s].
         full_speed: From when to when [s] that speed is asked for; outside, the speed changes.
+        weave: What is added to it, or `None`.
     """
 
     kind: str
@@ -101,6 +103,7 @@ class Stretch:
     end: float
     speed: float
     full_speed: tuple[float, float]
+    weave: Weave | None = None
 
 
 @dataclass(frozen=True, eq=False)

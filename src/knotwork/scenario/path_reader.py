@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
@@ -138,11 +138,15 @@ class PathReader:
             )
         )
         motion = TimedPath(path, timing, start, carrier)
+        self.carriers.check_smooth(last, carrier, (motion.start_time, motion.end_time))
         if any(one.weave is not None for one in given):
             from knotwork.scenario.weave_reader import WeaveReader
 
-            added = WeaveReader(self.curves, first, given).read(path, timing, start)
-            motion = TimedPath(path, timing, start, carrier, *added)
+            weaves, added, anew = WeaveReader(self.curves, first, given).read(path, timing, start)
+            motion = TimedPath(path, timing, start, carrier, added, anew)
+            stretches = tuple(
+                replace(one, weave=weave) for one, weave in zip(stretches, weaves, strict=True)
+            )
         return ScenarioPath(first, motion, stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:

@@ -76,15 +76,31 @@ class Carrying:
         """
         found = {}
         for time, robot in zip(self.start.tolist(), self.robots, strict=True):
-            bodies = [(one.mass, robot.tool_offset * one.centre_of_mass) for one in robot.held]
-            if robot.payload is not None:
-                bodies.append((robot.payload.mass, robot.payload.centre_of_mass))
-            mass = sum(one for one, _ in bodies)
-            moment = sum((one * centre for one, centre in bodies), np.zeros(3))
-            x, y, z = (moment / mass if mass else moment).tolist()
             time = max(time, start)
-            found[time] = Load(time, mass, (x, y, z), robot.tool_frame or "")
+            found[time] = _load(time, robot)
         return tuple(found.values()) if any(one.mass for one in found.values()) else ()
+
+
+def _load(time: float, robot: Robot) -> Load:
+    """All that an arm carries, as one body."""
+    turn = robot.tool_offset.rotation
+    bodies = [
+        (one.mass, robot.tool_offset * one.centre_of_mass, turn @ one.inertia @ turn.T)
+        for one in robot.held
+    ]
+    if (own := robot.payload) is not None:
+        bodies.append((own.mass, own.centre_of_mass, own.inertia))
+    mass = sum(one for one, *_ in bodies)
+    moment = sum((one * centre for one, centre, _ in bodies), np.zeros(3))
+    centre = moment / mass if mass else moment
+    total = np.zeros((3, 3))
+    if any(inertia.any() for *_, inertia in bodies):  # else points, as they were given
+        for one, at, inertia in bodies:
+            d = at - centre
+            total += inertia + one * (d @ d * np.eye(3) - np.outer(d, d))
+    x, y, z = centre.tolist()
+    moments = (*np.diag(total).tolist(), total[0, 1].item(), total[0, 2].item(), total[1, 2].item())
+    return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)
 
 
 def carrying(scenario: Scenario, robot: Robot) -> Carrying:

@@ -170,7 +170,12 @@ class _Expansion:
             for k, one in enumerate(over):
                 if isinstance(one, str) and one not in self.task.frames:
                     raise self._unknown(one, (*where, k), list(self.task.frames))
-                yield one if isinstance(one, str) else self._made(one, (*where, k))
+                if not isinstance(one, str):
+                    yield self._made(one, (*where, k))
+                elif self.task.frames[one].grid is not None:
+                    yield from self._of_grid(one, (*where, k))
+                else:
+                    yield one
 
     def _of_grid(self, name: str, where: Location) -> Iterator[str]:
         grids = {key: one.grid for key, one in self.task.frames.items() if one.grid is not None}

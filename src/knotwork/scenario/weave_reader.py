@@ -37,8 +37,10 @@ class WeaveReader:
     first: int
     given: Sequence[PathWaypoint]
 
-    def read(self, path: ToolPath, timing: Timing, start: float) -> tuple[EndlessCurve, FloatArray]:
-        """What is added to the path, see `TimedPath`, and when that begins anew [s].
+    def read(
+        self, path: ToolPath, timing: Timing, start: float
+    ) -> tuple[list[Weave | None], EndlessCurve, FloatArray]:
+        """The weave of each stretch; what is added to the path, and when that begins anew [s].
 
         Stretches that follow one another with the same weave are woven as one.
 
@@ -50,10 +52,12 @@ class WeaveReader:
         Raises:
             DocumentError: A weave is too short, fast or narrow, or goes along the seam.
         """
+        weaves: list[Weave | None] = [None] * len(self.given)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
         for low, high, asked in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
             weave, normal = self._weave(low, asked, end - begin)
+            weaves[low:high] = [weave] * (high - low)
             with self.curves.errors(self.first + 1 + low, "weave", "normal"):
                 t, state = woven(weave, path, timing, begin, normal)
             skipped = int(t[0] <= times[-1][-1] + SAME)
@@ -62,7 +66,7 @@ class WeaveReader:
             breaks.append(begin + weave.breaks())
         x, found = np.concatenate(times), np.concatenate(states, axis=1)
         curve = PiecewisePolynomial(two_point_coefficients(x, (found[0], found[1], found[2])), x)
-        return EndlessCurve(curve, delay=start), np.concatenate(breaks)
+        return weaves, EndlessCurve(curve, delay=start), np.concatenate(breaks)
 
     def _runs(self) -> list[tuple[int, int, GivenWeave]]:
         """From where to where stretches that follow one another have one weave."""

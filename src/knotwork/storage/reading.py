@@ -56,6 +56,7 @@ class _Load(StrictModel):
     mass: Finite
     centre_of_mass: tuple[Finite, Finite, Finite]
     frame: Text
+    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = (0.0,) * 6
 
 
 class _Segment(StrictModel):

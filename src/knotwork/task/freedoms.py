@@ -71,7 +71,9 @@ class FreePose(TaskPart):
         "greatest turn from the pose [angle]",
     )
     tilt: Positive | None = Field(
-        default=None, description="The z axis may be this far from that of the pose [angle]"
+        default=None,
+        description="The z axis may be this far from that of the pose [angle]; the turn is that "
+        "before the tool leans",
     )
     work_angle: Interval | None = Field(
         default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
@@ -88,15 +90,11 @@ class FreePose(TaskPart):
         box = self.position
         if box is not None and (box.x, box.y, box.z) == (None, None, None):
             raise ValueError("position leaves nothing open; accepted: x, y or z, a range each")
-        if self.tilt is not None and self.turn is None:
-            raise ValueError("tilt is given without a turn; accepted: turn: z with it")
         leaning = self.work_angle is not None or self.travel_angle is not None
         if self.tilt is not None and leaning:
             raise ValueError("tilt is given together with angles to a seam; accepted: one of them")
-        if self.turn is None and box is None and not leaning:
-            raise ValueError(
-                "leaves nothing open; accepted: turn, turn and tilt, angles, or position"
-            )
+        if self.turn is None and self.tilt is None and box is None and not leaning:
+            raise ValueError("leaves nothing open; accepted: turn, tilt, angles, or position")
         return self
 
 
@@ -173,4 +171,9 @@ class ChosenMotion(TaskPart):
     )
     way: Annotated[int, Field(ge=0)] = Field(
         0, description="Number of ways that were tried where it found its way; else 0"
+    )
+    room: Annotated[Number, Field(ge=0)] | None = Field(
+        None,
+        description="Clearance beyond the margins that its way keeps [length]; left out where none "
+        "was asked for",
     )

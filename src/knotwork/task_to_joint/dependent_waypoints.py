@@ -21,7 +21,9 @@ from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.branches import described, in_branch
+from knotwork.task_to_joint.free_poses import Chain, Chains
 from knotwork.task_to_joint.obstacles import LOOKS, Obstacles
+from knotwork.task_to_joint.solution import PathStart
 from knotwork.waypoints import FloatArray
 
 # Joint positions that differ by no more than this are those of one way [rad or m].
@@ -44,23 +46,37 @@ class DependentWaypoints:
     Attributes:
         scenario: The task.
         waits: Waypoints with an equal one after them, by index.
+        chains: The robot with the virtual joints of each pose.
         obstacles: What the arm may collide with, or `None`.
     """
 
     scenario: Scenario
     waits: tuple[int, ...]
+    chains: Chains
     obstacles: Obstacles | None = None
     _ways: dict[int, Continuation] = field(default_factory=dict, repr=False)
     _guides: dict[int, list[Guide]] = field(default_factory=dict, repr=False)
 
     def pull(self, path: ScenarioPath, time: float, q: FloatArray) -> Pull:
-        """What self-motion follows along a path of an arm that is somewhere at a time."""
+        """What self-motion follows along a path of an arm that is somewhere at a time.
+
+        Args:
+            path: The path.
+            time: When [s].
+            q: Positions of the joints that move along the path [rad or m], shape (d,).
+        """
         guides = self._guides.get(path.first)
         if not guides:
             return self.scenario.pull_to_middle
         gaps = q - np.array([one.at(path.motion.arc_length(time)) for one in guides])
         nearest = int(np.abs(gaps - whole_turns(gaps)).max(axis=1).argmin())
         return guides[nearest].turned(whole_turns(gaps[nearest]))
+
+    def start(self, path: ScenarioPath, q: FloatArray) -> PathStart:
+        """How the arm comes onto a path from positions of all joints [rad or m]."""
+        chain = self.chains.of(path.freedom)
+        own = q[chain.columns]
+        return PathStart(chain.robot, own, self.pull(path, path.motion.start_time, own))
 
     @property
     def groups(self) -> list[range]:
@@ -82,9 +98,7 @@ class DependentWaypoints:
         tied = {i for group in self.groups for i in group[1:]}
         return [i for i in range(len(self.scenario.waypoints)) if i not in tied]
 
-    def completed(
-        self, robot: Robot, candidates: list[Candidates | None]
-    ) -> list[Candidates | None]:
+    def completed(self, candidates: list[Candidates | None]) -> list[Candidates | None]:
         """Candidates at all waypoints, from those at the waypoints that are free.
 
         Those that lead through a whole group are kept. Row k of each waypoint in a group follows
@@ -98,45 +112,49 @@ class DependentWaypoints:
             first = result[group[0]]
             if first is None:
                 continue
-            chain = self._chain(robot, group, first)
-            for i, one in zip(group, chain, strict=True):
+            for i, one in zip(group, self._chain(group, first), strict=True):
                 result[i] = one
         return result
 
-    def _chain(self, robot: Robot, group: range, first: Candidates) -> list[Candidates]:
+    def _chain(self, group: range, first: Candidates) -> list[Candidates]:
         """Candidates at the waypoints of a group; where none lead, those that are guided."""
-        led = self._led(robot, group, first)
+        led = self._led(group, first)
         if isinstance(led, list):
             return led
         found = []
-        if robot.dof > 6 and not self.scenario.pull_to_middle:
-            found = list(islice(self._guided(robot, group, first), LEADING))
+        paths = [one for one in self.scenario.paths if one.first in group[:-1]]
+        alike = len({path.freedom for path in paths}) == 1
+        chain = self.chains.of(paths[0].freedom)
+        if alike and chain.robot.dof > 6 and not self.scenario.pull_to_middle:
+            found = list(islice(self._guided(chain, paths, group, first), LEADING))
         if not found:
             raise led()
         return [joined(ones) for ones in zip(*found, strict=True)]
 
-    def _guided(self, robot: Robot, group: range, first: Candidates) -> Iterator[list[Candidates]]:
+    def _guided(
+        self, chain: Chain, paths: list[ScenarioPath], group: range, first: Candidates
+    ) -> Iterator[list[Candidates]]:
         """Candidates at the waypoints of a group, of one start after the other that is guided."""
         from knotwork.kinematics.following.ladder import Ladder
 
-        paths = [one for one in self.scenario.paths if one.first in group[:-1]]
         _, own = np.unique(first.branch, return_index=True)
         clear = None if self.obstacles is None else self.obstacles.clear
-        ladder = Ladder(robot, [path.motion for path in paths], first.q[own], clear)
+        starts = first.q[own][:, chain.columns]
+        ladder = Ladder(chain.robot, [path.motion for path in paths], starts, clear)
         for start, guides in islice(ladder.ways(), TRIED):
             known = dict(self._guides)
             self._guides.update(
                 (path.first, [one]) for path, one in zip(paths, guides, strict=True)
             )
             rows = np.flatnonzero(first.branch == first.branch[own[start]])
-            found = self._led(robot, group, taken(first, rows))
+            found = self._led(group, taken(first, rows))
             leads = isinstance(found, list)
             for path, one in zip(paths, guides, strict=True):
                 self._guides[path.first] = known.get(path.first, []) + [one] * leads
             if isinstance(found, list):
                 yield found
 
-    def _led(self, robot: Robot, group: range, first: Candidates) -> list[Candidates] | Blocked:
+    def _led(self, group: range, first: Candidates) -> list[Candidates] | Blocked:
         """Candidates at the waypoints of a group, or what makes the error where none lead on."""
         chain = [first]
         paths = {path.first: path for path in self.scenario.paths}
@@ -147,7 +165,7 @@ class DependentWaypoints:
                 chain.append(chain[-1])
                 i += 1
                 continue
-            found = self._along(robot, path, chain[-1])
+            found = self._along(path, chain[-1])
             if not isinstance(found, tuple):
                 return found
             kept, onward = found
@@ -156,16 +174,18 @@ class DependentWaypoints:
         return chain
 
     def _along(
-        self, robot: Robot, path: ScenarioPath, start: Candidates
+        self, path: ScenarioPath, start: Candidates
     ) -> tuple[Any, list[Candidates]] | Blocked:
         """Rows that lead along a path, and the candidates at its waypoints after the first."""
+        chain = self.chains.of(path.freedom)
+        robot, q = chain.robot, start.q[:, chain.columns]
         _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
         times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
-        turns = start.q - start.q[own][back]
+        turns = q - q[own][back]
         asked = in_branch(self.scenario, start)
         tried = np.flatnonzero(asked if asked.any() else ~asked)
-        pull = self.pull(path, float(times[0]), start.q[own[0]])
-        found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
+        pull = self.pull(path, float(times[0]), q[own[0]])
+        found = continue_along(robot, path.motion, q[own], times, pull=pull)
         free = found.free(robot, back, turns)
         looks = CLOSER * LOOKS if isinstance(pull, Guide) else LOOKS
         contacts = self._contacts(found, distinct(back[free]), looks)
@@ -182,14 +202,14 @@ class DependentWaypoints:
                 )
                 for i in tried
             ]
-            others = described(robot, taken(start, free))
+            others = described(self.chains.whole, taken(start, free))
             return self._blocked(robot, path, taken(start, tried), constraints, others)
 
         if not free[tried].any():
             return blocked
         kept = np.flatnonzero(free)
         return kept, [
-            self._candidates(robot, path, start, found, kept, back, turns, k)
+            self._candidates(chain, path, start, found, kept, back, turns, k)
             for k in range(1, len(times))
         ]
 
@@ -224,7 +244,7 @@ class DependentWaypoints:
 
     def _candidates(
         self,
-        robot: Robot,
+        chain: Chain,
         path: ScenarioPath,
         start: Candidates,
         found: Continuation,
@@ -234,12 +254,13 @@ class DependentWaypoints:
         k: int,
     ) -> Candidates:
         row = int(np.abs(found.time - path.stretches[k - 1].end).argmin())
-        q = found.q[k][back[kept]] + turns[kept]
+        q = chain.put(found.q[k][back[kept]] + turns[kept])
+        robot = self.chains.whole
         return taken(start, kept)._replace(
             q=q,
             flags=configuration_flags(robot, q),
             weight=1.0 + limit_nearness(robot, q),
-            velocity=found.velocity[row][back[kept]],
+            velocity=chain.put(found.velocity[row][back[kept]]),
             excess=np.zeros(len(kept)),
             lost=np.zeros(len(kept), dtype=bool),
         )
@@ -268,7 +289,9 @@ class DependentWaypoints:
         tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
         if not isinstance(self.scenario.branch, str):
             tried += " in the branch asked for"
-        words = "".join(f" ({name})" for name in described(robot, taken(start, [index])))
+        words = "".join(
+            f" ({name})" for name in described(self.chains.whole, taken(start, [index]))
+        )
         remedy = "begin a new path at a stop, before which the arm may change its branch"
         if others:
             remedy = f"ask for a branch that leads along it: {'; or '.join(others)}"

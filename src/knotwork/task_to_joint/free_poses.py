@@ -6,11 +6,12 @@ nothing open the virtual joint is at 0, and it is dropped from what is found.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.errors import BranchError
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
@@ -30,40 +31,109 @@ INSIDE = 0.95
 """Part of a torch's ranges that its joints have: between waypoints they may go beyond a little."""
 
 
-def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> JointSpace:
+class Chain(NamedTuple):
+    """The arm with the virtual joints of what one pose leaves open.
+
+    Attributes:
+        robot: It.
+        columns: Which of the joints of all freedoms are its, shape (d,).
+        size: How many joints there are in all.
+    """
+
+    robot: Robot
+    columns: NDArray[np.intp]
+    size: int
+
+    def put(self, values: FloatArray) -> FloatArray:
+        """Its values (..., d) among zeros for all other joints, shape (..., size)."""
+        result = np.zeros((*values.shape[:-1], self.size))
+        result[..., self.columns] = values
+        return result
+
+    def among_all(self, candidates: Candidates, whole: Robot) -> Candidates:
+        """Candidates as those of the arm with the virtual joints of all freedoms."""
+        if self.robot is whole:
+            return candidates
+        q, velocity = self.put(candidates.q), self.put(candidates.velocity)
+        return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(whole, q))
+
+
+class Chains:
+    """The arm with the virtual joints of each thing that poses of a scenario leave open.
+
+    Args:
+        scenario: The task.
+        robot: The arm.
+
+    Attributes:
+        arm: The arm.
+        whole: It with the virtual joints of all freedoms, one after the other.
+
+    Raises:
+        BranchError: The scenario asks for a branch, and something is free.
+    """
+
+    def __init__(self, scenario: Scenario, robot: Robot) -> None:
+        poses = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
+        free = [one for one in poses if one.freedom is not None]
+        if free and scenario.branch != "free":
+            raise BranchError(
+                free[0].name,
+                "is free, so that self-motion leads from one solution of its pose to others, and a "
+                "branch has no meaning; near: a configuration keeps the solutions near that",
+                branches=(),
+                where=free[0].where,
+            )
+        joints: list[VirtualJoint] = []
+        of: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
+        for one in dict.fromkeys(one.freedom for one in free):
+            own = _virtual_joints(one)  # type: ignore[arg-type]
+            if joints:
+                own = [replace(joint, name=f"{joint.name} ({len(of)})") for joint in own]
+            of[one] = own
+            joints += own
+        self.arm, d, size = robot, robot.dof, robot.dof + len(joints)
+        self.whole = robot.with_virtual_joints(*joints) if joints else robot
+        self._of: dict[PoseFreedom | None, Chain] = {}
+        for freedom, own in of.items():
+            columns = [*range(d), *(d + joints.index(one) for one in own)]
+            chain = robot if not own else robot.with_virtual_joints(*own)
+            chain = self.whole if len(columns) == size else chain
+            self._of[freedom] = Chain(chain, np.array(columns), size)
+
+    def __iter__(self) -> Iterator[Chain]:
+        return iter(self._of.values())
+
+    def of(self, freedom: PoseFreedom | None) -> Chain:
+        """The one for what a pose leaves open."""
+        return self._of[freedom]
+
+    def at(self, waypoint: object) -> Chain:
+        """The one at a waypoint: the arm alone where joint positions are given."""
+        return self.of(waypoint.freedom if isinstance(waypoint, CartesianWaypoint) else None)
+
+
+def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: Chains) -> JointSpace:
     """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
 
     Args:
         scenario: The task.
         space: Its joints.
-        robot: Their robot.
-
-    Raises:
-        BranchError: The scenario asks for a branch.
+        chains: The arm with these.
     """
-    waypoints = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
-    free = next((one for one in waypoints if one.freedom is not None), None)
-    if free is None or free.freedom is None:
+    whole = chains.whole
+    if whole is chains.arm:
         return space
-    if scenario.branch != "free":
-        raise BranchError(
-            free.name,
-            "is free, so that self-motion leads from one solution of its pose to others, and a "
-            "branch has no meaning; near: a configuration keeps the solutions near that",
-            branches=(),
-            where=free.where,
-        )
-    joints = _virtual_joints(free.freedom)
-    chain, count = robot.with_virtual_joints(*joints), len(joints)
+    count = whole.dof - chains.arm.dof
     return replace(
         space,
-        joint_names=chain.joint_names,
-        joint_units=chain.joint_units,
-        lower_position_limit=chain.lower_position_limit,
-        upper_position_limit=chain.upper_position_limit,
-        limits=chain.limits,
-        configurations=chain.configurations,
-        robot=chain,
+        joint_names=whole.joint_names,
+        joint_units=whole.joint_units,
+        lower_position_limit=whole.lower_position_limit,
+        upper_position_limit=whole.upper_position_limit,
+        limits=whole.limits,
+        configurations=whole.configurations,
+        robot=whole,
         targets=tuple(
             None
             if one is None
@@ -71,7 +141,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, robot: Robot) -> 
             for one in space.targets
         ),
         near=None if space.near is None else longer(space.near, count),
-        solutions=_solutions(scenario, space.solutions, robot, joints),
+        solutions=_solutions(scenario, space.solutions, chains),
         chosen=None,
     )
 
@@ -111,18 +181,17 @@ def longer(values: FloatArray, count: int) -> FloatArray:
 
 
 def _solutions(
-    scenario: Scenario,
-    given: Mapping[int, FloatArray],
-    robot: Robot,
-    joints: Sequence[VirtualJoint],
+    scenario: Scenario, given: Mapping[int, FloatArray], chains: Chains
 ) -> dict[int, FloatArray]:
     """Joint positions to be near at waypoints, with what is left to each pose."""
-    found, count = {}, len(joints)
+    found = {}
     for i, q in given.items():
-        waypoint, found[i] = scenario.waypoints[i], longer(q, count)
+        waypoint, chain = scenario.waypoints[i], chains.at(scenario.waypoints[i])
+        own: list[float] = []
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            left = _left(robot.forward(q), waypoint.pose, waypoint.freedom.torch)
-            found[i][-count:] = [left[one.unit, one.axis] for one in joints]
+            left = _left(chains.arm.forward(q), waypoint.pose, waypoint.freedom.torch)
+            own = [left[one.unit, one.axis] for one in chain.robot.virtual_joints]
+        found[i] = chain.put(np.append(q, own))
     return found
 
 
@@ -142,18 +211,6 @@ def _left(tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None) -> dict[tuple
     return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {
         ("m", k): float(v) for k, v in zip("xyz", slides, strict=True)
     }
-
-
-def pinned(candidates: Candidates, chain: Robot) -> Candidates:
-    """Candidates of the arm alone as those of the longer chain, its virtual joint at 0."""
-    count = int(chain.virtual.sum())
-    q = longer(candidates.q, count)
-    return candidates._replace(
-        q=q,
-        velocity=longer(candidates.velocity, count),
-        flags=configuration_flags(chain, q),
-        free=False,
-    )
 
 
 def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 if TYPE_CHECKING:
     from knotwork.kinematics.following.continuation import Continuation
     from knotwork.kinematics.following.joint_field import Pull
-
-    KnownWay = Callable[[ScenarioPath, FloatArray], Continuation | None]
+    from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
 
 
 def completed_waypoints(
@@ -25,8 +23,7 @@ def completed_waypoints(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
-    way: KnownWay = lambda path, start: None,
-    pull: Callable[[ScenarioPath, float, FloatArray], Pull] | None = None,
+    dependent: DependentWaypoints | None = None,
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -39,8 +36,7 @@ def completed_waypoints(
         positions: At its waypoints [rad or m], shape (n, d).
         velocities: There [rad/s or m/s], shape (n, d).
         knots: Where the knots of the motion will sit: see `ModifiedHermiteSpline`.
-        way: Gives the way along a path from where it begins, if it is known.
-        pull: Gives where self-motion is pulled to along a path; by default as the scenario says.
+        dependent: Knows how the arm comes onto paths, and ways along them. Not needed without.
 
     Raises:
         PathError: The tolerances take too many waypoints, or are too fine to be proved.
@@ -53,11 +49,15 @@ def completed_waypoints(
     parts: list[tuple[Any, ...]] = []
     done = 0
     for path in scenario.paths:
+        dependent = cast("DependentWaypoints", dependent)  # nothing else follows paths
         _hold(positions, space.waits)
         parts.append(tuple(one[done : path.first] for one in columns))
         start = positions[path.first]
-        own = None if pull is None else pull(path, path.motion.start_time, start)
-        followed = followed_path(scenario, space.robot, path, start, knots, way(path, start), own)
+        robot, q, pull = dependent.start(path, start)
+        known_way = dependent.way(path, q)
+        followed = list(followed_path(scenario, robot, path, q, knots, known_way, pull))
+        chain = dependent.chains.of(path.freedom)
+        followed[2:5] = [chain.put(values) for values in followed[2:5]]
         followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # where the next path begins, its first waypoint stands for the last of this one

@@ -10,29 +10,36 @@ import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.candidates import Candidates, find_candidates, nearest_candidate
+from knotwork.kinematics.sequence.candidates import (
+    Candidates,
+    candidates_of,
+    find_candidates,
+    nearest_candidate,
+)
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.step_costs import (
+    SAME_STEP,
     CollidingStep,
     Cost,
     Layer,
     Rules,
     likely_durations,
 )
-from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
-from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
-from knotwork.task_to_joint.free_poses import pinned
+from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints, joined
+from knotwork.task_to_joint.free_poses import Chain, Chains
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.task_to_joint.solution import Step
 from knotwork.task_to_joint.velocities import velocity_at
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
+# Of a redundant arm a step that collided is avoided with all that are as near [rad or m].
+APART = 0.3
 
 
 class Found(NamedTuple):
@@ -62,7 +69,7 @@ class Search:
     Args:
         scenario: The task.
         space: The joints it is for, and after them the virtual ones of what poses leave open.
-        arm: The robot without virtual joints.
+        chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
 
     Attributes:
@@ -82,18 +89,18 @@ class Search:
         self,
         scenario: Scenario,
         space: JointSpace,
-        arm: Robot,
+        chains: Chains,
         avoided: Iterable[Step] = (),
     ) -> None:
-        robot = space.robot or arm
-        self.scenario, self.space, self.arm, self.robot = scenario, space, arm, robot
+        robot = chains.whole
+        self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
         self.given = [None if one is None else one.position for one in space.targets]
         self.speeds = [None if one is None else one.velocity for one in space.targets]
         rules = scenario.scene.rules
         checked = rules.itself or scenario.scene.asks()
-        self.obstacles = Obstacles(scenario, space, arm) if checked else None
-        self.dependent = DependentWaypoints(scenario, space.waits, self.obstacles)
+        self.obstacles = Obstacles(scenario, space, chains.arm) if checked else None
+        self.dependent = DependentWaypoints(scenario, space.waits, chains, self.obstacles)
         self.groups = {i: group for group in self.dependent.groups for i in group}
         check_branch(scenario, robot)
         kinds = scenario.free.speed if scenario.free is not None else ()
@@ -101,15 +108,19 @@ class Search:
         limit = robot.velocity_limit
         self.revolute = joint_axes(robot).revolute
         branch = scenario.branch if isinstance(scenario.branch, str) else "free"
+        speed = np.where(np.isfinite(limit), limit, 1.0)
         self.rules = Rules(
-            speed=np.where(robot.virtual, np.inf, np.where(np.isfinite(limit), limit, 1.0)),
+            speed=np.where(robot.virtual, np.inf, speed),
             limit=limit,
             weights=robot.weights,
             unbounded=unbounded(robot),
             avoided=branch == "keep" or self._in_motion(),
             forbidden=branch == "fixed",
             untimed=None if scenario.free is None else scenario.free.untimed,
+            resting=None if scenario.free is None else scenario.free.duration & self._resting(),
+            ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
             colliding=tuple(CollidingStep(*step) for step in avoided),
+            apart=self._apart(),
         )
         self.samples = SAMPLES
         self._collide: dict[int, FloatArray] = {}
@@ -125,35 +136,32 @@ class Search:
             CollisionError: Something that stands around touches the robot where it starts.
         """
         result: list[Candidates | None] = [None] * len(self.given)
-        for robot in dict.fromkeys((self.arm, self.robot)):
-            for i, one in self._found(robot).items():
-                result[i] = one if robot is self.robot else pinned(one, self.robot)
-        self.candidates = self.dependent.completed(self.robot, result)
+        for chain in self.chains:
+            for i, one in self._found(chain).items():
+                result[i] = chain.among_all(one, self.robot)
+        self.candidates = self.dependent.completed(result)
         if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
             self.obstacles.check_start(self.given[0])
 
-    def robot_at(self, i: int) -> Robot:
-        """The robot whose joints move the tool at a waypoint: the arm where nothing is open."""
-        target = self.scenario.waypoints[i]
-        free = isinstance(target, CartesianWaypoint) and target.freedom is not None
-        return self.robot if free else self.arm
-
-    def _found(self, robot: Robot) -> dict[int, Candidates]:
-        """Candidates at the waypoints where the joints are those of a robot, by index."""
+    def _found(self, chain: Chain) -> dict[int, Candidates]:
+        """Candidates at the waypoints that have the virtual joints of a chain, by index."""
         result: dict[int, Candidates] = {}
         poses, units = [], self.scenario.units
         for i in self.dependent.free:
             target = self.scenario.waypoints[i]
-            if self.robot_at(i) is not robot or not isinstance(target, CartesianWaypoint):
+            if self.chains.at(target) is not chain or not isinstance(target, CartesianWaypoint):
                 continue
             if i in self.space.solutions:
-                near = self.space.solutions[i][: robot.dof]
-                result[i] = nearest_candidate(robot, target, near, units)
+                near = self.space.solutions[i][chain.columns]
+                result[i] = nearest_candidate(chain.robot, target, near, units)
             else:
                 poses.append((i, target))
-        references = [self._reference(i)[: robot.dof] for i, _ in poses]
-        found = find_candidates(robot, [target for _, target in poses], references, units)
-        for (i, _), candidates in zip(poses, found, strict=True):
+        references = [self._reference(i)[chain.columns] for i, _ in poses]
+        found = find_candidates(chain.robot, [target for _, target in poses], references, units)
+        begins = {path.first for path in self.scenario.paths}
+        for (i, target), candidates, near in zip(poses, found, references, strict=True):
+            if candidates.free and i in begins:
+                candidates = self._with_nearest(chain, target, candidates, near)
             result[i] = (
                 candidates._replace(
                     excess=np.zeros_like(candidates.excess),
@@ -164,6 +172,20 @@ class Search:
             )
         return result
 
+    def _with_nearest(
+        self, chain: Chain, target: CartesianWaypoint, candidates: Candidates, near: FloatArray
+    ) -> Candidates:
+        """Samples of a self-motion, and the first of them moved to where it is nearest to `near`.
+
+        Where a path begins the arm is not moved along its self-motion once the path is followed.
+        """
+        from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
+
+        given = Given(np.zeros(1), self.rules.of(chain.columns), [target], near)
+        q = refine_sequence(chain.robot, given, candidates.q[:1], candidates.velocity[:1])
+        more = candidates_of(chain.robot, target, q[0])
+        return joined([candidates, more._replace(branch=more.branch + candidates.branches)])
+
     def solve(self) -> Found:
         """Positions and velocities at all waypoints, of which the candidates are found."""
         chosen = self.choose(self.candidates)
@@ -173,15 +195,7 @@ class Search:
             )
         positions = self._refined(chosen)
         velocities = [
-            velocity_at(
-                self.scenario,
-                self.robot,
-                self.robot_at(i),
-                i,
-                q,
-                self.speeds[i],
-                self.dependent.pull,
-            )
+            velocity_at(self.scenario, self.dependent, i, q, self.speeds[i])
             for i, q in enumerate(positions)
         ]
         return Found(chosen, positions, np.array(velocities))
@@ -205,11 +219,7 @@ class Search:
 
     def feasible_if_free(self) -> bool:
         """Whether some choice in any branch is within the velocity limits."""
-        free = Search(
-            replace(self.scenario, branch="free"),
-            self.space,
-            self.arm,
-        )
+        free = Search(replace(self.scenario, branch="free"), self.space, self.chains)
         chosen = free.choose(self.candidates)
         return not (chosen.cost.impossible or chosen.cost.infeasible)
 
@@ -232,7 +242,7 @@ class Search:
         here, there = (q[a], v[a]), (q[a] + move, v[b])
         mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
-        travel = np.linalg.norm(move / self.rules.scale, axis=1)
+        travel = self.rules.travel(interval, move)
         open_ = np.array([layer.before is None for layer in layers])[interval + 1]
         return Cost(beyond=beyond * open_, travel=(travel * mean + h * most) * open_)
 
@@ -255,6 +265,27 @@ class Search:
             ]
         )
         return passes[1:] | passes[:-1]
+
+    def _apart(self) -> FloatArray:
+        """How far joints of other steps are from those that collided [rad or m], shape (d,).
+
+        Virtual joints move nothing, nor does the last one much where the turn about it is free.
+        """
+        robot, dof = self.robot, self.chains.arm.dof
+        if robot.dof <= 6:
+            return np.full(dof, SAME_STEP)
+        apart = np.where(robot.virtual, np.inf, APART)
+        if any(one.axis == "z" for one in robot.virtual_joints):
+            apart[dof - 1] = np.inf
+        return apart
+
+    def _resting(self) -> Any:
+        """Which intervals lead from rest to rest, shape (n - 1,)."""
+        moving = self._in_motion()
+        for i, v in enumerate(self.speeds):
+            if v is not None and (v.any() or i in self.free_velocity):
+                moving[max(i - 1, 0) : i + 1] = True
+        return ~moving
 
     def _reference(self, index: int) -> FloatArray:
         """The configuration nearest in the sequence that is known beforehand."""
@@ -305,8 +336,11 @@ class Search:
 
     def _refined(self, chosen: Sequence) -> FloatArray:
         """Move waypoints of an arm that moves freely to where the whole motion is better."""
+        # what is not to be as it was would come back there
+        kept = {i for step in self.rules.colliding for i in (step.interval, step.interval + 1)}
         free = [
-            c is not None and c.free and i not in self.groups for i, c in enumerate(self.candidates)
+            c is not None and c.free and i not in self.groups and i not in kept
+            for i, c in enumerate(self.candidates)
         ]
         if not any(free) or self.scenario.prefers_clearance:
             return chosen.q
@@ -318,19 +352,29 @@ class Search:
                 self.candidates, self.rows, chosen.index, self.speeds, strict=True
             )
         ]
-        given = Given(
-            self.scenario.provisional_times,
-            [
-                target if moves and isinstance(target, CartesianWaypoint) else None
+        refined, velocity = chosen.q.copy(), np.array(v)
+        for chain in self.chains:
+            own = chain.columns
+            moved = [
+                target
+                if moves
+                and isinstance(target, CartesianWaypoint)
+                and self.chains.at(target) is chain
+                else None
                 for target, moves in zip(self.scenario.waypoints, free, strict=True)
-            ],
-            self.near,
-            home(self.space) if self.given[0] is None else None,
-            self.samples,
-            self.rules.untimed,
-            frozenset(self.free_velocity),
-        )
-        refined = refine_sequence(self.robot, given, chosen.q, np.array(v))
+            ]
+            if not any(moved):
+                continue
+            given = Given(
+                self.scenario.provisional_times,
+                self.rules.of(own),
+                moved,
+                None if self.near is None else self.near[own],
+                home(self.space)[own] if self.given[0] is None else None,
+                self.samples,
+                frozenset(self.free_velocity),
+            )
+            refined[:, own] = refine_sequence(chain.robot, given, refined[:, own], velocity[:, own])
         if self.obstacles is not None:
             for i, (q, waypoint) in enumerate(zip(refined, self.scenario.waypoints, strict=True)):
                 if free[i] and self.obstacles.collides(q, waypoint.time):

@@ -99,8 +99,8 @@ class TaskSolution:
         waypoints: Joint positions and velocities.
         infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
         choices: The solutions chosen at the waypoints given by poses, in order.
-        sequence: Joint positions chosen among the candidates at the scenario's waypoints
-            [rad or m], shape (n, d); `None` if no other ones may be feasible and clear.
+        sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
+            its poses, shape (n, d); `None` if no other ones may be feasible and clear.
         starts: Of tool paths that begin at a pose, by their first waypoint.
     """
 

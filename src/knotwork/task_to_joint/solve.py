@@ -12,7 +12,7 @@ from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
-from knotwork.task_to_joint.solution import PathStart, Step, TaskSolution
+from knotwork.task_to_joint.solution import Step, TaskSolution
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ def solve_task(
        and, if that can be had, halfway along cubics that join the waypoints;
     2. among those, one that changes its branch, if at all, where the tool rests;
     3. among those, of least joint travel, in shares of the velocity limits and weighted up to
-       threefold near position limits and singularities.
+       threefold near position limits and singularities; from rest to rest in a time that is chosen
+       later, the one whose slowest joint is there soonest.
 
     With `near` in the scenario, the nearest to that instead of least travel, whole turns aside.
     With `branch`, only what that allows. Where nothing is feasible, the sequence that exceeds the
@@ -68,11 +69,16 @@ def solve_task(
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
-    from knotwork.task_to_joint.free_poses import with_virtual_joints, without_virtual_joints
+    from knotwork.task_to_joint.free_poses import (
+        Chains,
+        with_virtual_joints,
+        without_virtual_joints,
+    )
     from knotwork.task_to_joint.search import Search
 
-    chain = with_virtual_joints(scenario, space, space.robot)
-    solution = _best(Search(scenario, chain, space.robot, avoided), knots)
+    chains = Chains(scenario, space.robot)
+    longer = with_virtual_joints(scenario, space, chains)
+    solution = _best(Search(scenario, longer, chains, avoided), knots)
     return _with_chosen(without_virtual_joints(solution, space), space)
 
 
@@ -97,18 +103,13 @@ def _best(search: Search, knots: Any) -> TaskSolution:
             search.space,
             *values,
             knots,
-            search.dependent.way,
-            search.dependent.pull,
+            search.dependent,
         ),
         infeasibilities,
         describe_choices(search, found),
-        None if hopeless else found.sequence.q,
+        None if hopeless else found.positions,
         {
-            path.first: PathStart(
-                search.robot,
-                found.positions[path.first],
-                search.dependent.pull(path, path.motion.start_time, found.positions[path.first]),
-            )
+            path.first: search.dependent.start(path, found.positions[path.first])
             for path in search.scenario.paths
         },
     )

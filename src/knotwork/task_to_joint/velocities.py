@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.following.continuation import velocity_on_path
-from knotwork.kinematics.following.joint_field import Pull
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.scenario import Scenario
+from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
 def velocity_at(
     scenario: Scenario,
-    chain: Robot,
-    robot: Robot,
+    dependent: DependentWaypoints,
     index: int,
     q: FloatArray,
     given: FloatArray | None,
-    pull: Callable[[ScenarioPath, float, FloatArray], Pull],
 ) -> FloatArray:
     """Joint velocities [rad/s or m/s], shape (d,), that give the tool its twist at a waypoint.
 
     Args:
         scenario: The task.
-        chain: The arm with its virtual joints.
-        robot: That, or the arm alone where the pose leaves nothing open.
+        dependent: Knows what self-motion follows along a path, and the virtual joints.
         index: Index of the waypoint.
         q: Joint positions there [rad or m], shape (d,).
         given: Joint velocities where the waypoint gives them, else `None`.
-        pull: Gives what self-motion follows along a path.
 
     Raises:
         SingularityError: No joint velocities give the twist.
@@ -42,9 +35,12 @@ def velocity_at(
         return np.array(given)
     for path in scenario.paths:
         if path.first <= index <= path.last:
-            return velocity_on_path(chain, path.motion, q, target.time, pull(path, target.time, q))
-    unmoved = np.zeros(chain.dof - robot.dof)
-    q = q[: robot.dof]
+            chain = dependent.chains.of(path.freedom)
+            own, time = q[chain.columns], target.time
+            pull = dependent.pull(path, time, own)
+            return chain.put(velocity_on_path(chain.robot, path.motion, own, time, pull))
+    chain = dependent.chains.at(target)
+    robot, q = chain.robot, q[chain.columns]
 
     def solved(preferred: FloatArray | None) -> FloatArray:
         return solve_velocity_ik(
@@ -59,9 +55,9 @@ def velocity_at(
 
     v = solved(None)
     if not rate or not v.any():
-        return np.append(v, unmoved)
+        return chain.put(v)
     more = solved(pull_to_middle(robot, q, rate)) - v
-    return np.append(v + _most_within(v, more, robot.velocity_limit) * more, unmoved)
+    return chain.put(v + _most_within(v, more, robot.velocity_limit) * more)
 
 
 def _most_within(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:

@@ -81,6 +81,7 @@ class TimedMotion(ReadOnlyArrays):
         line: Corners of the clear polyline that it was made from, shape (m, d); `None` for a motion
             that does not find its way.
         tries: Number of ways that were looked for.
+        room: Clearance that a way keeps beyond the margins [m]; `None` if none was asked for.
     """
 
     trajectory: JointTrajectory
@@ -95,6 +96,7 @@ class TimedMotion(ReadOnlyArrays):
     seconds: float = 0.0
     line: FloatArray | None = None
     tries: int = 0
+    room: float | None = None
 
     @property
     def duration(self) -> float:

@@ -50,12 +50,14 @@ class Load:
         mass: Of all of it [kg].
         centre_of_mass: In the axes of the frame [m].
         frame: Name of the link that carries it.
+        inertia: About that centre, in the axes of the frame: xx, yy, zz, xy, xz, yz [kg m²].
     """
 
     time: float
     mass: float
     centre_of_mass: tuple[float, float, float]
     frame: str
+    inertia: tuple[float, float, float, float, float, float] = (0.0,) * 6
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""

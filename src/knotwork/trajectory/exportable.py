@@ -66,11 +66,21 @@ class ScriptOptions(TypedDict, total=False):
     fit: float | None
 
 
+class ArmOptions(ScriptOptions, total=False):
+    """Options of programs that set the tool.
+
+    Attributes:
+        robot: The `knotwork.Robot` with its tool.
+    """
+
+    robot: Any
+
+
 class RobotOptions(TypedDict, total=False):
     """Options of positions that must keep a robot's limits.
 
     Attributes:
-        robot: The `knotwork.Robot`; without it nothing is checked.
+        robot: The `knotwork.Robot`, which is needed.
     """
 
     robot: Any
@@ -81,9 +91,11 @@ class RateOptions(TypedDict, total=False):
 
     Attributes:
         rate: Keyframes a second [Hz], 100 by default; the last one is at the end exactly.
+        lead: kv/kp of the position actuators [s], 0 by default; controls lead by as much.
     """
 
     rate: float
+    lead: float
 
 
 class TableOptions(TypedDict, total=False):
@@ -130,7 +142,7 @@ class Exportable:
         """Give a position-velocity-time table; see `knotwork.export.to_pvt`."""
         return str(self._exported("to_pvt", **options))
 
-    def to_urscript(self, **options: Unpack[ScriptOptions]) -> str:
+    def to_urscript(self, **options: Unpack[ArmOptions]) -> str:
         """Give a program for Universal Robots; see `knotwork.export.to_urscript`."""
         return str(self._exported("to_urscript", **options))
 

@@ -42,13 +42,16 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
         )
         if inside and one.path is not None:
             yield _on_path(one, motion, scenario, space)
-    yield from _stored(motion.trajectory.events, [one.event for one in asked])
+    stored = motion.trajectory
+    if stored.events or stored.segments:
+        yield from _stored(stored.events, [one.event for one in asked])
+    elif asked:
+        said = "the motion does not say what is switched on its way; that is not checked"
+        yield Finding(GROUP, "event", "events", "event", "warning", said)
 
 
 def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding]:
-    """Differences between events that a motion brings along, if any, and those asked for."""
-    if not stored:
-        return
+    """Differences between events that a motion of ours brings along and those asked for."""
     for some, others, fault in (
         (stored, asked, "the motion has it, and the scenario does not ask for it"),
         (asked, stored, "the scenario asks for it, and the motion does not have it"),

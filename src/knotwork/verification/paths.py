@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
@@ -22,10 +23,82 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """Compare the tool with each stretch of each path, from the scenario and the motion alone."""
     if space.robot is None:
         return
+    for paths in joined_paths(scenario):
+        for one in _followed(motion, scenario, space.robot, paths):
+            yield from _findings(scenario, one)
+
+
+def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
+    """Paths in groups, in which a turn of the tool goes on from one to the next.
+
+    Each begins where the one before ends, or after a wait there, and leaves the same open.
+    """
+    groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
+        before = groups[-1][-1] if groups else path
+        between = {one.name for one in scenario.waypoints[before.last : path.first + 1]}
+        if before.freedom == path.freedom and len(between) == 1:
+            groups[-1].append(path)
+        else:
+            groups.append([path])
+    return groups
+
+
+class _Judged(NamedTuple):
+    """A stretch of a path, and what is proved of the motion along it."""
+
+    path: ScenarioPath
+    k: int
+    stretch: Stretch
+    limits: PathLimits
+    found: StretchBounds
+
+
+def _followed(
+    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath]
+) -> list[_Judged]:
+    """Follow the tool along paths that are joined, and its turn all along, whole turns counted.
+
+    Where it begins at one end of a range of a whole turn, it is taken to be at the other if that
+    keeps it within.
+    """
+    found = _from_turn(motion, scenario, robot, paths, 0.0)
+    freedom = paths[0].freedom if paths else None
+    if not found or freedom is None or all(_turn_kept(one) for one in found):
+        return found
+    start, allowed = found[0].found.turned[0], scenario.tolerances.path_orientation
+    for other in (start - 2.0 * math.pi, start + 2.0 * math.pi):
+        if freedom.turn[0] - allowed <= other <= freedom.turn[1] + allowed:
+            again = _from_turn(motion, scenario, robot, paths, other)
+            if all(_turn_kept(one) for one in again):
+                return again
+    return found
+
+
+def _turn_kept(one: _Judged) -> bool:
+    turn = one.found.turn
+    return turn is None or (turn.proved and turn.value <= one.limits.orientation)
+
+
+def _from_turn(
+    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
+) -> list[_Judged]:
+    """Bounds on each stretch, where the first begins at a turn or near it [rad]."""
+    from knotwork.verification.bounds.path import PathLimits, path_bounds
+
+    allowed, judged = scenario.tolerances, []
+    for path in paths:
         for k, stretch in enumerate(path.stretches):
-            if motion.start_time < stretch.end and stretch.start < motion.end_time:
-                yield from _stretch(motion, scenario, space.robot, path, k, stretch)
+            if not (motion.start_time < stretch.end and stretch.start < motion.end_time):
+                continue
+            speed = allowed.path_speed * stretch.speed
+            limits = PathLimits(allowed.path, allowed.path_orientation, speed)
+            interval, full = (stretch.start, stretch.end), stretch.full_speed
+            asked = path.motion, interval, full, stretch.speed, limits
+            found = path_bounds(robot, motion.curve, *asked, freedom=path.freedom, turn=turn)
+            turn = found.turned[1]
+            judged.append(_Judged(path, k, stretch, limits, found))
+    return judged
 
 
 class _Row(NamedTuple):
@@ -39,21 +112,9 @@ class _Row(NamedTuple):
     text: str
 
 
-def _stretch(
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    path: ScenarioPath,
-    k: int,
-    stretch: Stretch,
-) -> Iterator[Finding]:
-    from knotwork.verification.bounds.path import PathLimits, path_bounds
-
-    allowed = scenario.tolerances
-    limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
-    interval, full = (stretch.start, stretch.end), stretch.full_speed
-    asked = path.motion, interval, full, stretch.speed
-    found = path_bounds(robot, motion.curve, *asked, limits, freedom=path.freedom)
+def _findings(scenario: Scenario, one: _Judged) -> Iterator[Finding]:
+    path, k, stretch, limits, found = one
+    full = stretch.full_speed
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
     name = f"{begin} to {end}"
     for row in _rows(found, limits, scenario, stretch, path.freedom):

@@ -9,11 +9,16 @@ import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial.least_durations import feasible_durations
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion, between
 
+EASED = 1.05
+"""Weaves are to be slower by this much more, as not all of a joint's motion is theirs."""
+NEAR, LARGE = 0.05, 0.25
+"""A weave is to blame where, within this part of its period, its derivative is this part of its
+largest at least."""
 NOTABLE = 1.001
 """A move that needs more than this many times its duration is reported to need more time."""
 
@@ -66,7 +71,7 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
     corner = rounded_corner(found.time, scenario) if order > 1 else ""
     helps = (
         corner
-        or _woven(found.time, scenario)
+        or _woven(found.time, use, order, scenario)
         or _move_too_short(found.time, motion, scenario, space, j)
     )
     if helps:
@@ -102,12 +107,34 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
     return ""
 
 
-def _woven(time: float, scenario: Scenario) -> str:
+def _woven(time: float, use: float, order: int, scenario: Scenario) -> str:
     """Say what slows a weave that goes on at a time; else empty."""
-    stretches = (one for path in scenario.paths for one in path.stretches)
-    if any(one.start <= time <= one.end and one.kind.startswith("woven") for one in stretches):
-        return "a weave goes on there: less width or frequency, or rounder corners, moves it less"
+    for path in scenario.paths:
+        for one in path.stretches:
+            if one.weave is not None and one.start <= time <= one.end:
+                return _slower_weave(time, use, order, path, one, scenario)
     return ""
+
+
+def _slower_weave(
+    time: float, use: float, order: int, path: ScenarioPath, one: Stretch, scenario: Scenario
+) -> str:
+    added = path.motion.carrier
+    if one.weave is None or added is None:
+        return ""
+    near = NEAR / one.weave.frequency
+    there, whole = (
+        np.linalg.norm(added.joints[-1].curve(np.linspace(*span, 4001), order), axis=1).max()
+        for span in ((time - near, time + near), (one.start, one.end))
+    )
+    if there < LARGE * whole:  # the path begins or ends, or what comes before or after is to blame
+        return ""
+    eased = one.weave.eased(EASED * use, order)
+    scale, length = scenario.shown_length
+    text = f"frequency: {1.0 / rounded_up(1.0 / eased['frequency'], 3):.3g} Hz"
+    if "rounding" in eased:
+        text = f"rounding: {rounded_up(scale * eased['rounding'], 2):g} {length}, or {text},"
+    return f"a weave goes on there; about {text} keeps it"
 
 
 def _move_too_short(

@@ -19,6 +19,7 @@ from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, frame, json_in_html, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plots import plot_joints
+from knotwork.view.scene_verdict import failure
 from knotwork.view.show import view_plan
 from knotwork.view.tool_plots import plot_tool
 
@@ -68,7 +69,9 @@ def report_page(plan: PlanLike) -> Page:
         trajectory=plan.trajectory,
         summary=report.summary,
         facts=facts(report.groups),
-        failures=alike(report.failures),
+        failures=[
+            (failure(several[:1], report.units), several[1:]) for several in alike(report.failures)
+        ],
         most_use=MOST_USE,
         tightest=[_shown(one, report.units) for one in _tightest(report)],
         verdicts=_VERDICTS,

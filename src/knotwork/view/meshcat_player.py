@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.view.mesh import Mesh
+from knotwork.view.meshcat_board import put_up_board
 from knotwork.view.packing import unpacked, unpacked_numbers
 from knotwork.waypoints import FloatArray
 
@@ -22,7 +23,7 @@ RATE = 60.0
 
 
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
-    """Draw a scene in a Meshcat viewer, below `knotwork`, and start its motion.
+    """Draw a scene in a Meshcat viewer, below `knotwork`, look at it, and start its motion.
 
     The drawing of an earlier call is replaced. All else in the viewer stays, but the robot that
     Pinocchio's `MeshcatVisualizer` shows is hidden; `displayVisuals(True)` shows it again.
@@ -34,7 +35,8 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     Raises:
         InputError: The viewer is neither, or not started.
     """
-    root = _visualizer(viewer)[ROOT]
+    inner = _visualizer(viewer)
+    root = inner[ROOT]
     root.delete()
     joints = _joint_nodes(scene, root)
     for carrier, parts in enumerate(scene["shapes"]):
@@ -48,6 +50,8 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
         if thing["hidden"]:
             node.set_property("visible", False)
         nodes.append(node)
+    put_up_board(scene, root["board"])
+    look_at(scene, inner)
     root.set_animation(_animation(scene, joints, nodes))
 
 

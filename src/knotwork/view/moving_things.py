@@ -100,9 +100,16 @@ def _carried(other: OtherMotion, size: float) -> Iterator[tuple[int, Mesh, tuple
 
 def origins(
     model: CollisionModel, robot: Robot, trajectory: JointTrajectory, count: int = 20
-) -> FloatArray:
-    """Where the joints that follow the robot's are over the motion [m], shape (n, 3)."""
+) -> tuple[FloatArray, FloatArray]:
+    """Where the joints that follow the robot's are over the motion [m], shape (n, 3).
+
+    Returns:
+        All of them, and those of other robots alone.
+    """
     curve = trajectory.polynomial
     time = np.linspace(curve.x[0], curve.x[-1], count)
     _, origin = model.placed(curve(time), time)
-    return np.asarray(origin).reshape(count, -1, 3)[:, robot.model.njoints :].reshape(-1, 3)
+    placed = np.asarray(origin).reshape(count, -1, 3)
+    theirs = [placed[:, root : root + one.model.njoints] for one, root in model.robots.values()]
+    others = np.concatenate([np.zeros((0, 3)), *(one.reshape(-1, 3) for one in theirs)])
+    return placed[:, robot.model.njoints :].reshape(-1, 3), others

@@ -102,6 +102,12 @@ class _Shown:
         start = self.curve(self.curve.x[:1])
         return np.asarray(footing(self.robot).in_cell(start, points[None])[0])
 
+    def other_points(self) -> FloatArray:
+        """Where other robots are over the motion [m], shape (n, 3)."""
+        if self.model is None:
+            return np.zeros((0, 3))
+        return self.at_start(origins(self.model, self.robot, self.trajectory)[1])
+
     def still_points(self) -> FloatArray:
         """What stands in the base frame [m], shape (n, 3)."""
         points = [np.zeros((0, 3))]
@@ -109,7 +115,7 @@ class _Shown:
             asked = asked_points(self.scenario, self.robot, 1.0)
             points += [one for _, dashes in asked for one in dashes]
         if self.model is not None:
-            points.append(origins(self.model, self.robot, self.trajectory))
+            points.append(origins(self.model, self.robot, self.trajectory)[0])
         if self.scenario is not None:
             base = self.robot.base_placement
             placed = (base * frame for frame in self.scenario.frames.values())
@@ -168,6 +174,7 @@ def make_scene(
         **views(
             _thinned(np.concatenate([points, shown.at_start(objects.points)])),
             shown.task_points(),
+            shown.other_points(),
             before["view"]["from"] if same and before is not None else None,
         ),
         **verdict(report, robot, feet.count),

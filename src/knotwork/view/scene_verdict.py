@@ -26,13 +26,13 @@ def verdict(report: Report | None, robot: Robot, first_joint: int) -> dict[str, 
         "duration": f"{report.end_time - report.start_time:.5g} s",
         "facts": facts(report.groups),
         "failed": len(report.failures),
-        "failures": [_failure(several, report.units) for several in alike(report.failures)],
+        "failures": [failure(several, report.units) for several in alike(report.failures)],
         "tried": [str(item) for item in report.tried],
         "contacts": _contacts(report, robot, first_joint),
     }
 
 
-def _failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
+def failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
     """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
     worst, *others = several
     return {

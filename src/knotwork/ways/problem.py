@@ -25,6 +25,7 @@ class Way:
         through: The problem with the polyline's corners as waypoints, or `None` where the motion
             comes to rest or from rest other than straight.
         rests: Whether it rests at corners of the polyline between the waypoints.
+        room: Clearance that it keeps beyond the margins [m].
     """
 
     curve: PiecewisePolynomial
@@ -32,6 +33,7 @@ class Way:
     line: FloatArray
     through: TimingProblem | None
     rests: bool
+    room: float = 0.0
 
     @property
     def duration(self) -> float:

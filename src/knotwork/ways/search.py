@@ -87,7 +87,9 @@ def find_way(
     """
     for part in ROOMS if room else ():
         try:
-            return _Search(_with_room(problem, part * room), CARES[:1], late, report).best_of(tries)
+            roomy = _with_room(problem, part * room)
+            way = _Search(roomy, CARES[:1], late, report).best_of(tries)
+            return replace(way, room=part * room)
         except NoWayError:
             continue
     return _Search(problem, CARES, late, report).best_of(tries)

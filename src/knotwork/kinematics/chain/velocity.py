@@ -154,7 +154,11 @@ def _check_attained(
 
 
 def solve_velocities(
-    robot: Robot, J: FloatArray, twists: FloatArray, preferred: FloatArray | None = None
+    robot: Robot,
+    J: FloatArray,
+    twists: FloatArray,
+    preferred: FloatArray | None = None,
+    ease: ArrayLike = 1.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
 
@@ -163,13 +167,14 @@ def solve_velocities(
         J: Its Jacobians, shape (n, 6, d).
         twists: Linear [m/s], then angular [rad/s], in base axes: shape (n, 6) or (6,).
         preferred: Joint velocities to come near to [rad/s or m/s], shape (d,) or (n, d).
+        ease: How much easier than usual each joint moves, shape (n, d), or one for all.
 
     Returns:
         Velocities [rad/s or m/s], shape (n, d), for more than six joints of least norm measured by
         the velocity limits; and what they leave of the twist [m/s, rad/s], shape (n,).
     """
-    scale = joint_scales(robot)
-    weighted = J * scale
+    scale = joint_scales(robot) * np.atleast_2d(ease)
+    weighted = J * scale[:, None, :]
     free = np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
     wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ free[:, :, None]
     w, left = np.zeros((len(J), robot.dof, 1)), wanted

@@ -25,7 +25,7 @@ from knotwork.waypoints import FloatArray
 # Searches made at once, with limits and without. They stop near a minimum; some of the best,
 # no two of them this close to each other [rad or m], are taken on to it.
 SEARCHES = 120
-REFINED = 10
+REFINED = 8
 APART = 0.1
 # A search that ends this near the pose [m, rad] may still get there, where the arm is singular in
 # more than one way at once.

@@ -42,7 +42,7 @@ HELD = 1e-6
 # Searches for the point alone besides those from where the others ended, and how many of those that
 # get there have the tool turned.
 POINT_SEARCHES = 30
-POINT_REFINED = 10
+POINT_REFINED = 5
 
 
 def solution_or_reason(
@@ -228,7 +228,7 @@ def _on_point(
             at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
             return best.position_error, best.orientation_error, inside
-    nearest = (come_close(point, s.q, choices[-1][1]) for s in found)
+    nearest = (come_close(point, s.q, choices[-1][1]) for s in found[:POINT_REFINED])
     return min(s.position_error for s in nearest), None, False
 
 

@@ -24,6 +24,10 @@ CORRECTIONS = 6
 BACK = 8.0
 
 
+# Tilts move less easily towards their limits, and hardly beyond this part of their ranges.
+INSIDE, LEAST_EASE = 0.95, 1e-8
+
+
 class Guide(NamedTuple):
     """What self-motion follows along a path.
 
@@ -71,6 +75,10 @@ class JointField:
         limits, rate = limits_of(robot), 0.0 if isinstance(pull, Guide) else pull
         self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
         self.middle = middle(limits)
+        span = np.full(robot.dof, np.inf)
+        for joint, one in enumerate(robot.virtual_joints, robot.dof - len(robot.virtual_joints)):
+            span[joint] = np.inf if one.axis == "z" else one.upper - one.lower
+        self.narrow = 2.0 / (INSIDE * span) if np.isfinite(span).any() else None
 
     def velocities(
         self,
@@ -97,7 +105,13 @@ class JointField:
             rest = self.speed * (rest + _each(onward) * self.guide.rate(along, q, 1))
         elif self.pull.any():
             rest = _each(share) * self.pull * (self.middle - q)
-        return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest)[0]
+        return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest, self._ease(q))[0]
+
+    def _ease(self, q: FloatArray) -> ArrayLike:
+        """How easily joints move: tilts the less, the nearer they are to their limits."""
+        if self.narrow is None:
+            return 1.0
+        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, LEAST_EASE)
 
     def along(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing hangs on them."""
@@ -134,7 +148,8 @@ class JointField:
             # stop where it is on the path, and where rounding lets it come no nearer
             if (error <= ON_PATH).all() or not (error < 0.5 * before).any():
                 break
-            q = q + solve_velocities(self.robot, J.transpose(2, 0, 1), twist.T)[0]
+            J = J.transpose(2, 0, 1)
+            q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))[0]
         return q, error
 
 

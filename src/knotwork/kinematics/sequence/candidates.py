@@ -79,6 +79,9 @@ def find_candidates(
         return []
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
+    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > TOLERANCE)
+    for i in hopeless[:1]:  # the reason, before the others are solved
+        _solution(robot, waypoints[i], references[i], units, nearest=False)
     found = _tracked(robot, targets) if redundant else find_branches(robot, targets)
     copied: list[tuple[list[FloatArray], bool]] = []
     before: FloatArray | None = None
@@ -119,6 +122,11 @@ def nearest_candidate(
     """
     q = _solution(robot, waypoint, near, units, nearest=True)
     return _valued(robot, [waypoint], [([q[None]], False)])[0]
+
+
+def candidates_of(robot: Robot, waypoint: CartesianWaypoint, q: FloatArray) -> Candidates:
+    """A solution of an arm that moves freely at a waypoint, with its turns."""
+    return _valued(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
 
 
 def _solution(

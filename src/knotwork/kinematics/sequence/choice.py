@@ -110,10 +110,10 @@ def _least_onward(layers: list[Layer], rules: Rules) -> list[Cost]:
     """
     once = [_once(layer.q) for layer in layers]
     least = [Cost()]
-    for before, after, layer in zip(once[-2::-1], once[:0:-1], layers[:0:-1], strict=True):
-        move = before[:, None, :] - after[None, :, :]
+    for i in range(len(layers) - 2, -1, -1):
+        layer, move = layers[i + 1], once[i][:, None, :] - once[i + 1][None, :, :]
         move -= whole_turns(move)
-        travel = np.linalg.norm(move / rules.scale, axis=2).min() + layer.cost.travel.min()
+        travel = rules.travel(i, move).min() + layer.cost.travel.min()
         step = Cost(distance=np.min(layer.cost.distance), travel=travel)
         least.append(least[-1].plus(step))
     return least[::-1]

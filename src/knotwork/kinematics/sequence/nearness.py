@@ -26,9 +26,12 @@ def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _room(robot: Robot, q: FloatArray) -> FloatArray:
-    """Distance of the joint that is nearest a limit from it, negative beyond [rad or m]."""
+    """Distance of the joint that is nearest a limit from it, negative beyond [rad or m].
+
+    Virtual joints, which nothing moves, do not count.
+    """
     room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
-    return np.asarray(room.min(axis=1))
+    return np.asarray(room[:, ~robot.virtual].min(axis=1))
 
 
 def singular_nearness(J: FloatArray) -> FloatArray:

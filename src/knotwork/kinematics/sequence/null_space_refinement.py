@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of
+from knotwork.kinematics.chain.joint_ranges import difference, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Rules, likely_durations
@@ -31,20 +31,20 @@ class Given:
 
     Attributes:
         times: Of the waypoints [s], shape (n,).
+        rules: What steps cost.
         waypoints: Those that may be moved by self-motion; `None` for those that may not.
         near: Configuration to be near at all of them, shape (d,), or `None` for least travel.
         origin: Configuration that the travel to the first counts from, shape (d,), or `None`.
         samples: Times between two waypoints at which intervals are evaluated.
-        untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), or `None`.
         free_velocity: Waypoints whose speed is chosen later, by index.
     """
 
     times: FloatArray
+    rules: Rules
     waypoints: Sequence[CartesianWaypoint | None]
     near: FloatArray | None = None
     origin: FloatArray | None = None
     samples: int = SAMPLES
-    untimed: BoolArray | None = None
     free_velocity: frozenset[int] = frozenset()
 
 
@@ -87,17 +87,8 @@ class _Refinement:
         self.robot, self.given = robot, given
         self.chain = joint_axes(robot)
         self.q, self.v = positions.copy(), velocities.copy()
-        self.limit = robot.velocity_limit
-        self.speed = np.where(np.isfinite(self.limit), self.limit, 1.0)
-        self.speed[robot.virtual] = np.inf
+        self.limit, self.rules = robot.velocity_limit, given.rules
         self.durations = np.diff(given.times)
-        self.rules = Rules(
-            self.speed,
-            self.limit,
-            np.zeros(robot.dof, dtype=bool),
-            untimed=given.untimed,
-            weights=robot.weights,
-        )
         posed = [w for w in given.waypoints if w is not None]
         self.targets = Targets.of([w.pose for w in posed])
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in posed])
@@ -153,19 +144,20 @@ class _Refinement:
         for i, rows in zip(chosen, Vt[:, 6:], strict=True):
             free = [row / np.abs(row).max() for row in rows]
             tries = [sign * step * row for row in free for step in STEPS for sign in (1, -1)]
-            towards = rows.T @ (rows @ (self._goal(i) - self.q[i]))
+            towards = rows.T @ (rows @ self._to_goal(i))
             tries += [towards, 0.5 * towards]
             starts += [self.q[i] + step for step in tries]
             owner += [i] * len(tries)
         return np.array(owner), np.array(starts)
 
-    def _goal(self, i: int) -> FloatArray:
+    def _to_goal(self, i: int) -> FloatArray:
+        """From a waypoint to `near`, whole turns aside, or to the middle of its neighbours."""
         if self.given.near is not None:
-            return self.given.near
+            return difference(self.given.near, self.q[i], self.chain.revolute)
         beside = [self.q[k] for k in (i - 1, i + 1) if 0 <= k < len(self.q)]
         if i == 0 and self.given.origin is not None:
             beside.append(self.given.origin)
-        return np.asarray(np.mean(beside, axis=0))
+        return np.asarray(np.mean(beside, axis=0) - self.q[i])
 
     def _costs(
         self, owner: Any, q: FloatArray, v: FloatArray, J: FloatArray
@@ -182,7 +174,8 @@ class _Refinement:
         weight = weights(self.robot, q, J)
         nearness = 0.5 * (1.0 + weight)
         if self.given.near is not None:
-            away = np.linalg.norm((q - self.given.near) / self.rules.scale, axis=1)
+            gap = difference(q, self.given.near, self.chain.revolute)
+            away = np.linalg.norm(gap / self.rules.scale, axis=1)
             return infeasible, violation, outside, away * nearness
         if self.given.origin is not None:
             away = np.linalg.norm((q - self.given.origin) / self.rules.scale, axis=1)
@@ -202,7 +195,7 @@ class _Refinement:
         mean, most, off = interval_nearness(
             self.robot, (q0, v0), (q1, v1), h, self.given.samples, at_ends
         )
-        way = np.linalg.norm(move / self.rules.scale, axis=1) * (1.0 + mean) + h * most
+        way = self.rules.travel(first, move) * (1.0 + mean) + h * most
         fastest = (np.abs(move) / self.limit).max(axis=1) / h
         middle = 1.5 * move / h[:, None] - 0.25 * (v0 + v1)
         halfway = (np.abs(middle) / self.limit).max(axis=1)

@@ -23,6 +23,8 @@ SAME_STEP = 1e-6
 WIDER = 1e-6
 # No motion is taken to last less [s], however little there is to do.
 SHORTEST = 0.05
+# Where the slowest joint counts, travel of all joints counts by this part beside it.
+BESIDE = 0.1
 
 
 class Cost(NamedTuple):
@@ -138,19 +140,22 @@ class CollidingStep(NamedTuple):
     start: FloatArray
     end: FloatArray
 
-    def among(self, start: FloatArray, end: FloatArray, unbounded: BoolArray) -> BoolArray:
+    def among(
+        self, start: FloatArray, end: FloatArray, unbounded: BoolArray, apart: Any = SAME_STEP
+    ) -> BoolArray:
         """Which steps from l to m candidates are this one; shape (l, m).
 
         Args:
             start: Joint positions of l candidates, shape (l, d).
             end: Joint positions of m candidates, shape (m, d).
             unbounded: Joints whose whole turns do not count, shape (d,).
+            apart: Joint positions nearer than this are the same [rad or m].
         """
         near = []
         for q, own in ((start, self.start), (end, self.end)):
             gap = q - own
             gap -= np.where(unbounded, whole_turns(gap), 0.0)
-            near.append(np.abs(gap).max(axis=1) < SAME_STEP)
+            near.append((np.abs(gap) < apart).all(axis=1))
         return np.asarray(near[0][:, None] & near[1][None, :])
 
 
@@ -166,9 +171,14 @@ class Rules(NamedTuple):
             (n - 1,).
         forbidden: A change of branch is forbidden.
         colliding: Steps on which the motion was found to collide.
+        apart: Steps whose joint positions are all nearer to theirs than this are these [rad or m],
+            shape (d,) or one for all.
         untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), so that no
             joint is too fast in them; `None` for none.
         weights: How much the travel of each joint counts, shape (d,) or one for all.
+        resting: Intervals from rest to rest whose duration is chosen later, shape (n - 1,), or
+            `None` for none: their travel is how long the slowest joint takes.
+        ramp: How long each joint takes to its speed [s], shape (d,), or one for all.
     """
 
     speed: FloatArray
@@ -179,11 +189,42 @@ class Rules(NamedTuple):
     colliding: tuple[CollidingStep, ...] = ()
     untimed: BoolArray | None = None
     weights: Any = 1.0
+    resting: BoolArray | None = None
+    ramp: Any = 0.0
+    apart: Any = SAME_STEP
 
     @property
     def scale(self) -> FloatArray:
         """What travel is measured by [rad/s or m/s], shape (d,)."""
         return np.asarray(self.speed / self.weights)
+
+    def of(self, joints: Any) -> Rules:
+        """The same of some of the joints, by index."""
+        own = {
+            key: np.broadcast_to(getattr(self, key), self.speed.shape)[joints]
+            for key in ("speed", "limit", "unbounded", "weights", "ramp")
+        }
+        return self._replace(**own)
+
+    def travel(self, interval: Any, move: FloatArray) -> FloatArray:
+        """Travel in intervals [s], of joints that move by `move`, shape (..., d)."""
+        share = np.abs(move) / self.speed
+        travel = np.asarray(np.linalg.norm(share * self.weights, axis=-1))
+        if self.resting is None:
+            return travel
+        slowest = (self.weights * least_time(share, self.ramp)).max(axis=-1)
+        return np.asarray(np.where(self.resting[interval], slowest + BESIDE * travel, travel))
+
+
+def least_time(share: FloatArray, ramp: Any) -> FloatArray:
+    """Time from rest to rest [s].
+
+    Args:
+        share: The distance over the greatest speed [s].
+        ramp: How long the joint takes to that speed [s].
+    """
+    longer = share + ramp * (share > 0.0)
+    return np.asarray(np.where(share < ramp, 2.0 * np.sqrt(share * ramp), longer))
 
 
 def likely_durations(
@@ -235,8 +276,8 @@ def step_costs(
     cost, turns = _step_costs(rules, start, layer, duration, interval)
     for step in rules.colliding:
         if step.interval == interval:
-            found = step.among(start.q, layer.q, rules.unbounded).astype(float)
-            cost = cost._replace(collisions=cost.collisions + found)
+            found = step.among(start.q, layer.q, rules.unbounded, rules.apart)
+            cost = cost._replace(collisions=cost.collisions + found.astype(float))
     return cost, turns
 
 
@@ -246,13 +287,14 @@ def _step_costs(
     if layer.before is not None:
         return _steps_along(rules, start, layer, layer.before)
     shape = len(start.q), len(layer.q)
-    fastest, halfway, square = np.zeros((3, *shape))
+    fastest, halfway, square, slowest = np.zeros((4, *shape))
+    resting = rules.resting is not None and bool(rules.resting[interval])
     move, size = np.empty((2, *shape))
     free = rules.unbounded & (not layer.fixed)
     turns = np.empty((int(free.sum()), *shape))
     row = iter(turns)
     # Joint by joint, so that the data stay in the processor's cache.
-    weights = np.broadcast_to(rules.weights, rules.speed.shape)
+    weights, ramp = (np.broadcast_to(one, rules.speed.shape) for one in (rules.weights, rules.ramp))
     for j, speed in enumerate(rules.speed.tolist()):
         np.subtract.outer(start.q[:, j], layer.q[:, j], out=move)
         if free[j]:
@@ -268,12 +310,17 @@ def _step_costs(
                 np.multiply(move, 1.5 / duration, out=size)
                 size += np.add.outer((0.25 / speed) * v0, (0.25 / speed) * v1)
                 np.maximum(halfway, np.abs(size, out=size), out=halfway)
+        if resting:
+            takes = weights[j] * least_time(np.abs(move), ramp[j])
+            np.maximum(slowest, takes, out=slowest)
         if weights[j] != 1.0:
             move *= weights[j]
         move *= move
         square += move
     fastest /= duration
     travel = np.sqrt(square)
+    if resting:
+        travel = slowest + BESIDE * travel
     travel *= 0.5 * (start.weight[:, None] + layer.weight[None, :])
     infeasible: Any = 0.0
     violation: Any = 0.0

@@ -44,10 +44,8 @@ SAME = 1e-5
 BESIDE = 1e-2
 JOINED = 1e-9
 POLISH_STEPS = 8
-# Near a singularity two branches lie close, and one may get next to none of the starts.
-NEAR_SINGULAR = 0.03
-# Nearer still others lie along a curve, and the last of the error moves joints.
-ALMOST_SINGULAR = 3e-3
+# Near a singularity other solutions lie along a curve, and the last of the error moves joints.
+NEAR_SINGULAR = 3e-3
 # An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
 MOST_BRANCHES = 16
 
@@ -106,8 +104,7 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     Rounds of searches go on for a pose until all solutions that its configuration flags allow are
     found, or until each has been found twice: what has not been found then is hit by few searches,
     if any (Good, 1953). Near a singularity it takes a round that brings nothing new. Starts are the
-    points of a low-discrepancy sequence, the mirror images of what has been found near
-    singularities, and where searches were given up with a small error.
+    points of a low-discrepancy sequence, and where searches were given up with a small error.
 
     Args and returns as of `find_branches`.
     """
@@ -115,7 +112,7 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     box, used = _slide_limits(robot), FIRST_STARTS
     begin = [starts(robot, box, used)] * n
     found, stuck = [_Found(d) for _ in range(n)], [np.empty((0, d))] * n
-    active, full = list(range(n)), [False] * n
+    active = list(range(n))
     for round_ in range(MAX_ROUNDS):
         owner = np.repeat(active, [len(start) for start in begin])
         ended = solve_batch(
@@ -138,14 +135,12 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
             if round_ > 0 and d == 6:
                 stuck[i] = np.vstack([stuck[i], unfinished])
                 unfinished = unfinished[:0]
-            mirrored = _mirrored(robot, new)
             twice = len(found[i].hits) > 0 and bool((found[i].hits > 1).all())
-            calm = twice and not len(mirrored) and not len(stuck[i])
-            if complete is None and (not len(unfinished) if calm else full[i] and not len(new)):
+            calm = twice and not len(stuck[i])
+            if complete is None and (not len(unfinished) if calm else round_ and not len(new)):
                 continue
-            full[i] = not (calm and complete is None)
             again.append(i)
-            begin.append(np.vstack([*([common, mirrored] if full[i] else []), unfinished]))
+            begin.append(np.vstack([common, unfinished]))
         active = again
         if not active:
             break
@@ -197,7 +192,7 @@ def _each_once(search: PoseSearch, target: Targets, found: FloatArray) -> FloatA
 def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
     """The configurations where the smallest singular value is small, shape (k, d)."""
     s = np.linalg.svd(joint_axes(robot).jacobians(q), compute_uv=False)
-    return np.asarray(q[s[:, -1] < ALMOST_SINGULAR])
+    return np.asarray(q[s[:, -1] < NEAR_SINGULAR])
 
 
 def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
@@ -237,26 +232,3 @@ def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray
                 continue
         kept.append(q)
     return np.array(kept).reshape(-1, solutions.shape[1])
-
-
-def _mirrored(robot: Robot, solutions: FloatArray) -> FloatArray:
-    """Starts across the singularity, for the solutions that are near one.
-
-    Two branches meet at a singularity: along the smallest right-singular vector, and, where the
-    axes of joints i and i + 2 line up, by half a turn of both.
-    """
-    d = robot.dof
-    result: list[FloatArray] = []
-    if d < 3 or not len(solutions):
-        return np.empty((0, d))
-    chain = joint_axes(robot)
-    _, s, Vt = np.linalg.svd(chain.jacobians(solutions))
-    for q, smallest, v in zip(solutions, s[:, -1], Vt[:, -1], strict=True):
-        if smallest < NEAR_SINGULAR:
-            unit = v / np.abs(v).max()
-            result += [q + step * unit for step in (0.1, -0.1, 0.6, -0.6)]
-            for i in range(d - 2):
-                turned = q.copy()
-                turned[[i, i + 2]] += np.pi * chain.revolute[[i, i + 2]]
-                result.append(turned)
-    return np.array(result).reshape(-1, d)

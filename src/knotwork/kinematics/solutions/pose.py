@@ -14,25 +14,21 @@ from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, sta
 from knotwork.kinematics.chain.levenberg_marquardt import (
     HASTY,
     MARGIN,
-    USUAL,
     Effort,
     PoseSearch,
 )
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
-from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.pose_arguments import check_count, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
-# Restarts until a first solution is found. The hardest of the shipped arms needs some tens; ten
-# times as many leave little doubt that there is no solution.
-MAX_RESTARTS = 200
-# Restarts that give up soon if they get no nearer; those after them have more patience.
-HASTY_RESTARTS = 20
+# Restarts until a first solution is found; after them all solutions are searched for in one batch.
+MAX_RESTARTS = 50
 # A solution of the local search within this of the start [rad or m] is taken for the nearest.
 # Next to a singularity a second solution is searched for first, within this factor of the distance
 # from the start; in theory one that is nearer to the start lies within twice the distance.
@@ -136,8 +132,9 @@ def solve_pose_ik(
     kept = _Nearest(search, goal, nearest)
     kept.search_from(first, HASTY)
     kind = f"{'nearest' if nearest else 'first'} solution"
-    if not (kept.is_nearest() if nearest else kept.find_any(max_restarts)):
-        every = solutions_within_limits(search)
+    hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
+    if hopeless or not (kept.is_nearest() if nearest else kept.find_any(max_restarts)):
+        every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search)
         kept.take_all(every)
         kind = f"nearest of {max(len(every), 1)} solutions"
         if kept.best is None:
@@ -168,10 +165,8 @@ class _Nearest:
     def find_any(self, max_restarts: int) -> bool:
         """Search on from other starts until there is a solution; whether there is."""
         robot = self.search.robot
-        more = starts(robot, self.limits, max(max_restarts - 2, 0))
-        more = np.vstack([seeds(robot, [self.search.pose])[0], more])
-        for start in more[:max_restarts] if self.best is None else ():
-            self.search_from(start, HASTY if self.restarts < HASTY_RESTARTS else USUAL)
+        for start in starts(robot, self.limits, max_restarts) if self.best is None else ():
+            self.search_from(start, HASTY)
             if self.best is not None:
                 break
         return self.best is not None

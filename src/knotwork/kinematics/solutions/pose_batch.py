@@ -12,14 +12,13 @@ from knotwork.errors import WaypointDataError
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
-from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.pose_arguments import check_count, check_pose, check_tolerance
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 MAX_RESTARTS = 600
 # Searches that are made at once where few poses are left.
-FILLED_BATCH = 600
+FILLED_BATCH = 200
 
 
 def solve_pose_ik_batch(
@@ -85,7 +84,7 @@ def _solved(
     (n, d), limits, targets = start.shape, limits_of(robot), Targets.of(poses)
     q = clipped(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
-    todo, iterations, restarts, used = np.arange(n), 0, 0, 0
+    todo, iterations, restarts = np.arange(n), 0, 0
     begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
     while True:
         count = begin.shape[1]
@@ -113,13 +112,9 @@ def _solved(
         todo = todo[~found.converged.reshape(-1, count).any(axis=1)]
         if not todo.size or restarts >= max_restarts:
             break
-        if restarts == 0:
-            begin = seeds(robot, [poses[i] for i in todo])[:, :max_restarts]
-        else:
-            # A step of a batch takes hardly longer for hundreds than for one.
-            count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
-            begin = np.tile(starts(robot, limits, count, skip=used), (len(todo), 1, 1))
-            used += count
-        restarts += begin.shape[1]
+        # A step of a batch takes hardly longer for hundreds than for one.
+        count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
+        begin = np.tile(starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
+        restarts += count
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)

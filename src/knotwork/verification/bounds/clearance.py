@@ -50,6 +50,9 @@ OWN_PRECISION = 0.5
 """The least clearance of a pair is found to this [m], or to this part of it if that is more: of
 what stands around, and of links of the robot, which come near one another all the time."""
 
+MOMENT = 1e-6
+"""What comes where the motion ends is there for its last moment [s]."""
+
 BLOCK = 2000
 """Intervals that are looked at together."""
 
@@ -144,6 +147,9 @@ class _Search:
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
+        start, end = self.table.windows.T
+        comes_last = (np.abs(start - curve.x[-1]) <= MOMENT) & (end > start)
+        self.windows[comes_last] = curve.x[-1] - MOMENT, curve.x[-1]
         self.least_part = PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
         part = np.where(around, AROUND_PRECISION, OWN_PRECISION)

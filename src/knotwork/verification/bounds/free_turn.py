@@ -8,37 +8,67 @@ from knotwork.waypoints import FloatArray, PoseFreedom, TorchRanges
 
 
 def turned_beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
-    """Angle by which turns are beyond their range [rad], negative inside; shape (k,).
-
-    The turn is that of the shortest rotation that takes one z axis to the other, followed by one
-    about z. Where both axes are φ apart it changes by 1/cos(φ/2) of their angular velocities at
-    most. Of a torch the worst of turn, travel and work angle counts: see `torch_angles`.
+    """Angle by which single poses are beyond their ranges [rad], negative inside; shape (k,).
 
     Args:
-        freedom: The range; endless, it is never left.
+        freedom: The ranges; endless ones are never left.
         asked: Rotations that turns are from, shape (k, 3, 3).
         found: Rotations of the tool, shape (k, 3, 3).
     """
-    least, greatest = freedom.turn
-    if freedom.torch is not None:
-        angles = torch_angles(freedom.torch, asked.transpose(0, 2, 1) @ found)
-        spans = np.array([freedom.turn, freedom.torch.travel, freedom.torch.work])
-        spans = spans[np.isfinite(spans).all(axis=1)]
-        off = angles[3 - len(spans) :] - spans.mean(axis=1, keepdims=True)
-        return np.asarray((np.abs(off) - 0.5 * np.diff(spans)).max(axis=0))
-    if not np.isfinite(greatest - least):
-        return np.full(len(found), -np.inf)
+    return beyond_ranges(freedom, nearest_turns(freedom, free_angles(freedom, asked, found)))
+
+
+def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
+    """Turn, and travel and work angle of a torch (else zeros), from those asked for [rad].
+
+    The turn is the yaw of roll, pitch and yaw in the axes asked for: the tool turns about z and
+    then leans. Where both z axes are φ apart it changes by 1/cos(φ) of their angular velocities at
+    most.
+
+    Args:
+        freedom: Of a torch or not.
+        asked: Rotations that angles are from, shape (k, 3, 3).
+        found: Rotations of the tool, shape (k, 3, 3).
+
+    Returns:
+        Shape (k, 3), turns within half a turn.
+    """
     R = asked.transpose(0, 2, 1) @ found
-    turn = np.arctan2(R[:, 1, 0] - R[:, 0, 1], R[:, 0, 0] + R[:, 1, 1])
-    off = np.remainder(turn - 0.5 * (least + greatest) + np.pi, 2.0 * np.pi) - np.pi
-    return np.asarray(np.abs(off) - 0.5 * (greatest - least))
+    if freedom.torch is not None:
+        return torch_angles(freedom.torch, R).T
+    turn = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+    return np.stack((turn, np.zeros_like(turn), np.zeros_like(turn)), axis=1)
+
+
+def nearest_turns(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
+    """Angles (k, 3) with each turn by itself as near the middle of its range as it can be."""
+    middle = sum(freedom.turn) / 2 if np.isfinite(freedom.turn).all() else 0.0
+    turn = middle + np.remainder(angles[:, 0] - middle + np.pi, 2.0 * np.pi) - np.pi
+    return np.column_stack((turn, angles[:, 1:]))
+
+
+def followed_turns(angles: FloatArray, start: float) -> FloatArray:
+    """Angles (k, 3) with turns that go on from one to the next, the first as near `start` [rad]."""
+    turn = np.unwrap(np.concatenate(([start], angles[:, 0])))[1:]
+    return np.column_stack((turn, angles[:, 1:]))
+
+
+def beyond_ranges(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
+    """Angle by which the worst of angles (k, 3) is beyond its range [rad], shape (k,)."""
+    torch = freedom.torch
+    spans = [freedom.turn] if torch is None else [freedom.turn, torch.travel, torch.work]
+    worst = np.full(len(angles), -np.inf)
+    for (low, high), one in zip(spans, angles.T, strict=False):
+        worst = np.maximum(worst, np.maximum(low - one, one - high))
+    return worst
 
 
 def torch_angles(torch: TorchRanges, turned: FloatArray) -> FloatArray:
     """Turn about its z axis, travel and work angle of a torch, from the pose's [rad], shape (3, k).
 
     Seen from the seam's axes leant by the pose's work angle, it stands at Rx(-work) Ry(-travel)
-    diag(1, -1, -1) Rz(turn - about).
+    diag(1, -1, -1) Rz(turn - about). Turn and work angle change by 1/cos(travel angle) of its
+    angular velocity at most.
 
     Args:
         torch: Has the pose's own angles.

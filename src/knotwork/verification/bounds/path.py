@@ -103,6 +103,7 @@ class StretchBounds(NamedTuple):
         speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
             it is nowhere.
         turn: How far its turn is beyond a range that is free [rad]; `None` if it has none.
+        turned: That turn where the stretch begins and where it ends, whole turns counted [rad].
         ramp: How much the tool is faster than that speed elsewhere, or moves backwards [m/s];
             `None` if the speed is asked for in full everywhere.
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where the
@@ -118,6 +119,7 @@ class StretchBounds(NamedTuple):
     progress: Progress
     speed: PathBound | None
     turn: PathBound | None
+    turned: tuple[float, float]
     ramp: PathBound | None
     slowest: float
     fastest: float
@@ -137,6 +139,7 @@ def path_bounds(
     limits: PathLimits,
     budget: int = BUDGET,
     freedom: PoseFreedom | None = None,
+    turn: float = 0.0,
 ) -> StretchBounds:
     """Bound how far the tool is off a stretch of a path, over all its time.
 
@@ -151,6 +154,7 @@ def path_bounds(
         budget: How many samples may be taken.
         freedom: What the poses leave open, so that of the orientation only the tool's z axis is
             compared; its tilt is added to the limit.
+        turn: Turn of the tool about that axis where the stretch begins, or near it [rad].
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom)
     t = _first_times(curve, interval, full_speed)
@@ -170,7 +174,7 @@ def path_bounds(
         t, sizes = finer, stretch.sizes(finer)
     found = stretch.sample(t)
     for left in range(ROUNDS, -1, -1):
-        rows = path_rows(motion.path, found, t, sizes, full_speed, speed, freedom)
+        rows = path_rows(motion.path, found, t, sizes, full_speed, speed, freedom, turn)
         is_open = (rows.upper > most[:, None]) & ~(rows.ends.max(axis=1) > most)[:, None]
         if not left or not is_open.any():
             break
@@ -236,6 +240,7 @@ def _summed(
         progress=_progress(stretch, t, found.s),
         speed=speed if in_full.any() else None,
         turn=turn if rows.rows[4].any() else None,
+        turned=rows.turned,
         ramp=ramp if in_ramps.any() else None,
         slowest=float(rows.least[in_full].min(initial=np.inf)),
         fastest=float(rows.greatest[in_full].max(initial=-np.inf)),

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.tool_paths.path import SHARP
+from knotwork.verification.bounds.free_turn import beyond_ranges, followed_turns, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
 from knotwork.waypoints import FloatArray, PoseFreedom
 
@@ -29,6 +30,7 @@ class PathRows(NamedTuple):
         least: Bound on the velocity along the path from below, shape (n,).
         greatest: Bound on the speed from above, shape (n,).
         rows: Where a row applies, shape (5, n).
+        turned: Turn of the tool where the stretch begins and where it ends [rad].
     """
 
     samples: FloatArray
@@ -37,6 +39,7 @@ class PathRows(NamedTuple):
     least: FloatArray
     greatest: FloatArray
     rows: NDArray[np.bool_]
+    turned: tuple[float, float]
 
 
 def path_rows(
@@ -47,6 +50,7 @@ def path_rows(
     full: tuple[float, float],
     speed: float,
     freedom: PoseFreedom | None = None,
+    turn: float = 0.0,
 ) -> PathRows:
     """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
 
@@ -58,6 +62,7 @@ def path_rows(
         full: From when to when the speed is asked for in full [s].
         speed: That speed [m/s].
         freedom: What the poses leave open.
+        turn: Turn of the tool at the first time, or near it [rad].
     """
     square = np.diff(t) ** 2
     bend = path.bend(found.s[:-1], found.s[1:])
@@ -66,7 +71,8 @@ def path_rows(
     size = np.linalg.norm(found.velocity, axis=1)
     too_fast, floors = size - speed, np.array([[speed], [0.0]])
     speeds = np.maximum(too_fast, floors - found.along)
-    samples = np.vstack((found.distance, found.gap, speeds, found.beyond))
+    beyond, most_beyond, turned = _turns(path, found, t, sizes, freedom, turn)
+    samples = np.vstack((found.distance, found.gap, speeds, beyond))
     ends = np.maximum(samples[:, :-1], samples[:, 1:])
     least = _least_along(found, bend, change)
     greatest = np.maximum(size[:-1], size[1:]) + change
@@ -75,7 +81,7 @@ def path_rows(
             ends[0] + (square * sizes.acceleration + bend) / 8.0 + sizes.rounding,
             ends[1] + (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding,
             np.maximum(greatest - speed, floors - least),
-            _most_beyond(path, found, t, sizes, freedom),
+            most_beyond,
         )
     )
     rows = np.ones(upper.shape, dtype=bool)
@@ -85,33 +91,48 @@ def path_rows(
     ends[~rows] = upper[~rows] = 0.0
     known = np.pad(rows, ((0, 0), (0, 1))) | np.pad(rows, ((0, 0), (1, 0)))
     samples[~known] = -np.inf
-    return PathRows(samples, ends, upper, least, greatest, rows)
+    return PathRows(samples, ends, upper, least, greatest, rows, turned)
 
 
-def _most_beyond(
+def _turns(
     path: ToolPath,
     found: PathSamples,
     t: FloatArray,
     sizes: PathSizes,
     freedom: PoseFreedom | None,
-) -> FloatArray:
-    """Bound how far the turn is beyond its range on each interval [rad], shape (n,).
+    start: float,
+) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
+    """Follow the turn, and bound how far it and a torch's angles are beyond their ranges [rad].
 
-    It changes no faster than tool and path turn, see `turned_beyond`: so no time is above the mean
-    of both ends by more than half of what both turn. Axes are compared in a row of their own.
-    Turn and work angle of a torch change by 1/cos(travel angle) of that.
+    It changes no faster than tool and path turn, see `free_angles`: so no time is above the mean
+    of both ends by more than half of what both turn, and from one time to the next it is known
+    which turn goes on, where that is less than half a turn. Axes are compared in a row of their
+    own.
+
+    Returns:
+        At times, shape (n + 1,), as bounds on intervals, shape (n,), and the turn at both ends.
     """
+    if freedom is None:
+        nowhere = np.full(len(t), -np.inf)
+        return nowhere, nowhere[1:], (0.0, 0.0)
     low, high = np.minimum(found.s[:-1], found.s[1:]), np.maximum(found.s[:-1], found.s[1:])
     turned = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
-    apart = np.maximum(found.gap[:-1], found.gap[1:]) + turned * np.sqrt(2.0)
-    slower = np.sqrt(np.maximum(1.0 - apart**2 / 8.0, 1e-12))  # cos(φ/2)
-    if freedom is not None and freedom.torch is not None:
-        most = freedom.torch.own + np.array(freedom.torch.travel)
-        over = np.maximum(np.maximum(found.beyond[:-1], found.beyond[1:]), 0.0)
-        steep = np.abs(most).max() + over + turned
-        slower = np.maximum(np.cos(np.minimum(steep, 0.5 * np.pi)), 1e-12)
-    mean = 0.5 * (found.beyond[:-1] + found.beyond[1:])
-    return np.asarray(mean + 0.5 * turned / slower + sizes.rounding)
+    if freedom.torch is None:
+        apart = np.maximum(found.gap[:-1], found.gap[1:]) + turned * np.sqrt(2.0)
+        slower = np.maximum(1.0 - apart**2 / 4.0, 1e-12)  # cos(φ), as apart is 2 √2 sin(φ/2)
+    else:
+        travel = np.abs(found.angles[:, 1] + freedom.torch.own)
+        steep = np.minimum(np.maximum(travel[:-1], travel[1:]) + turned, 0.5 * np.pi)
+        slower = np.maximum(np.cos(steep), 1e-12)
+    change = turned / slower
+    angles, known = followed_turns(found.angles, start), change < np.pi
+    ends = float(angles[0, 0]), float(angles[-1, 0])
+    if not known.all():  # a sample is beyond, then, where no whole turn brings it back
+        angles = nearest_turns(freedom, found.angles)
+    beyond = beyond_ranges(freedom, angles)
+    most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
+    furthest = beyond_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
+    return beyond, np.where(known, most, np.maximum(most, furthest)), ends
 
 
 def _least_along(found: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from knotwork.robot.joint_tree import joint_tree
 from knotwork.tool_paths.progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
-from knotwork.verification.bounds.free_turn import turned_beyond
+from knotwork.verification.bounds.free_turn import free_angles
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.verification.bounds.seen_from import seen_from, with_known
 from knotwork.waypoints import FloatArray, PoseFreedom
@@ -32,7 +32,7 @@ class PathSamples(NamedTuple):
         gap: Frobenius norm of the difference of the rotations, shape (k,).
         velocity: Of the tool [m/s], shape (k, 3).
         tangent: Direction of the path, shape (k, 3).
-        beyond: How far the tool's turn is beyond a range that is free [rad], shape (k,).
+        angles: Turn, travel and work angle of what is free, see `free_angles` [rad], shape (k, 3).
     """
 
     s: FloatArray
@@ -40,7 +40,7 @@ class PathSamples(NamedTuple):
     gap: FloatArray
     velocity: FloatArray
     tangent: FloatArray
-    beyond: FloatArray
+    angles: FloatArray
 
     @property
     def along(self) -> FloatArray:
@@ -131,10 +131,10 @@ class PathStretch:
         # at its end the direction is that of this stretch: the next one may have another
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
-        beyond = np.full(s.shape, -np.inf)
+        angles = np.zeros((len(s), 3))
         if self.freedom is not None:
-            beyond = turned_beyond(self.freedom, path.rotation(s), rotation)
-        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside), beyond)
+            angles = free_angles(self.freedom, path.rotation(s), rotation)
+        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside), angles)
 
     def sizes(self, t: FloatArray) -> PathSizes:
         """Bounds on the intervals between times in order [s], shape (n + 1,)."""

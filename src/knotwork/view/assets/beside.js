@@ -69,7 +69,6 @@ function prepare(frame) {
   if (!ready(frame)) return setTimeout(() => prepare(frame), 100);
   const inside = frame.contentDocument;
   inside.getElementById("bar").style.display = "none";
-  if (frame.clientHeight < 340) inside.getElementById("legend")?.remove();
   frame.contentWindow.dispatchEvent(new Event("resize"));
   if (frames.every(ready)) document.documentElement.dataset.ready = "true";
   return show();

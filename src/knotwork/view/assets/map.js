@@ -115,8 +115,10 @@ function legend({ low, high }) {
 function choose(i) {
   chosen = i;
   const given = data.axes.map(({ title }, k) => `${title} ${data.values[k][i]}`).join(", ");
-  byId("row").textContent = `row ${data.row[i]}: ${given} · ${data.verdict[i]}`;
   const moves = ["passed", "failed"].includes(data.verdict[i]);
+  const words = `row ${data.row[i]}: ${given} · ${data.verdict[i]}`;
+  byId("row").textContent = moves ? `${words} · its motion is planned …` : words;
+  byId("motion").onload = () => { if (moves && chosen === i) byId("row").textContent = words; };
   byId("why").hidden = !data.message[i];
   byId("why").textContent = data.message[i];
   byId("motion").hidden = !moves;
@@ -152,3 +154,4 @@ for (const id of ["across", "up", "colour"]) byId(id).addEventListener("change",
 window.addEventListener("resize", draw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 draw();
+choose(0);

@@ -3,7 +3,7 @@
 
 const AXES = { whole: null, shown: null }; // windows of time [s]
 const scene = document.querySelector("iframe");
-const nav = document.querySelector("nav");
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const made = (name, attributes) => {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -157,7 +157,7 @@ function readout() {
   };
   const kinds = [...new Set(cells.filter(({ joint }) => joint).map(({ what, panel }) => `${what}\n${panel.unit}`))];
   const head = element("tr", "");
-  head.append(element("th", ""), ...kinds.map((one) => {
+  head.append(element("td", ""), ...kinds.map((one) => {
     const [what, unit] = one.split("\n");
     const cell = element("th", "number", what);
     cell.append(element("span", "unit", ` [${unit}]`));
@@ -264,14 +264,24 @@ for (const plot of document.querySelectorAll(".plot")) {
 document.getElementById("closer")?.addEventListener("click", () => zoomBy(0.5, clock.time));
 document.getElementById("wider")?.addEventListener("click", () => zoomBy(2, clock.time));
 document.getElementById("whole")?.addEventListener("click", () => zoom(null, null));
-for (const button of document.querySelectorAll(".seek")) {
+for (const button of document.querySelectorAll("[data-at]")) {
   button.addEventListener("click", () => {
-    seek(Number(button.dataset.time), { knotworkFrame: true });
-    if (scene) scene.scrollIntoView({ behavior: "smooth", block: "nearest" });
+    seek(Number(button.dataset.at), { knotworkFrame: true });
+    if (scene) scene.scrollIntoView({ behavior: calm.matches ? "auto" : "smooth", block: "nearest" });
   });
 }
 readout();
 showTime(clock.time);
+// What is wider than its place is scrolled by keys, too.
+function reach() {
+  for (const one of document.querySelectorAll(".wide, figure, pre")) {
+    if (one.scrollWidth > one.clientWidth) one.tabIndex = 0;
+    else one.removeAttribute("tabindex");
+  }
+}
+reach();
+window.addEventListener("resize", reach);
+document.addEventListener("toggle", reach, true);
 window.addEventListener("beforeprint", () => {
   if (panels.length) zoom(null, null);
   for (const one of document.querySelectorAll("details")) one.open = true;

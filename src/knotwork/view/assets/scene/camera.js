@@ -25,6 +25,7 @@ class Camera {
     });
     window.onload = null; // Meshcat's own would take the whole window
     window.addEventListener("resize", () => this.resized());
+    new ResizeObserver(() => this.clearBar()).observe(byId("bar"));
     for (const [id, name] of Camera.BUTTONS) byId(id).addEventListener("click", () => this.choose(name));
   }
 
@@ -70,7 +71,27 @@ class Camera {
     else this.look();
   }
 
+  // Panels stand above the bar, however many rows it has.
+  clearBar() {
+    document.documentElement.style.setProperty("--bar", `${byId("bar").offsetHeight}px`);
+  }
+
+  // Turn about what is looked at [rad], or go nearer by a factor.
+  turn(across, up, nearer = 1) {
+    const { camera, controls } = this.viewer;
+    const from = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    from.theta += across;
+    from.phi = Math.min(Math.max(from.phi + up, 0.02), Math.PI - 0.02);
+    from.radius /= nearer;
+    camera.position.setFromSpherical(from).add(controls.target);
+    this.touched = true;
+    controls.update();
+    this.mark();
+    this.viewer.set_dirty();
+  }
+
   look() {
+    this.clearBar();
     const { viewer, data } = this;
     const camera = viewer.camera;
     const pane = paneBox();

@@ -14,14 +14,14 @@ class Editing {
     Object.assign(this, { stage, draft: null, part: ["waypoints", 0], sent: 0, gesture: 0 });
     this.build();
     this.gizmo = new Gizmo(stage.viewer, {
-      chosen: (handle) => this.choose(handle.at),
+      chosen: (handle) => this.visit(handle.at),
       dragged: (handle, hand) => this.follow(handle, hand),
       moved: (handle, hand) => this.moved(handle, hand),
     });
     this.jog = new Jog(this);
     byId("labels").addEventListener("click", (event) => {
       const handle = this.gizmo.handles.find((one) => one.name === event.target.textContent);
-      if (handle) this.choose(handle.at);
+      if (handle) this.visit(handle.at);
     });
     window.knotwork.edit = this;
     window.addEventListener("keydown", (event) => this.key(event), true);
@@ -31,15 +31,15 @@ class Editing {
   build() {
     const button = (id, text, title, use) => made("button", { id, type: "button", textContent: text, title, onclick: use });
     this.state = made("span", { id: "edit-state", role: "status" });
-    const selects = { id: "part", ariaLabel: "part of the task", onchange: () => this.choose(JSON.parse(byId("part").value)) };
-    this.panel = made("aside", { id: "edit", className: "panel keep-clear", ariaLabel: "edit" },
+    const selects = { id: "part", ariaLabel: "part of the task", onchange: () => this.visit(JSON.parse(byId("part").value)) };
+    this.panel = made("section", { id: "edit", className: "panel keep-clear", ariaLabel: "edit" },
       made("div", { className: "tools" },
         button("undo", "↶", "undo (Ctrl+Z)", () => this.ask("undo")),
         button("redo", "↷", "redo (Ctrl+Shift+Z)", () => this.ask("redo")),
         button("save", "save", "save (Ctrl+S)", () => this.ask("save")),
         this.state),
       made("p", { id: "edit-error", role: "alert", hidden: true }),
-      made("details", { id: "edit-form", open: window.innerWidth > 700 }, made("summary", { id: "file", textContent: "task" }),
+      made("details", { id: "edit-form", open: window.innerWidth > 700 && window.innerHeight > 500 }, made("summary", { id: "file", textContent: "task" }),
         made("div", { className: "tools" }, made("select", selects), button("own-axes", "own axes", "pull and turn along the tool's own axes", () => this.turnAxes())),
         made("div", { id: "rows" }),
         made("div", { className: "tools" },
@@ -160,6 +160,15 @@ class Editing {
     this.stage.viewer.set_dirty();
   }
 
+  // Choose a part; the arm goes to where it passes that waypoint.
+  visit(at) {
+    this.choose(at);
+    const { name } = within(this.draft.data ?? {}, this.part) ?? {};
+    const { data, player } = this.stage;
+    const stop = at[0] === "waypoints" && name && data.waypoints.find((one) => one.name === name);
+    if (stop) player.seek(stop.time - player.start);
+  }
+
   // A part of the task: that of a handle is the waypoint or object around it.
   choose(at) {
     const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
@@ -188,7 +197,7 @@ class Editing {
     const focused = document.activeElement?.dataset?.at;
     const gesture = () => `${++this.gesture}`;
     const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]) };
-    byId("rows").replaceChildren(...[...valuesOf(part, this.part)].map((one) => formRow(one, this.part.length, uses)));
+    byId("rows").replaceChildren(...[...valuesOf(part, this.part)].map((one) => formRow(one, this.part.length, uses, data.units)));
     if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
   }
 

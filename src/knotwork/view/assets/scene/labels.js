@@ -3,7 +3,7 @@
 // What fails comes and goes: it is placed last, so that nothing else moves.
 const ORDER = { closest: 1, waypoint: 2, object: 3, frame: 4, miss: 5 };
 // Where a label may be, from its point [pixels]: in rings, to the upper right first
-const PLACES = [16, 30, 48, 70, 96, 126, 165, 210].flatMap((radius) =>
+const PLACES = [16, 30, 48, 70, 96, 126, 165, 210, 270, 340, 420].flatMap((radius) =>
   [...Array(12).keys()].map((k) => {
     const angle = ((k % 2 ? -1 : 1) * Math.ceil(k / 2) * Math.PI) / 6 - Math.PI / 3;
     return [radius * Math.cos(angle), radius * Math.sin(angle)];
@@ -22,6 +22,21 @@ const SOON = 0.12;
 function overlap(a, b) {
   const [width, height] = [0, 1].map((i) => Math.max(Math.min(a[i + 2], b[i + 2]) - Math.max(a[i], b[i]), 0));
   return width * height;
+}
+
+const SIDES = [-1, 0, 1].flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => [x, y, z]))).filter((side) => side.some(Boolean));
+
+// The vertices of a mesh that lie furthest out
+function outermost({ geometry }) {
+  const { array } = geometry.getAttribute("position");
+  const best = SIDES.map(() => [-Infinity, 0]);
+  for (let i = 0; i < array.length; i += 3) {
+    SIDES.forEach(([x, y, z], k) => {
+      const far = x * array[i] + y * array[i + 1] + z * array[i + 2];
+      if (far > best[k][0]) best[k] = [far, i];
+    });
+  }
+  return [...new Set(best.map(([, i]) => i))].map((i) => new THREE.Vector3(...array.slice(i, i + 3)));
 }
 
 class Labels {
@@ -44,7 +59,9 @@ class Labels {
     this.again = true;
   }
 
-  set({ labels, joints }) {
+  set({ labels, joints }, links) {
+    if (links !== this.links) this.outermost = null;
+    this.links = links;
     byId("labels").replaceChildren();
     byId("leaders").replaceChildren();
     this.view = ""; // where it was seen from when labels were placed
@@ -60,6 +77,20 @@ class Labels {
       const { kind, time = null } = label;
       return { box, line, point: this.point(label, joints), moves: label.carrier > 0, kind, time, at: -1, visible: false };
     }).sort((a, b) => ORDER[a.kind] - ORDER[b.kind]);
+  }
+
+  // Outlines of the arm's parts on the screen, as convex polygons
+  outlines(pane) {
+    const { camera } = this.viewer;
+    const parts = this.links.flat();
+    this.outermost ??= parts.map(outermost);
+    return parts.map((part, i) => {
+      part.updateWorldMatrix(true, false);
+      return hull(this.outermost[i].map((point) => {
+        const p = point.clone().applyMatrix4(part.matrixWorld).project(camera);
+        return [((p.x + 1) / 2) * pane.width, ((1 - p.y) / 2) * pane.height];
+      }));
+    });
   }
 
   // Gives where a label is now: a joint takes it along, as it does its things.
@@ -97,7 +128,7 @@ class Labels {
     const moved = this.labels.filter((label) => label.moves).flatMap((label) => label.point().toArray());
     const misses = this.near(time, duration);
     const chosen = this.labels.map((label, i) => (misses.includes(label) ? i : -1)).filter((i) => i >= 0);
-    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen].join();
+    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen, misses.length ? time : ""].join();
     if (view === this.view && !this.again) return;
     this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
@@ -112,6 +143,7 @@ class Labels {
       if (visible) taken.push([x - 4, y - 4, x + 4, y + 4]);
       Object.assign(label, { width, height, visible, x, y });
     }
+    this.arm = misses.length ? this.outlines(pane) : [];
     const { called } = this;
     const kept = (label) => label === called || misses.includes(label) || label.kind === "closest";
     const order = called ? [called, ...this.labels.filter((label) => label !== called)] : this.labels;
@@ -126,7 +158,8 @@ class Labels {
   placeOne(label, taken, pane, shown, far) {
     const { box, line, x, y, width, height } = label;
     const near = (choice) => choice >= 0 && Math.hypot(...PLACES[choice]) <= far;
-    const last = label.kind === "miss" ? [] : [label.at];
+    const miss = label.kind === "miss";
+    const last = miss ? [] : [label.at]; // a time sought is seen as when it is opened
     const choices = label.visible && shown ? [...last, ...PLACES.keys()].filter(near) : [];
     const boxAt = (choice) => {
       const [dx, dy] = PLACES[choice];
@@ -142,10 +175,12 @@ class Labels {
     const free = (at) =>
       at[0] >= 2 && at[1] >= 2 && at[2] <= pane.width - 2 && at[3] <= pane.height - 2 &&
       taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
-    let choice = choices.find((one) => free(boxAt(one)));
+    const onArm = (at) => this.arm.filter((part) => touches(part, at)).length;
+    let choice = choices.find((one) => (miss ? free(moved(one)) && !onArm(moved(one)) : free(boxAt(one))));
     // A failure has its label even without a free place: where it covers the least.
-    if (choice === undefined && shown && (label.kind === "miss" || label === this.called) && label.visible) {
-      const costs = choices.map((one) => taken.reduce((sum, t) => sum + overlap(moved(one), t), 0));
+    if (choice === undefined && shown && (miss || label === this.called) && label.visible) {
+      const covered = (at) => taken.reduce((sum, t) => sum + overlap(at, t), 0) + 0.3 * width * height * onArm(at);
+      const costs = choices.map((one) => covered(moved(one)));
       choice = choices[costs.indexOf(Math.min(...costs))];
     }
     label.at = choice ?? -1;

@@ -32,8 +32,10 @@ function renew(stage, page, data) {
   document.title = page.title;
   for (const id of ["head", "legend"]) {
     const [old, made] = [byId(id), page.getElementById(id)];
-    if (old && made) old.replaceWith(made);
-    else if (old) old.remove();
+    if (old && made) {
+      made.open = old.open;
+      old.replaceWith(made);
+    } else if (old) old.remove();
     else if (made) byId("shown").before(made);
   }
   stage.show(data);

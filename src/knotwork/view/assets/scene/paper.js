@@ -70,8 +70,12 @@ function still(viewer, camera, labels) {
     labels.place();
   };
   document.body.classList.add("still");
+  const legend = byId("legend");
+  const open = legend?.open;
+  if (legend) legend.open = true;
   draw(fine);
-  const address = pictureWithWords(renderer.domElement, paneBox(), labels.seen(), byId("legend"), fine);
+  const address = pictureWithWords(renderer.domElement, paneBox(), labels.seen(), legend, fine);
+  if (legend) legend.open = open;
   document.body.classList.remove("still");
   draw(before);
   return address;

@@ -132,8 +132,9 @@ class Player {
     // Lists and Meshcat's controls have a use of their own for these keys; what is clicked, for space.
     if (event.target.closest("select, .dg")) return;
     if (event.key === " " && event.target.closest("button, summary, input:not(#scrub)")) return;
-    if (!Object.hasOwn(this.uses, event.key)) return;
-    this.uses[event.key]();
+    const key = event.shiftKey && event.key.startsWith("Arrow") ? `Shift ${event.key}` : event.key;
+    if (!Object.hasOwn(this.uses, key)) return;
+    this.uses[key]();
     event.preventDefault();
   }
 

@@ -1,6 +1,8 @@
 // A scene in a Meshcat viewer, put together from plain data, with what the page around it may ask.
 
 const TOUCHING = 0x8a0a0a;
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const TURN = Math.PI / 18; // of the view, by a key [rad]
 
 async function showScene(data, options) {
   const viewer = new MeshCat.Viewer(byId("scene"));
@@ -8,10 +10,11 @@ async function showScene(data, options) {
   const stage = new Stage(viewer, options);
   const ready = stage.show(data);
   const { player, camera, labels } = stage;
+  if (byId("legend")) byId("legend").open = window.innerWidth > 600 && window.innerHeight > 440;
   camera.look();
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
   if (asked) player.seek(Number(asked[1]) - player.start);
-  else if (options.autoplay && !/paused/.test(location.hash)) player.toggle();
+  else if (options.autoplay && !calm.matches && !/paused/.test(location.hash)) player.toggle();
   const tick = () => {
     stage.update();
     requestAnimationFrame(tick);
@@ -55,6 +58,12 @@ class Stage {
     });
     this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
     Object.assign(this.player.uses, {
+      "Shift ArrowLeft": () => this.camera.turn(TURN, 0),
+      "Shift ArrowRight": () => this.camera.turn(-TURN, 0),
+      "Shift ArrowUp": () => this.camera.turn(0, TURN),
+      "Shift ArrowDown": () => this.camera.turn(0, -TURN),
+      "+": () => this.camera.turn(0, 0, 1.2),
+      "-": () => this.camera.turn(0, 0, 1 / 1.2),
       a: () => this.camera.choose("whole arm"),
       w: () => this.camera.choose("work"),
       c: () => document.querySelector('#switches input[name="collision shapes"]')?.click(),
@@ -78,7 +87,7 @@ class Stage {
     this.copies.set(data);
     addMarks(viewer, data, before);
     animate(viewer, data);
-    labels.set(data);
+    labels.set(data, this.links);
     player.set(data);
     this.strip.set(data);
     this.joints.set(data);

@@ -1,0 +1,95 @@
+"""A board in a Meshcat viewer with the verdict, what fails, and what colours mean."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+if TYPE_CHECKING:
+    from meshcat import Visualizer
+
+WIDTH, HEIGHT = 6.4, 3.2
+"""Of the board, in inches of its picture."""
+MOST_LINES = 5
+"""Of failures."""
+LETTERS = 74
+"""In a line."""
+VERDICTS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
+
+
+def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> None:
+    """Stand a board behind a scene, at its left, facing from where it is looked at first.
+
+    Args:
+        scene: From `make_scene`.
+        node: Where the viewer is to hold the board.
+    """
+    from meshcat.geometry import Box, ImageTexture, MeshBasicMaterial, PngImage
+
+    points = np.array(scene["view"]["points"])
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    towards = np.array(scene["view"]["from"]) * (1.0, 1.0, 0.0)
+    towards /= max(float(np.linalg.norm(towards)), 1e-9)
+    up = np.array([0.0, 0.0, 1.0])
+    right = np.cross(up, towards)
+    place = pin.SE3(np.column_stack([right, up, towards]), (low + high) / 2)
+    place.translation += size * (0.25 * up - 0.4 * towards - 0.5 * right)
+    picture = MeshBasicMaterial(map=ImageTexture(image=PngImage(drawn_board(scene))))
+    node.set_object(Box([0.55 * size, 0.55 * size * HEIGHT / WIDTH, 1e-3 * size]), picture)
+    node.set_transform(place.homogeneous)
+
+
+def board_lines(scene: Mapping[str, Any]) -> list[str]:
+    """What the board says below its title: the summary, and each failure with its remedy."""
+    lines = [" · ".join(part for part in (scene["summary"], scene["duration"]) if part)]
+    for one in scene["failures"]:
+        lines += textwrap.wrap(one["line"], LETTERS, initial_indent="• ", subsequent_indent="   ")
+        remedy = textwrap.wrap(one["remedy"] or "", LETTERS - 3)
+        lines += [f"   {line}" for line in remedy]
+    left = len(lines) - 1 - MOST_LINES
+    return lines if left <= 0 else [*lines[: 1 + MOST_LINES], "   …"]
+
+
+def drawn_board(scene: Mapping[str, Any]) -> bytes:
+    """The board's picture, a PNG."""
+    from matplotlib.colors import LinearSegmentedColormap
+    from matplotlib.figure import Figure
+
+    verdict, colour = VERDICTS[scene["ok"]]
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=160, facecolor="white")
+    figure.text(0.03, 0.9, f"{scene['title']}   {verdict}", size=15, weight="bold", color=colour)
+    for i, line in enumerate(board_lines(scene)):
+        figure.text(0.03, 0.82 - 0.075 * i, line, size=9.5, color=colour if i else "black")
+    for i, (name, colours, low, high) in enumerate(_scales(scene)):
+        left = 0.03 + 0.48 * i
+        axis = figure.add_axes((left, 0.09, 0.4, 0.07))
+        shades = LinearSegmentedColormap.from_list(name, list(colours))
+        axis.imshow(np.linspace(0, 1, 200)[np.newaxis], cmap=shades, aspect="auto")
+        axis.set_axis_off()
+        figure.text(left, 0.18, name, size=9)
+        figure.text(left, 0.02, low, size=9)
+        figure.text(left + 0.4, 0.02, high, size=9, ha="right")
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return file.getvalue()
+
+
+def _scales(scene: Mapping[str, Any]) -> list[tuple[str, Any, str, str]]:
+    """Scales of the tool's path: what, colours, and what their ends are."""
+    legend, units = scene["legend"], scene["units"]
+    found = []
+    if "off_colours" in legend:
+        off = f"{100 * legend['off_tolerance']:.3g} %"
+        found.append(("off the given speed", legend["off_colours"], f"−{off}", f"+{off}"))
+    if legend.get("high"):
+        most = float(f"{legend['high'] * units['per_metre']:.3g}")
+        high = f"{most:g} {units['length']}/s"
+        elsewhere = " elsewhere" if found else ""
+        found.append((f"tool speed{elsewhere}", legend["colours"], "0", high))
+    return found

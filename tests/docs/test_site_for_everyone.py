@@ -1,0 +1,75 @@
+"""The site without barriers, its first page, its buttons that copy, and its search."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from site_build import Site
+
+from browser import new_tab
+
+DESK, PHONE = (1280, 800), (390, 844)
+PAGES = ("index", "getting_started", "method", "scenario", "gallery", "search", "api/planning")
+
+
+def opened(site: Site, chromium: Any, page: str, size: tuple[int, int], **options: Any) -> Any:
+    assert site.code == 0, site.said
+    width, height = size
+    tab = new_tab(chromium, viewport={"width": width, "height": height}, **options)
+    tab.goto((site.folder / f"{page}.html").as_uri())
+    return tab
+
+
+@pytest.mark.parametrize(("size", "scheme"), [(DESK, "light"), (PHONE, "dark")])
+def test_nothing_hinders_people(
+    site: Site, chromium: Any, barriers: Any, size: tuple[int, int], scheme: str
+) -> None:
+    tab = opened(site, chromium, PAGES[0], size, color_scheme=scheme)
+    for page in PAGES:
+        tab.goto((site.folder / f"{page}.html").as_uri())
+        assert not barriers(tab), page
+    tab.context.close()
+
+
+def test_the_first_page_begins_with_installing_and_the_motion(site: Site, chromium: Any) -> None:
+    tab = opened(site, chromium, "index", DESK)
+    line = tab.locator("article pre").first
+    assert "pip install" in line.inner_text()
+    assert line.bounding_box()["y"] < 300
+    motion = tab.locator("article img").first.bounding_box()
+    assert motion["width"] > 500
+    assert motion["y"] + 0.9 * motion["height"] < DESK[1]
+    tab.context.close()
+
+
+@pytest.mark.parametrize(
+    ("page", "number", "copied"),
+    [
+        ("index", 0, "python3 -m venv .venv && . .venv/bin/activate && pip install ."),
+        ("api/planning", 0, 'lift = [{"joints"'),
+    ],
+)
+def test_a_button_copies_what_is_typed(
+    site: Site, chromium: Any, page: str, number: int, copied: str
+) -> None:
+    tab = opened(site, chromium, page, DESK, permissions=["clipboard-read", "clipboard-write"])
+    button = tab.locator("button.copy").nth(number)
+    button.focus()
+    tab.keyboard.press("Enter")
+    tab.wait_for_function("document.querySelector('button.copy').textContent === 'copied'")
+    text = tab.evaluate("navigator.clipboard.readText()")
+    assert text.startswith(copied)
+    assert ">>>" not in text
+    assert not tab.locator(".output button.copy").count()
+    tab.context.close()
+
+
+@pytest.mark.parametrize("word", ["sweep", "robot", "clearance"])
+def test_search_finds_guides_first(site: Site, chromium: Any, word: str) -> None:
+    tab = opened(site, chromium, "search", DESK)
+    tab.goto((site.folder / "search.html").as_uri() + f"?q={word}")
+    tab.wait_for_selector("#search-results li a[href*='api/']")
+    found = [one.get_attribute("href") for one in tab.locator("#search-results li a").all()]
+    assert not any("api/" in one or "benchmarks" in one for one in found[:3])
+    tab.context.close()

@@ -1,0 +1,93 @@
+"""A bounded turn is one continuous angle: whole turns count, along all that is joined."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+
+TURN = {"turn": "z"}
+HALF = {"turn": [-180, 180]}
+
+
+def rim(
+    axis: int = 1, parts: int = 1, *, stops: bool = False, yaw: float = 0.0, free: Any = TURN
+) -> dict[str, Any]:
+    """A round of a rim, in parts: a tool that does not turn turns once against its path."""
+    arc = {"arc": {"centre": [600, 0, 200], "normal": [0, 0, axis]}}
+    ends = [axis * 2 * np.pi * (k + 1) / parts - np.pi / 2 for k in range(parts)]
+    down = {"rpy": [180, 0, yaw]}
+    task: dict[str, Any] = {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur10",
+        "tool": {"offset": {"position": [0, 0, 120]}},
+        "start": "home",
+        "waypoints": [
+            {"after": 3, "pose": {"position": [600, -200, 200], **down}, "stop": True},
+            *(
+                {
+                    "along": arc,
+                    "orientation": "tangent",
+                    "speed": 80,
+                    **({"stop": True} if stops else {}),
+                    "pose": {"position": [600 + 200 * np.cos(a), 200 * np.sin(a), 200]},
+                }
+                for a in ends
+            ),
+        ],
+    }
+    for k, waypoint in enumerate(task["waypoints"]):
+        waypoint |= {"name": "abcde"[k], "free": free if k else "none"}
+    return task
+
+
+def judged(motion: kw.JointTrajectory, task: dict[str, Any], free: Any) -> kw.verification.Report:
+    for waypoint in task["waypoints"]:
+        waypoint["free"] = free
+    return kw.check(motion, kw.load_scenario(task))
+
+
+def turns(plan: kw.Plan) -> np.ndarray:
+    """Of the tool's x axis against the direction about the rim's centre [rad], whole turns too."""
+    robot = plan.space.robot
+    assert robot is not None
+    first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion
+    poses = [
+        robot.forward(q)
+        for q in plan.trajectory.position(np.linspace(first.start_time, last.end_time, 2000))
+    ]
+    x = np.unwrap([np.arctan2(*pose.rotation[1::-1, 0]) for pose in poses])
+    place = [pose.translation - [0.6, 0.0, 0.2] for pose in poses]
+    about = np.unwrap([np.arctan2(y, x) for x, y, _ in place])
+    return np.asarray((x - x[0]) - (about - about[0]))
+
+
+@pytest.mark.parametrize(("axis", "parts", "stops"), [(1, 1, False), (-1, 2, False), (1, 2, True)])
+def test_a_whole_turn_is_not_within_half_a_turn_each_way(
+    axis: int, parts: int, stops: bool
+) -> None:
+    plan = kw.plan(rim(axis, parts, stops=stops))
+    assert plan.report.ok
+    wound = np.abs(turns(plan)).max()
+    assert wound > np.radians(350)
+    report = judged(plan.trajectory, rim(axis, parts, stops=stops), HALF)
+    worst = max(report.select(quantity="path_turn"), key=lambda one: one.value or 0.0)
+    assert {one.quantity for one in report.failures} == {"path_turn"}
+    assert worst.value == pytest.approx(wound - np.pi, abs=1e-3)
+
+
+def test_a_turn_within_half_a_turn_each_way_is_planned() -> None:
+    assert kw.plan(rim(free=HALF)).report.ok
+
+
+@pytest.mark.parametrize("axis", [1, -1])
+def test_from_one_end_of_the_range_it_may_wind_to_the_other(axis: int) -> None:
+    plan = kw.plan(rim(axis))
+    report = judged(plan.trajectory, rim(axis, yaw=180), HALF)
+    assert report.ok, report.failures
+    (used,) = report.select(group="Freedom")
+    ends = [float(word) for word in used.message.split("turn ")[1].split(" of ")[0].split(" to ")]
+    assert np.abs(np.abs(ends) - 180).max() < 5

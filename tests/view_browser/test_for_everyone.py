@@ -1,0 +1,171 @@
+"""Pages by keyboard, by a screen reader, on a small screen, without motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.view import report_page
+from knotwork.view.page import Page
+
+READY = "html[data-ready=true]"
+NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+DESK, UPRIGHT, ACROSS = (1280, 800), (390, 844), (844, 390)
+
+
+@cache
+def failing() -> kw.Plan:
+    """A motion that breaks limits and collides, past a tool path."""
+    return kw.plan(
+        {
+            "robot": "ur5",
+            "units": {"length": "mm"},
+            "limits": {"tool_speed": 150},
+            "scene": {"objects": {"post": {"box": [40, 40, 150], "position": [450, -175, 40]}}},
+            "waypoints": [
+                {"name": "a", "stop": True, "pose": {"position": [450, -250, 100], "rpy": DOWN}},
+                {"name": "b", "after": 1.5, "pose": {"position": [450, -100, 100], "rpy": DOWN}},
+                {"name": "c", "along": "line", "speed": 90, "pose": {"position": [450, 60, 100]}},
+                {"name": "d", "after": 2, "stop": True, "joints": "home"},
+            ],
+        }
+    )
+
+
+DOWN = [np.pi, 0, 0]
+PAGES: dict[str, Callable[[], Page]] = {
+    "scene": cache(lambda: failing().view()),
+    "report": cache(lambda: report_page(failing())),
+}
+
+
+def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options: Any) -> Any:
+    """The page in a new tab of that size."""
+    tab = tabs.new(**options)
+    tab.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+    tab.goto(PAGES[name]().save(folder / f"{name}.html").as_uri() + "#paused")
+    (tab.frames[1] if name == "report" else tab).wait_for_selector(READY, state="attached")
+    return tab
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "scheme"),
+    [
+        ("scene", DESK, "dark"),
+        ("scene", UPRIGHT, "light"),
+        ("report", DESK, "light"),
+        ("report", UPRIGHT, "dark"),
+    ],
+)
+def test_nothing_hinders_people(
+    name: str, size: tuple[int, int], scheme: str, tabs: Any, tmp_path: Path, barriers: Any
+) -> None:
+    tab = opened(tabs, tmp_path, name, size, color_scheme=scheme)
+    assert tab.locator(".verdict").first.inner_text() == "FAILED"
+    assert not barriers(tab)
+    tab.context.close()
+
+
+def test_nothing_hinders_people_at_two_motions(
+    tabs: Any, tmp_path: Path, knotwork: Any, barriers: Any
+) -> None:
+    page = tmp_path / "both.html"
+    task = "planar2_closed_form"
+    assert knotwork("view", task, "--beside", task, "--html", page).code == 0
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.goto(page.as_uri())
+    tab.wait_for_selector(READY, state="attached")
+    assert len(tab.frames) == 3
+    assert not barriers(tab)
+    tab.context.close()
+
+
+def test_keys_turn_the_view(tabs: Any, tmp_path: Path) -> None:
+    tab = opened(tabs, tmp_path, "scene", DESK)
+    target = "viewer.controls.target.toArray()"
+    offset = f"viewer.camera.position.toArray().map((one, i) => one - {target}[i])"
+
+    def pressed(key: str) -> tuple[float, float, float]:
+        """Distance, turn about the vertical axis and height [deg] that a key leads to."""
+        tab.keyboard.press(key)
+        tab.evaluate(NEXT_FRAME)
+        x, y, z = tab.evaluate(offset)
+        far = np.hypot(np.hypot(x, z), y)
+        return far, np.degrees(np.arctan2(x, z)), np.degrees(np.arcsin(y / far))
+
+    first, aimed = pressed("Home"), tab.evaluate(target)
+    assert pressed("Shift+ArrowRight") == pytest.approx(np.add(first, (0, -10, 0)))
+    assert pressed("Shift+ArrowLeft") == pytest.approx(first)
+    assert pressed("Shift+ArrowUp") == pytest.approx(np.add(first, (0, 0, -10)))
+    assert pressed("Shift+ArrowDown") == pytest.approx(first)
+    assert pressed("+") == pytest.approx(np.divide(first, (1.2, 1, 1)))
+    assert pressed("-") == pytest.approx(first)
+    for _ in range(30):
+        *_, height = pressed("Shift+ArrowDown")
+    assert 80 < height < 90  # never over the top
+    assert tab.evaluate(target) == pytest.approx(aimed)
+    assert tab.evaluate("knotwork.time()") == 0
+    pressed("a")
+    assert pressed("Home") == pytest.approx(first, rel=0.05)
+    tab.context.close()
+
+
+def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path: Path) -> None:
+    page = PAGES["scene"]().save(tmp_path / "scene.html").as_uri()
+    for wish in ("no-preference", "reduce"):
+        tab = tabs.new(reduced_motion=wish)
+        tab.goto(page)
+        tab.wait_for_selector(READY, state="attached")
+        assert tab.get_attribute("#play", "aria-label") == ("pause" if wish != "reduce" else "play")
+        tab.click("#play")
+        tab.evaluate(NEXT_FRAME)
+        assert tab.get_attribute("#play", "aria-label") == ("play" if wish != "reduce" else "pause")
+        tab.context.close()
+
+
+@pytest.mark.parametrize("size", [DESK, UPRIGHT, ACROSS])
+def test_no_panel_covers_another(size: tuple[int, int], tabs: Any, tmp_path: Path) -> None:
+    tab = opened(tabs, tmp_path, "scene", size)
+    tab.evaluate(NEXT_FRAME)
+    boxes = {
+        one.get_attribute("id"): one.bounding_box() for one in tab.locator(".keep-clear").all()
+    }
+    assert boxes.keys() >= {"head", "legend", "bar", "shown", "joints"}
+    seen = [
+        (one["x"], one["y"], one["x"] + one["width"], one["y"] + one["height"])
+        for one in boxes.values()
+    ]
+    for i, (left, top, right, bottom) in enumerate(seen):
+        assert left >= 0
+        assert top >= 0
+        assert right <= size[0]
+        assert bottom <= size[1]
+        for x0, y0, x1, y1 in seen[:i]:
+            assert x1 <= left or right <= x0 or y1 <= top or bottom <= y0, boxes
+    open_first = size == DESK
+    assert tab.locator("#legend .scale").first.is_visible() == open_first
+    tab.click("#legend summary")
+    assert tab.locator("#legend .scale").first.is_visible() != open_first
+    tab.context.close()
+
+
+def test_plots_on_a_phone_are_moved_by_hand_and_keys(tabs: Any, tmp_path: Path) -> None:
+    tab = opened(tabs, tmp_path, "report", UPRIGHT)
+    plot = tab.locator("#plots figure").first
+    sign = "one => getComputedStyle(one.querySelector('h2'), '::after').content"
+    assert "↔" in plot.evaluate(sign)
+    plot.focus()
+    tab.keyboard.press("ArrowRight")
+    tab.wait_for_function("document.activeElement.scrollLeft > 10")
+    tab.set_viewport_size({"width": 1280, "height": 800})
+    tab.evaluate(NEXT_FRAME)
+    assert plot.get_attribute("tabindex") is None
+    assert "↔" not in plot.evaluate(sign)
+    tab.context.close()
