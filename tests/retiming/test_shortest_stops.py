@@ -8,7 +8,6 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import joint_stop, stop_on_path
 from knotwork.waypoints import FloatArray
 
@@ -57,7 +56,7 @@ def test_no_stop_on_the_path_of_three_joints_is_shorter(seed: int) -> None:
     rng = np.random.default_rng(seed)
     degree = rng.integers(3, 6)
     c = 3 * rng.normal(size=(degree + 1, 3)) / 4.0 ** np.arange(degree, -1, -1)[:, None]
-    curve = PiecewisePolynomial(c[:, None], [0.0, 6.0])
+    curve = kw.PiecewisePolynomial(c[:, None], [0.0, 6.0])
     at = rng.uniform(0.2, 2.5)
     peaks = [np.abs(curve(np.linspace(at, 4, 200), nu)).max(axis=0) for nu in (2, 3)]
     acceleration = 0.1 + peaks[0] * rng.uniform(1, 3, 3)
