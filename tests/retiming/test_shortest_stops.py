@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError
 from knotwork.retiming import joint_stop, stop_on_path
-from knotwork.waypoints import FloatArray
 
 INTERVALS = 100
+FloatArray = npt.NDArray[np.float64]
 
 
 def by_collocation(
