@@ -51,7 +51,8 @@ OWN_PRECISION = 0.5
 what stands around, and of links of the robot, which come near one another all the time."""
 
 MOMENT = 1e-6
-"""What comes where the motion ends is there for its last moment [s]."""
+"""What appears where the motion ends is there for its last moment [s]; what the tool leaves there
+is held until then."""
 
 BLOCK = 2000
 """Intervals that are looked at together."""
@@ -148,7 +149,10 @@ class _Search:
         self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
         start, end = self.table.windows.T
-        comes_last = (np.abs(start - curve.x[-1]) <= MOMENT) & (end > start)
+        held = {body.name for body in model.bodies if body.kind == "held"}
+        left = {i for i, one in enumerate(model.bodies) if one.name in held and one.kind != "held"}
+        appears = np.array([not left & {one.first, one.second} for one in model.pairs], dtype=bool)
+        comes_last = appears & (np.abs(start - curve.x[-1]) <= MOMENT) & (end > start)
         self.windows[comes_last] = curve.x[-1] - MOMENT, curve.x[-1]
         self.least_part = PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
