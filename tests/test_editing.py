@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
+from knotwork.documents.resources import names
 from knotwork.editing import session as sessions
 from knotwork.editing.draft import Draft
 from knotwork.editing.handles import handles, moved
@@ -101,13 +104,14 @@ def test_what_another_program_writes_is_not_overwritten(tmp_path: Path) -> None:
     assert draft.file.read_text(encoding="utf-8") == mine
 
 
-def test_lines_end_as_they_did(tmp_path: Path) -> None:
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_lines_end_as_they_did_and_a_byte_order_mark_stays(mark: bytes, tmp_path: Path) -> None:
     file = tmp_path / "task.yaml"
-    file.write_bytes(b"rate: 100 # Hz\r\nwaypoints: []\r\n")
+    file.write_bytes(mark + b"rate: 100 # Hz\r\nwaypoints: []\r\n")
     draft = Draft(file)
     draft.apply([{"at": ["rate"], "value": 200}])
     draft.save()
-    assert file.read_bytes() == b"rate: 200 # Hz\r\nwaypoints: []\r\n"
+    assert file.read_bytes() == mark + b"rate: 200 # Hz\r\nwaypoints: []\r\n"
 
 
 ADDED = [
@@ -161,21 +165,76 @@ def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
     made.server.server_close()
 
 
-def test_a_handle_never_moves_the_waypoint_that_took_the_place_of_its_own(tmp_path: Path) -> None:
-    """The task can't be read after a number is wrong, and then a waypoint is removed."""
+def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None:
+    """A waypoint is taken out of a text that can't be read: what was shown stays unmoved."""
     made = Session(draft_in(tmp_path))
-    made.renew()
     made.server.server_close()
-    move = made.server.actions["move"]
-    handles = made.server.state()["draft"]["handles"]
-    edge = next(one for one in handles if one["name"] == "edge start")
-    made.draft.apply([{"at": ["waypoints", 0, "time"], "value": -3}])
-    move(edge)  # it is still what it was
-    made.draft.apply([{"at": ["waypoints", 0]}])
-    before = made.draft.text
-    with pytest.raises(InputError, match="mend what is wrong"):
-        move({**edge, "position": [0.5, 0.1, 0.2]})
-    assert made.draft.text == before
+    state, actions = made.server.state, made.server.actions
+    first = state()["draft"]["handles"]
+    two, three = (one for one in first if one["at"] in (["waypoints", k, "pose"] for k in (1, 2)))
+    actions["edit"]({"changes": [{"at": ["waypoints", 0, "time"], "value": -3}]})
+    # the arm's axes are as they were and no waypoint has another place: a hand may go on
+    actions["move"]({**two, "position": (np.array(two["position"]) + 0.01).tolist()})
+    assert made.draft.state()["build"] == state()["draft"]["handles"][0]["build"]
+    actions["edit"]({"changes": [{"at": ["frames", "block", "position", 0], "value": 300}]})
+    with pytest.raises(InputError, match="what it is placed in has changed"):
+        actions["move"]({**two, "position": [0.4, 0.1, 0.2]})
+    actions["undo"]({})
+    actions["edit"]({"changes": [{"at": ["waypoints", 1]}]})
+    text = made.draft.text
+    for gone in (two, three, {**three, "build": None}, {**three, "at": two["at"]}):
+        with pytest.raises(InputError, match="no longer the one that was shown"):
+            actions["move"]({**gone, "position": [0.4, 0.1, 0.2]})
+    with pytest.raises(InputError, match="no longer the one that was shown"):
+        actions["edit"]({"changes": [{"at": two["at"][:2]}], "build": two["build"]})
+    assert made.draft.text == text
+    assert state()["draft"]["handles"] == []
+    actions["edit"]({"changes": [{"at": ["waypoints", 0, "time"], "value": 3}]})
+    again = next(one for one in state()["draft"]["handles"] if one["name"] == three["name"])
+    assert again["at"] == two["at"]
+    actions["move"]({**again, "position": (np.array(again["position"]) + 0.01).tolist()})
+    with pytest.raises(InputError, match="nothing to move"):
+        actions["move"]({**again, "name": "another"})
+    with pytest.raises(InputError, match="shape"):
+        actions["move"]({**again, "position": [1]})
+    kept = [one["name"] for one in made.draft.document().data["waypoints"]]
+    assert kept.count(two["name"]) == 0
+
+
+SCENARIOS = {name: kw.load_scenario(name) for name in names("scenarios")}
+FREE = [name for name, task in SCENARIOS.items() if task.robot and task.free]
+TIMED = [name for name, task in SCENARIOS.items() if task.robot and not task.free]
+
+
+def mostly_exhaustive(names: list[str], few: Sequence[str] = ()) -> list[Any]:
+    marks = {True: [], False: [pytest.mark.exhaustive]}
+    return [pytest.param(name, marks=marks[name in few]) for name in names]
+
+
+@pytest.mark.parametrize("name", mostly_exhaustive(FREE, few=["panda_pick_place_fastest"]))
+def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
+    made = Session(draft_in(tmp_path, name))
+    made.server.server_close()
+    renewed = made.renew()
+    assert renewed is not None
+    assert renewed[1].report.ok
+
+
+def test_values_have_their_units(tmp_path: Path) -> None:
+    draft = draft_in(tmp_path, "ur5_rail_bead")
+    start = dict.fromkeys(kw.load_robot("ur5_rail").joint_names, 0)
+    draft.apply([{"at": ["start"], "value": start}])
+    made = Session(draft)
+    made.server.server_close()
+    given = {
+        tuple(json.loads(at)): unit for at, unit in made.server.state()["draft"]["units"].items()
+    }
+    assert (given["start", "rail"], given["start", "elbow_joint"]) == ("mm", "deg")
+    assert given["limits", "acceleration", "rail"] == "mm/s²"
+    assert given["waypoints", 0, "pose", "position"] == "mm"
+    assert given["waypoints", 0, "pose", "rpy"] == "deg"
+    assert (given["waypoints", 0, "after"], given["waypoints", 2, "speed"]) == ("s", "mm/s")
+    assert ("waypoints", 0, "name") not in given
 
 
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -235,11 +294,13 @@ def test_what_can_not_be_edited_is_refused(
     assert Path("there.yaml").read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.parametrize("name", ["panda_pick_place_fastest", "ur5_wall"])
-def test_before_free_times_are_chosen_the_robot_stands_in_its_scene(name: str) -> None:
-    scenario = kw.load_scenario(name)
+@pytest.mark.parametrize("name", [*FREE, *mostly_exhaustive(TIMED)])
+def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
+    scenario = SCENARIOS[name]
     robot = joint_space(scenario).robot
     assert robot is not None
     scene = standing_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
     assert drawn >= set(scenario.task.scene.objects)
+    times = [one["time"] for one in scene["waypoints"]]
+    assert np.all(np.diff(times) > 0)

@@ -220,6 +220,60 @@ def test_a_change_is_made_where_there_is_a_place_for_it(
         assert changed_text(text, place, value, insert=insert) == wanted
 
 
+ALIASES = """\
+waypoints:
+  - {pose: &p {at: &at [0, 0, 60]}, time: 2} # first
+  - {pose: *p, after: 1} # second
+  - pose: *p # third
+  - {pose: {at: *at}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "lines"),
+    [
+        (
+            ("waypoints", 1, "pose", "at"),
+            [1, 2, 3],
+            {
+                2: "  - {pose: {at: [1, 2, 3]}, after: 1} # second",
+                3: "  - pose: {at: [0, 0, 60]} # third",
+                4: "  - {pose: {at: [0, 0, 60]}}",
+            },
+        ),
+        (
+            ("waypoints", 0, "pose", "at", 0),
+            5,
+            {
+                1: "  - {pose: &p {at: &at [5, 0, 60]}, time: 2} # first",
+                2: "  - {pose: {at: [0, 0, 60]}, after: 1} # second",
+                3: "  - pose: {at: [0, 0, 60]} # third",
+                4: "  - {pose: {at: [0, 0, 60]}}",
+            },
+        ),
+        (("waypoints", 3, "pose", "at", 0), 5, {4: "  - {pose: {at: [5, 0, 60]}}"}),
+        (("waypoints", 0, "time"), 3, {1: "  - {pose: &p {at: &at [0, 0, 60]}, time: 3} # first"}),
+        (
+            ("waypoints", 0),
+            REMOVED,
+            {
+                1: None,
+                2: "  - {pose: {at: [0, 0, 60]}, after: 1} # second",
+                3: "  - pose: {at: [0, 0, 60]} # third",
+                4: "  - {pose: {at: [0, 0, 60]}}",
+            },
+        ),
+    ],
+)
+def test_aliases_of_what_is_changed_are_written_out(
+    place: Any, value: Any, lines: dict[int, str | None]
+) -> None:
+    """All that is not changed keeps its values; other aliases stay."""
+    found = changed_text(ALIASES, place, value)
+    wanted = [lines.get(k, line) for k, line in enumerate(ALIASES.splitlines())]
+    assert found.splitlines() == [line for line in wanted if line is not None]
+
+
 def test_long_values_are_put_into_lists_in_flow_style_as_lines_that_can_be_read() -> None:
     text = """\
 # Above.

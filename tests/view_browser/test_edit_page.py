@@ -96,8 +96,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
         ("edit", {}, "needs changes"),
         ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),
         ("edit", {"changes": [{"at": ["waypoints", 99, "time"], "value": 1}]}, "waypoints[99]"),
-        ("move", {"at": ["waypoints", 0, "pose"], "name": "retract"}, "nothing to move"),
-        ("move", {"at": ["waypoints", 0, "pose"], "name": "approach", "position": [1]}, "shape"),
+        ("move", {"at": ["waypoints", 0, "pose"], "name": "approach"}, "no longer the one"),
         ("jog", {"q": [0, 0]}, "shape"),
         ("jog", {"time": 0, "position": [9, 9, 9], "quaternion": [0, 0, 0, 1]}, "reach"),
     ],
@@ -138,6 +137,9 @@ def test_a_waypoint_is_dragged_out_of_a_collision_and_saved(
     assert tab.inner_text("#head .verdict") == "FAILED"
     tab.locator(".label.waypoint", has_text="approach").click()
     assert tab.input_value("#part") == '["waypoints",0]'
+    assert tab.evaluate("knotwork.time()") == pytest.approx(3, abs=0.02)  # the arm goes there
+    row = tab.locator("#rows .row", has=tab.locator("[aria-label='pose.position 1']"))
+    assert row.locator(".key").inner_text().split() == ["position", "mm"]
     for _ in range(4):
         revision = tab.evaluate("knotwork.edit.draft.revision")
         x, y = tab.evaluate(TIP, [0, 0, 1])
@@ -183,6 +185,15 @@ def test_a_wrong_number_is_told_over_the_last_good_motion(
     tab.wait_for_selector("#edit-state.wrong:text('not planned')")
     assert tab.locator("body.outdated").count() == 1
     assert tab.inner_text("#head .verdict") == verdict
+    # what was shown for a text of other waypoints can't be taken hold of
+    tab.select_option("#part", '["waypoints",1]')
+    tab.click("#remove")
+    tab.wait_for_function("knotwork.edit.gizmo.handles.length === 0")
+    tab.locator(".label.waypoint", has_text="edge end").dispatch_event("click")
+    assert not tab.evaluate("knotwork.edit.gizmo.tool.visible")
+    tab.click("#undo")
+    tab.wait_for_function("knotwork.edit.gizmo.handles.length > 0")
+    tab.select_option("#part", '["waypoints",0]')
     tab.click("#undo")
     known(tab)
     assert tab.input_value("#rows [aria-label=time]") == "3"

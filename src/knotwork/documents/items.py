@@ -26,9 +26,13 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
         insert: Put an item into a list, before the one that has its index.
 
     Raises:
-        InputError: There is no such place, or the change can't be written into this text, for
-            example in an alias.
+        InputError: There is no such place, or the change can't be written into this text.
 
+    Aliases of what is changed are written out first, as they were.
+
+    >>> print(changed_text("a: &a {b: 1}\nc: *a", ("c", "b"), 2))
+    a: &a {b: 1}
+    c: {b: 2}
     >>> print(changed_text("a: [1, 2] # two", ("a", 1), 5, insert=True))
     a: [1, 5, 2] # two
     >>> print(changed_text("- b: 1 # one\n- b: 3", (1,), {"b": 2}, insert=True))
@@ -37,6 +41,7 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
     - b: 3
     """
     data = parse(text).data
+    text = _without_aliases(text, data, place, inner=value is REMOVED)
     if value is REMOVED:
         while len(place) > 1 and isinstance(around := part_of(data, place[:-1]), dict):
             if len(around) > 1:
@@ -53,6 +58,30 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
     if not insert and not (value is REMOVED and isinstance(place[-1], int)):
         return edited_text(text, {place: value})
     return _with_items(text, data, place, value)
+
+
+def _without_aliases(text: str, data: Any, place: Location, *, inner: bool) -> str:
+    """The text with values for the aliases of what is at a place, around it or, `inner`, in it."""
+    if "*" not in text:
+        return text
+    shared: dict[int, Location] = {}
+    for at, (_, node) in places_of(yaml.compose(text, Loader=yaml.SafeLoader)):
+        if place[: len(at)] == at or (inner and at[: len(place)] == place):
+            shared.setdefault(node.start_mark.index, at)
+    events: list[Any] = [*yaml.parse(text, yaml.SafeLoader)]
+    anchored = [one for one in events if getattr(one, "anchor", None)]
+    anchors = {one.anchor: shared.get(one.start_mark.index) for one in anchored if not _alias(one)}
+    result = text
+    for one in reversed([one for one in anchored if _alias(one)]):
+        value_at = anchors[one.anchor]
+        if value_at is not None:
+            start, end = one.start_mark.index, one.end_mark.index
+            result = result[:start] + flow(part_of(data, value_at)) + result[end:]
+    return written(result, data, field_path(place))
+
+
+def _alias(event: Any) -> bool:
+    return isinstance(event, yaml.AliasEvent)
 
 
 def part_of(data: Any, place: Location) -> Any:

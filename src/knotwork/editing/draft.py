@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import codecs
+import hashlib
+import json
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,8 @@ from knotwork import storage
 from knotwork.documents import REMOVED, Document, Location, parse, read_text
 from knotwork.documents.items import changed_text
 from knotwork.errors import InputError
+from knotwork.robot import Robot
+from knotwork.task.units import unit_at
 
 MOST_STEPS = 1000
 """Edits that can be undone."""
@@ -26,7 +31,6 @@ class Draft:
         file: The file.
         text: As edited.
         revision: Number of changes of the text so far.
-        layout: Number of those after which a part may be at another place.
     """
 
     def __init__(self, file: Path) -> None:
@@ -35,7 +39,7 @@ class Draft:
         Raises:
             DocumentError: It can't be read.
         """
-        self.file, self.revision, self.layout = file, 0, 0
+        self.file, self.revision = file, 0
         self.text = self._disk = read_text(file)
         self._past: list[str] = []
         self._future: list[str] = []
@@ -54,13 +58,14 @@ class Draft:
         """What a page shows of it, as plain data."""
         with self._lock:
             try:
-                data = _finite(self.document().data)
+                data = self.document().data
             except InputError:
                 data = None
             return {
                 "revision": self.revision,
                 "file": self.file.name,
-                "data": data,
+                "data": _finite(data),
+                "build": build(data),
                 "undo": bool(self._past),
                 "redo": bool(self._future),
                 "unsaved": self.text != self._disk,
@@ -81,9 +86,7 @@ class Draft:
             text = self.text
             for one in changes:
                 value = one.get("value", REMOVED)
-                at, insert = _location(one), bool(one.get("insert"))
-                text = changed_text(text, at, value, insert=insert)
-                self.layout += value is REMOVED or insert or len(at) == 1
+                text = changed_text(text, _location(one), value, insert=bool(one.get("insert")))
             self._put(text, gesture)
 
     def undo(self) -> None:
@@ -105,7 +108,6 @@ class Draft:
             changed = text != self._disk
             if changed:
                 self._disk = text
-                self.layout += 1
                 self._put(text)
             return changed
 
@@ -122,8 +124,10 @@ class Draft:
                     f"{self.file} was changed by another program and is not overwritten; what it "
                     "wrote is shown, and undo returns to your edits"
                 )
-            ends = b"\r\n" if self.file.exists() and b"\r\n" in self.file.read_bytes() else b"\n"
-            text = self.text.encode().replace(b"\n", ends)
+            old = self.file.read_bytes() if self.file.exists() else b""
+            mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
+            ends = b"\r\n" if b"\r\n" in old else b"\n"
+            text = mark + self.text.encode().replace(b"\n", ends)
             storage.write_file(self.file.resolve(), text, what="a scenario")
             self._disk, self._gesture = self.text, ""
 
@@ -143,8 +147,44 @@ class Draft:
                 kept.append(self.text)
                 self.text = taken.pop()
                 self._gesture = ""
-                self.layout += 1
                 self.revision += 1
+
+
+def build(data: Any) -> str:
+    """What a text is made of, all but its numbers, in short.
+
+    What has a name and a place in one text is the same in another of this build.
+    """
+    words = json.dumps(_numberless(data), default=str)
+    return hashlib.sha256(words.encode()).hexdigest()[:16]
+
+
+def units(data: Any, robot: Robot | None) -> dict[str, str]:
+    """The units of the values of a file that have one, by their location as JSON."""
+    joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
+    found = ((at, unit_at(data, at, joints)) for at in _places(data))
+    return {_as_javascript(at): unit for at, unit in found if unit}
+
+
+def _as_javascript(at: Location) -> str:
+    return json.dumps(at, separators=(",", ":"), ensure_ascii=False)
+
+
+def _places(data: Any, at: Location = ()) -> Iterator[Location]:
+    """Where the values of a file are; a list of numbers is one, and so is each of its items."""
+    parts = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, part in parts:
+        yield (*at, key)
+        if isinstance(part, dict | list):
+            yield from _places(part, (*at, key))
+
+
+def _numberless(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {str(key): _numberless(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_numberless(value) for value in data]
+    return 0 if isinstance(data, float) or type(data) is int else data
 
 
 def _location(change: Mapping[str, Any]) -> Location:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +15,7 @@ import pinocchio as pin
 from knotwork.documents import validate
 from knotwork.documents.items import part_of
 from knotwork.editing.additions import box_at, waypoint_here
-from knotwork.editing.draft import Draft
+from knotwork.editing.draft import Draft, build, units
 from knotwork.editing.handles import Handle, handles, moved
 from knotwork.errors import InputError, KnotworkError
 from knotwork.kinematics import solve_pose_ik
@@ -44,15 +46,17 @@ class Session:
     def __init__(self, draft: Draft, port: int = 0, budget: float | None = None) -> None:
         self.draft, self._budget = draft, budget
         self.plan: Plan | None = None
-        self._planned = self._handled = self._layout = -1
+        self._planned = self._handled = -1
         self._verdict: Answer = {}
         self._scenario: Scenario | None = None
+        self._robot: Robot | None = None
         self._handles: list[Handle] = []
+        self._build, self._axes = "", dict[str, Any]()
+        self._units: dict[str, str] = {}
+        self._lock = threading.Lock()
         actions: dict[str, Callable[[Asked], Answer]] = {
             "jog": self._jog,
-            "edit": self._changing(
-                lambda asked: draft.apply(_changes(asked), str(asked.get("gesture", "")))
-            ),
+            "edit": self._changing(self._edit),
             "move": self._changing(self._move),
             "add": self._changing(self._add),
             "undo": self._changing(lambda _: draft.undo()),
@@ -80,16 +84,9 @@ class Session:
         return {**scene, "revision": revision}, made
 
     def _made(self, revision: int) -> tuple[Plan, dict[str, Any]]:
-        layout, document = self.draft.layout, self.draft.document()
-        scenario = resolved(validate(Task, document), document.places)
-        robot = joint_space(scenario).robot
+        scenario = self._read()
+        robot = self._robot
         if robot is not None:
-            self._scenario = scenario
-            # of what is repeated the first turn has handles
-            found = {one.at: one for one in reversed(handles(scenario, robot))}
-            there = (one for one in found.values() if part_of(document.data, one.at))
-            self._handles = [*there][::-1]
-            self._handled, self._layout = revision, layout
             self.server.start()
             if self.server.scene is None:
                 self.server.show({**standing_scene(scenario, robot), "revision": -1})
@@ -98,6 +95,29 @@ class Session:
         self._verdict = {"revision": revision, "ok": made.report.ok}
         self.server.notify()  # before the scene is drawn
         return made, scene_of(made, before=self.server.scene)
+
+    def _read(self) -> Scenario:
+        """Read the draft as it is now; what can be moved is known then.
+
+        Raises:
+            KnotworkError: It can't be read.
+        """
+        with self._lock:
+            revision = self.draft.revision
+            if self._scenario is None or self._handled != revision:
+                document = self.draft.document()
+                scenario = resolved(validate(Task, document), document.places)
+                robot = joint_space(scenario).robot
+                found = handles(scenario, robot) if robot is not None else []
+                # of what is repeated the first turn has handles
+                first = {one.at: one for one in reversed(found)}
+                there = [one for one in first.values() if part_of(document.data, one.at)]
+                self._scenario, self._robot, self._handles = scenario, robot, there[::-1]
+                self._handled, self._axes = revision, _axes(document.data)
+                if self._build != build(document.data):
+                    self._build = build(document.data)
+                    self._units = units(document.data, robot)
+            return self._scenario
 
     def _changing(self, change: Callable[[Asked], Answer | None]) -> Callable[[Asked], Answer]:
         """An action that changes the draft, and answers with the revision that there is then."""
@@ -109,21 +129,42 @@ class Session:
         return done
 
     def _state(self) -> Answer:
-        """What the page shows besides the scene."""
-        shown = [one.to_dict() for one in self._handles]
-        known = {"handled": self._handled, "handles": shown, "verdict": self._verdict}
-        return {"draft": {**self.draft.state(), **known}}
+        """What the page shows besides the scene; handles of the text as it is now alone."""
+        with contextlib.suppress(KnotworkError):
+            self._read()
+        draft = self.draft.state()
+        known = self._handles if draft["build"] == self._build else []
+        shown = [{**one.to_dict(), "build": self._build} for one in known]
+        more = {"handled": self._handled, "handles": shown, "verdict": self._verdict}
+        return {"draft": {**draft, **more, "units": self._units}}
 
-    def _move(self, asked: Asked) -> None:
-        """Move a handle."""
+    def _edit(self, asked: Asked) -> None:
+        """Change the text; where the page names a build, only while it has that."""
+        if "build" in asked:
+            self._same_build(asked)
+        self.draft.apply(_changes(asked), str(asked.get("gesture", "")))
+
+    def _same_build(self, asked: Asked) -> Any:
+        """The data of the draft, if it still has the build that the page saw."""
+        data = self.draft.document().data
+        if asked.get("build") != build(data):
+            raise InputError(
+                "nothing was changed: the task is no longer the one that was shown; do it again"
+            )
+        return data
+
+    def _move(self, asked: Asked) -> Answer:
+        """Move a handle; where the text can't be read, one of when it could."""
+        data = self._same_build(asked)
+        with contextlib.suppress(KnotworkError):
+            self._read()
         what = tuple(asked.get("at", ())), asked.get("name")
         handle = next((one for one in self._handles if (one.at, one.name) == what), None)
         if handle is None or self._scenario is None:
             raise InputError(f"there is nothing to move at {asked.get('at')!r} now")
-        if self._layout != self.draft.layout:
+        if _axes(data) != self._axes:
             raise InputError(
-                "parts of the task have other places since it was last read; nothing is moved "
-                "before it can be read again: mend what is wrong, or undo"
+                "nothing can be moved: the task can't be read, and what it is placed in has changed"
             )
         sizes = {"position": 3, "quaternion": 4}
         given = {
@@ -133,6 +174,7 @@ class Session:
             raise InputError("the quaternion of a handle has not norm 1")
         changes = moved(handle, si_factors(self._scenario.task.units), **given)
         self.draft.apply(changes, str(asked.get("gesture", "")))
+        return {"build": build(self.draft.document().data)}
 
     def _jog(self, asked: Asked) -> Answer:
         """Joint positions and the pose of the tool, of one of which the other follows."""
@@ -194,6 +236,11 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
     return make_scene(robot, motion, scenario=timed, space=joint_space(timed))
+
+
+def _axes(data: Any) -> dict[str, Any]:
+    """What decides on the axes that handles move in, as long as the build stays."""
+    return {key: part for key, part in data.items() if key not in ("waypoints", "scene")}
 
 
 def _between(scenario: Scenario, time: float) -> tuple[int, float]:

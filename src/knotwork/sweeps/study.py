@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -11,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork import storage
-from knotwork.documents import Location, description_of
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
 from knotwork.scenario import Scenario
@@ -21,7 +19,7 @@ from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.rows import MOST_BYTES, arrow, read_rows, schema_of
 from knotwork.sweeps.spec import StudySpec
-from knotwork.task import Task
+from knotwork.task.units import unit_at
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -94,18 +92,10 @@ class Study:
     @cached_property
     def titles(self) -> dict[str, str]:
         """The varied fields, by their column, with its unit in brackets where it is known."""
-        units = map(self._unit_of, self.spec.locations)
+        data = self.spec.document.data
+        units = (unit_at(data, location) for location in self.spec.locations)
         pairs = zip(self.varied, units, strict=True)
         return {name: f"{name} [{unit}]" if unit else name for name, unit in pairs}
-
-    def _unit_of(self, location: Location) -> str:
-        """The unit that the schema's description has in brackets; empty for one of several."""
-        text = description_of(Task, self.spec.document.data, location)
-        found = set(re.findall(r" \[([^\]]+)\]", text))
-        unit = found.pop() if len(found) == 1 else ""
-        if " or " in unit:
-            return ""
-        return unit.replace("length", self.units.length).replace("angle", self.units.angle)
 
     @cached_property
     def units(self) -> Units:

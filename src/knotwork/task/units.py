@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from typing import Any, TypeVar
 
-from knotwork.documents import Location
+from knotwork.documents import Location, description_of
 from knotwork.task.part import TaskPart
-from knotwork.task.task import TaskUnits
+from knotwork.task.task import Task, TaskUnits
 
 PartT = TypeVar("PartT", bound=TaskPart)
 
@@ -60,6 +60,28 @@ def _numbers(
                 yield from _numbers(one, units, (*place, key), unit)
     elif isinstance(value, float) and unit in units:
         yield place, unit, value
+
+
+def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:
+    """The unit of a value of a scenario file, in words; empty where it is none or is not known.
+
+    >>> unit_at({"units": {"length": "mm"}, "tolerances": {"path": 1}}, ("tolerances", "path"))
+    'mm'
+
+    Args:
+        data: Of the file.
+        location: Of the value.
+        joints: `"rad"` or `"m"` by name of a joint, where they are known.
+    """
+    found = set(_UNIT.findall(description_of(Task, data, location)))
+    unit = found.pop() if len(found) == 1 else ""
+    if " or " in unit:
+        kind = (joints or {}).get(str(location[-1]))
+        choices = dict(zip(("rad", "m"), unit.split(" or "), strict=True))
+        unit = choices.get(kind or "", "")
+    given = data.get("units") or {}
+    own = {"length": given.get("length", "m"), "angle": given.get("angle", "rad")}
+    return re.sub("length|angle", lambda word: own[word[0]], unit)
 
 
 def si_factors(units: TaskUnits) -> tuple[float, float]:

@@ -62,6 +62,8 @@ def clearance_curve(
     model = motion_model(motion, scenario, space.robot)
     time = np.unique([*np.linspace(*span, SAMPLES - len(also)), *also])
     q = motion.curve(time)
+    if not (np.ptp(q, axis=0).any() or model.known):
+        return None
     around = tuple(pair for pair in model.pairs if pair.around)
     found = _nearest(model, around, q, time)
     while still := {k for k in set(found.pairs) - {-1} if _stands_still(model, around[k], q, time)}:

@@ -14,14 +14,14 @@ class Editing {
     Object.assign(this, { stage, draft: null, part: ["waypoints", 0], sent: 0, gesture: 0 });
     this.build();
     this.gizmo = new Gizmo(stage.viewer, {
-      chosen: (handle) => this.visit(handle.at),
+      chosen: (handle) => this.pick(handle.at),
       dragged: (handle, hand) => this.follow(handle, hand),
       moved: (handle, hand) => this.moved(handle, hand),
     });
     this.jog = new Jog(this);
     byId("labels").addEventListener("click", (event) => {
       const handle = this.gizmo.handles.find((one) => one.name === event.target.textContent);
-      if (handle) this.visit(handle.at);
+      if (handle) this.pick(handle.at);
     });
     window.knotwork.edit = this;
     window.addEventListener("keydown", (event) => this.key(event), true);
@@ -31,7 +31,7 @@ class Editing {
   build() {
     const button = (id, text, title, use) => made("button", { id, type: "button", textContent: text, title, onclick: use });
     this.state = made("span", { id: "edit-state", role: "status" });
-    const selects = { id: "part", ariaLabel: "part of the task", onchange: () => this.visit(JSON.parse(byId("part").value)) };
+    const selects = { id: "part", ariaLabel: "part of the task", onchange: () => this.pick(JSON.parse(byId("part").value)) };
     this.panel = made("section", { id: "edit", className: "panel keep-clear", ariaLabel: "edit" },
       made("div", { className: "tools" },
         button("undo", "↶", "undo (Ctrl+Z)", () => this.ask("undo")),
@@ -44,7 +44,7 @@ class Editing {
         made("div", { id: "rows" }),
         made("div", { className: "tools" },
           made("select", { id: "more", ariaLabel: "add a key", onchange: () => this.more() }),
-          button("remove", "remove", "take this part out of the task", () => this.edit([{ at: this.part }]))),
+          button("remove", "remove", "take this part out of the task", () => this.edit([{ at: this.part }], "", { build: this.draft.build }))),
         made("div", { className: "tools" },
           button("add-here", "+ waypoint", "a waypoint where the arm is at the time shown", () => this.add("pose")),
           button("add-box", "+ box", "an object to be placed", () => this.add("box")))));
@@ -116,14 +116,15 @@ class Editing {
     return answer;
   }
 
-  edit(changes, gesture = "") {
-    return this.ask("edit", { changes, gesture });
+  edit(changes, gesture = "", more = {}) {
+    return this.ask("edit", { changes, gesture, ...more });
   }
 
-  moved(handle, { use, gesture }) {
+  async moved(handle, { use, gesture }) {
     if (handle.kind === "jog") return this.jog.reach(handle);
-    const { at, name, position, quaternion } = handle;
-    return this.ask("move", { at, name, gesture, ...(use === "turn" ? { quaternion } : { position }) });
+    const { at, name, build, position, quaternion } = handle;
+    const answer = await this.ask("move", { at, name, build, gesture, ...(use === "turn" ? { quaternion } : { position }) });
+    handle.build = answer.build ?? build;
   }
 
   // While an object is dragged its shape goes along.
@@ -160,13 +161,14 @@ class Editing {
     this.stage.viewer.set_dirty();
   }
 
-  // Choose a part; the arm goes to where it passes that waypoint.
-  visit(at) {
+  // Chosen by hand: the arm goes to the waypoint.
+  pick(at) {
     this.choose(at);
-    const { name } = within(this.draft.data ?? {}, this.part) ?? {};
-    const { data, player } = this.stage;
-    const stop = at[0] === "waypoints" && name && data.waypoints.find((one) => one.name === name);
-    if (stop) player.seek(stop.time - player.start);
+    const [list, i] = this.part;
+    const name = list === "waypoints" && (this.gizmo.held?.name.split(": ")[0] ?? within(this.draft.data, this.part)?.name ?? `${i}`);
+    const { player, data } = this.stage;
+    const there = data.waypoints.find((one) => one.name === name);
+    if (there) player.seek(there.time - player.start);
   }
 
   // A part of the task: that of a handle is the waypoint or object around it.
@@ -197,7 +199,12 @@ class Editing {
     const focused = document.activeElement?.dataset?.at;
     const gesture = () => `${++this.gesture}`;
     const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]) };
-    byId("rows").replaceChildren(...[...valuesOf(part, this.part)].map((one) => formRow(one, this.part.length, uses, data.units)));
+    const rows = [...valuesOf(part, this.part)];
+    const titled = ({ at }) => { // the last key, where no other row has it
+      const alone = typeof at.at(-1) === "string" && rows.filter((one) => one.at.at(-1) === at.at(-1)).length === 1;
+      return (alone ? at.slice(-1) : at.slice(this.part.length)).join(".");
+    };
+    byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: typeof one.value === "string" ? "" : this.draft.units[JSON.stringify(one.at)] }, this.part.length, uses)));
     if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
   }
 

@@ -21,20 +21,10 @@ function made(kind, settings = {}, ...inner) {
   return element;
 }
 
-// The unit of a value, by its key
-function unitOf(key, { length = "m", angle = "rad" } = {}) {
-  const kinds = [
-    [/^(position|box|radius|length|room|margin|at_least)$/, length], [/^(rpy|angle)$/, angle],
-    [/^(time|after|wait)$/, "s"], [/^(speed|tool_speed|linear)$/, `${length}/s`], [/^angular$/, `${angle}/s`],
-  ];
-  return kinds.find(([keys]) => keys.test(key))?.[1] ?? "";
-}
-
 // A row: its key, a field for each number or word, and a button that takes it out
-function formRow({ at, value }, from, { change, remove }, units) {
+function formRow({ at, value, shown, unit = "" }, from, { change, remove }) {
   const name = at.slice(from).join(".");
-  const unit = typeof value === "string" ? "" : unitOf(String(at.at(-1)), units);
-  const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, name.replace(/^pose\./, ""), made("small", { textContent: unit && ` ${unit}` }));
+  const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown} `, made("span", { className: "unit", textContent: unit }));
   const row = made("div", { className: "row" }, key);
   const fields = made("span", { className: "fields" });
   (isRow(value) ? value : [value]).forEach((one, i) => {
