@@ -174,9 +174,10 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
     # the path's own tangent passes smoothly from line to arc
     assert max(worst) < np.radians(0.1) + 0.025 * np.pi / 2
     (used,) = plan.report.select(group="Freedom")
-    row = re.search(r"work angle (\S+) to (\S+) of 0\.2 to 0\.5 rad", used.message)
+    row = re.search(r"work angle (\S+)(?: to (\S+))? of 0\.2 to 0\.5 rad", used.message)
     assert row is not None
-    assert [float(one) for one in row.groups()] == pytest.approx([min(works), max(works)], abs=0.03)
+    told = [float(one or row[1]) for one in row.groups()]
+    assert told == pytest.approx([min(works), max(works)], abs=0.03)
     times = np.linspace(motion.start_time, motion.end_time, 300)
     moved = [np.abs(np.diff(one.trajectory(times), axis=0)).sum() for one in (plan, fixed)]
     assert moved[0] < 0.98 * moved[1]

@@ -15,6 +15,7 @@ from knotwork.cli.parameters import (
     PASSED,
     GivenPath,
     NewPath,
+    Seconds,
     budget_option,
     full_option,
     json_option,
@@ -35,7 +36,13 @@ from knotwork.trajectory import JointTrajectory
 @click.command(epilog=EXIT_CODES)
 @click.argument("source", metavar="PLAN", type=GivenPath())
 @click.argument("task", metavar="SCENARIO")
-@click.option("--at", type=float, required=True, metavar="TIME", help="The moment, in s.")
+@click.option(
+    "--at",
+    type=Seconds(zero=True),
+    required=True,
+    metavar="TIME",
+    help="The moment, for example 3.2 or 3.2s.",
+)
 @click.option(
     "--out",
     "-o",

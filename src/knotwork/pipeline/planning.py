@@ -242,7 +242,10 @@ def _with_chosen_times(
         clear = with_ways(scenario, ends)
         return _with_chosen_times(clear, clear.free or free, planner, knots, left(), progress, None)
 
-    first = first_with_ways(lambda solution: timed(solution, left()), solve, MOST_TIMED)
+    def begun(solution: TaskSolution | None) -> Plan:
+        return timed(solution, budget if solution is None else left())
+
+    first = first_with_ways(begun, solve, MOST_TIMED)
     return best_of_sequences(first, solve, another, MOST_TIMED, around)
 
 

@@ -29,8 +29,11 @@ depend on their errors only to second order."""
 
 def horner(c: FloatArray, s: FloatArray) -> FloatArray:
     """Evaluate polynomials with coefficients c[k, ...], highest power first, at s[..., ...]."""
-    value: FloatArray = c[0] + 0.0 * s
-    for coefficient in c[1:]:
+    if len(c) == 1:
+        return np.asarray(c[0] + 0.0 * s)
+    value: FloatArray = c[0] * s
+    value += c[1]
+    for coefficient in c[2:]:
         value *= s
         value += coefficient
     return value

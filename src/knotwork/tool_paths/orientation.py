@@ -91,29 +91,35 @@ class OrientationCurve:
         # Index of the piece that begins at each break.
         self._firsts = np.abs(self.breaks[:, None] - self.s).argmin(axis=1)
         # Vectors v of each piece, shape (m - 1, 5, 3).
-        self._v = np.array([self._vectors(i) for i in range(count - 1)])
+        self._v = self._vectors()
         self._bounds = TurnBounds(self._v)
         # Nothing turns, or every piece turns evenly: then there are shorter ways.
         spread = np.abs(np.diff(self._v, axis=1)).max()
         self._even = bool(spread <= EVEN)
         self._still = self._even and not self._v.any()
 
-    def _vectors(self, i: int) -> FloatArray:
-        """Rotation vectors v1 to v5 of piece i, shape (5, 3)."""
-        R0, R1, h = self.rotations[i], self.rotations[i + 1], self._steps[i]
-        angle = float(np.linalg.norm(logarithm(R0.T @ R1)))
-        a, b = h * R0.T @ self.rates[i, 1], h * R1.T @ self.rates[i + 1, 0]
-        change_a = h**2 * R0.T @ self.changes[i, 1]
-        change_b = h**2 * R1.T @ self.changes[i + 1, 0]
-        v = np.zeros((5, 3))
-        v[0], v[1] = a / 5.0, a / 5.0 + change_a / 20.0
-        v[4] = b / 5.0
-        v[3] = v[4] - exponentials(v[4:])[0] @ change_b / 20.0
-        E = exponentials(v)
-        v[2] = logarithm((E[0] @ E[1]).T @ (R0.T @ R1) @ (E[3] @ E[4]).T)
-        if max(angle, float(np.linalg.norm(v[2]))) > HALF_TURN:
+    def _vectors(self) -> FloatArray:
+        """Rotation vectors v1 to v5 of each piece, shape (m - 1, 5, 3)."""
+        h, back = self._steps[:, None], self.rotations.transpose(0, 2, 1)
+        start, end = back[:-1], back[1:]
+        whole = start @ self.rotations[1:]
+        a, b = h * _applied(start, self.rates[:-1, 1]), h * _applied(end, self.rates[1:, 0])
+        change_a = h**2 * _applied(start, self.changes[:-1, 1])
+        change_b = h**2 * _applied(end, self.changes[1:, 0])
+        v = np.zeros((len(h), 5, 3))
+        v[:, 0], v[:, 1] = a / 5.0, a / 5.0 + change_a / 20.0
+        v[:, 4] = b / 5.0
+        v[:, 3] = v[:, 4] - _applied(exponentials(v[:, 4]), change_b) / 20.0
+        E = exponentials(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
+        rest = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ whole
+        rest = rest @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
+        v[:, 2] = [logarithm(R) for R in rest]
+        angle = np.linalg.norm([logarithm(R) for R in whole], axis=1)
+        far = np.maximum(angle, np.linalg.norm(v[:, 2], axis=1)) > HALF_TURN
+        if far.any():
+            i = int(far.argmax())
             raise unplaced(
-                f"the tool turns by {math.degrees(angle):.6g} deg between arc lengths {{start}} "
+                f"the tool turns by {math.degrees(angle[i]):.6g} deg between arc lengths {{start}} "
                 "and {end}; it must be less than 180 deg from one given rotation to the next: give "
                 "one between",
                 start=float(self.s[i]),
@@ -339,3 +345,8 @@ class OrientationCurve:
         np.maximum.at(found[0], row, rate / step)
         np.maximum.at(found[1], row, change / step**2)
         return found
+
+
+def _applied(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Matrices (k, 3, 3) times vectors (k, 3)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])

@@ -122,22 +122,24 @@ class PolynomialCurve(Curve):
         """
         points = np.asarray(points, dtype=float)
         s: FloatArray = np.clip(np.array(guess, dtype=float), 0.0, self.length)
-        going = np.arange(s.size)
+        going, here = np.arange(s.size), self.derivatives(s, 2)
         for _ in range(ITERATIONS):
-            at, tangent, bend = self.derivatives(s[going], 2)
+            at, tangent, bend = here
             off = at - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
             for _ in range(ITERATIONS):
                 following = np.clip(s[going] + step, 0.0, self.length)
-                farther = _norm(self.position(following) - points[going]) > before * (1 + 1e-12)
+                there = self.derivatives(following, 2)
+                farther = _norm(there[0] - points[going]) > before * (1 + 1e-12)
                 if not farther.any():
                     break
                 step = np.where(farther, 0.5 * step, step)
             moved = np.abs(following - s[going])
             s[going] = following
-            going = going[moved > 1e-10 * self.length]
+            on = moved > 1e-10 * self.length
+            going, here = going[on], [one[on] for one in there]
             if not going.size:
                 break
         return s
