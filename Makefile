@@ -56,7 +56,7 @@ placement: $(VENV)/dev
 
 $(VENV)/base: constraints.txt pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Python 3.10 or newer is needed; set PYTHON=/path/to/python3" >&2; exit 2; }
-	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 236 MB (133 MB of them models of robots), for the tests about 600 MB"
+	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 236 MB (133 MB of them models of robots), for the tests about 660 MB"
 	"$(PYTHON)" -m venv --clear $(VENV)
 	$(PIP) install --quiet --constraint constraints.txt hatchling editables
 	@touch $@

@@ -121,6 +121,7 @@ def test_a_motion_is_checked_without_a_scenario(
         (("--robot", "panda", "--limits", f"{{acceleration: {accelerations.max()}}}"), 0, "100 %"),
         (("--robot", "panda", "--limits", f"{{acceleration: {accelerations.max() - 0.1}}}"), 1, ""),
         (("--robot", "panda", "--limits", "fast"), 2, "limits are 'fast'"),
+        (("--robot", "panda", "--limits", "{accel: 5}"), 2, "command line: limits.accel"),
         (("--robot", "ur5"), 2, "robot 'ur5' has no joint"),
         (("--limits", "{jerk: 1}"), 2, "goes with --robot"),
         (("--robot", "panda", "-s", "panda_pick_place"), 2, "neither a scenario"),

@@ -157,7 +157,12 @@ def _judged(
     """The report, the scenario that it is about, and of how many pieces the motion is."""
     if alone is not None:
         made = (alone.robot, alone.scene, alone.limits)
-        motion, scenario, _, report = pipeline.check_alone(trajectory, *made)
+        try:
+            motion, scenario, _, report = pipeline.check_alone(trajectory, *made)
+        except DocumentError as error:
+            if error.file is None:
+                raise DocumentError("command line", error.problems) from error
+            raise
         return report, scenario, len(motion.polynomial.x) - 1
     if reference is not None:
         try:
