@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.kinematics.chain.joint_ranges import AT_LIMIT, all_turns
 
 COUNT = 400
 
@@ -67,22 +65,3 @@ def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_p
     assert "w333" in worst
     assert "w331" in others
     assert "w335" in others
-
-
-def test_only_the_turns_that_fit_are_found_however_they_are_looked_for() -> None:
-    """Against all combinations of whole turns, tried one by one."""
-    rng = np.random.default_rng(5)
-    for name in ("panda", "z1", "ur5", "kinova"):
-        arm = kw.load_robot(name)
-        lower = np.maximum(arm.lower_position_limit, -9)
-        upper = np.minimum(arm.upper_position_limit, 9)
-        for scale in (0.9, 1.0, 1.3):
-            q = rng.uniform(lower, upper) * scale
-            expected = []
-            for i in range(arm.dof):
-                turning = np.isfinite(arm.upper_position_limit[i]) and arm.joint_units[i] == "rad"
-                turns = 2 * np.pi * np.arange(-3, 4) if turning else np.zeros(1)
-                low, high = arm.lower_position_limit[i], arm.upper_position_limit[i]
-                fits = [x for x in q[i] + turns if low - AT_LIMIT <= x <= high + AT_LIMIT]
-                expected.append(len(fits))
-            assert len(all_turns(arm, q)) == np.prod(expected)

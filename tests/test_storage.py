@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import stat
 from pathlib import Path
 from typing import Any
 
@@ -153,13 +152,6 @@ def test_files_are_replaced_and_others_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "b.txt").read_bytes() == "ü\n".encode()
     assert (tmp_path / "mine.txt").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 3
-
-
-def test_files_have_the_permissions_of_any_new_file(tmp_path: Path) -> None:
-    (tmp_path / "plain").write_text("")
-    storage.write_files(tmp_path, {"a": ""})
-    modes = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("a", "plain")]
-    assert modes[0] == modes[1]
 
 
 @pytest.mark.parametrize("failing", [1, 2, 3])
@@ -326,9 +318,3 @@ def test_a_missing_or_binary_file_is_an_error(tmp_path: Path, knotwork: Command)
         ran = knotwork("check", path, "--scenario", "ur5_deburring")
         assert ran.code == 2
         assert ran.err.startswith("error: ")
-
-
-def test_a_trajectory_of_another_robot_is_an_error(stored: Path, knotwork: Command) -> None:
-    ran = knotwork("check", stored, "--scenario", "paper_case")
-    assert ran.code == 2
-    assert "lacks joint joint_1" in ran.err

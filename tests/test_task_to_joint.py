@@ -11,7 +11,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork.errors import BranchError, DocumentError
+from knotwork.errors import BranchError
 from knotwork.scenario.joint_space import joint_space
 from knotwork.task_to_joint import TaskSolution, solve_task
 from shipped import SCENARIO_FILES
@@ -254,21 +254,6 @@ def test_scenarios_say_which_solutions_were_taken(name: str, knotwork: Command) 
         assert set(choice.reason.split()) <= set(ran.out.split())
         assert choice.solutions >= choice.branches >= 1
         assert choice.sampled == (name == "panda_pick_place")
-
-
-@pytest.mark.parametrize(
-    ("branch", "message"),
-    [("any", "free"), ({}, "names no branch"), ({"elbow": "left"}, "up"), (3, "free, keep, fixed")],
-)
-def test_what_branch_accepts(branch: object, message: str) -> None:
-    with pytest.raises(DocumentError, match=message):
-        kw.load_scenario(
-            {
-                "robot": "ur5",
-                "branch": branch,
-                "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
-            }
-        )
 
 
 def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_do() -> None:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from motions import hermite_data, motion
 from replay import hermite
 
-from knotwork.errors import ExportError, InputError, UnknownNameError
+from knotwork.errors import ExportError, InputError
 from knotwork.trajectory import JointTrajectory
 
 
@@ -83,11 +83,6 @@ def test_steps_add_up() -> None:
         assert abs(total - Fraction(end)) < 1e-13
 
 
-def test_unknown_joints() -> None:
-    with pytest.raises(UnknownNameError, match="slide"):
-        motion().to_pvt(offset={"slid": 1.0})
-
-
 @pytest.mark.parametrize("value", [0.0, True, 10**400, 1j, "2", None])
 def test_scales_that_are_no_numbers(value: object) -> None:
     with pytest.raises(InputError, match="scale of joint 'a'"):
@@ -129,10 +124,3 @@ def test_offsets_that_lose_the_motion_are_refused(value: float, scale: float) ->
     _, _, rows = read(motion().to_pvt(offset={"slide": most}, scale={"slide": scale}))
     back = (rows[:, 5] - most) / scale
     assert back == pytest.approx(motion().knots.position[:, 2], abs=1e-9)
-
-
-def test_a_joint_at_rest_takes_any_offset() -> None:
-    flat = np.zeros((2, 1))
-    curve = JointTrajectory.from_knots(["a"], [0.0, 1.0], flat, flat)
-    _, _, rows = read(curve.to_pvt(offset={"a": 1e20}))
-    assert (rows[:, 1] == 1e20).all()

@@ -77,22 +77,6 @@ def test_times_do_not_drift() -> None:
         assert abs(off) <= Fraction(1, 2) or (i == 1000 and -1 < off <= 0)
 
 
-def test_the_first_point_is_the_start_whatever_the_clock() -> None:
-    message = accepted_by_ros2(motion().to_ros2(), goal=False)
-    first = message["points"][0]
-    assert first["time_from_start"] == {"sec": 0, "nanosec": 0}
-    assert first["positions"] == motion()(1.0).tolist()
-    assert first["velocities"] == motion()(1.0, 1).tolist()
-    assert message["joint_names"] == ["a", "b", "slide"]
-
-
-@pytest.mark.parametrize("value", [1e-5, 1e22, -3e-300, 5e-324, 0.1, 2.0, -0.0])
-def test_numbers_are_numbers_in_yaml_1_1(value: float) -> None:
-    curve = JointTrajectory.from_knots(["a"], [0, 1], [[value], [value]], [[0], [0]])
-    message = accepted_by_ros2(curve.to_ros2(), goal=False)
-    assert message["points"][0]["positions"] == [value]
-
-
 def test_a_quintic_says_why_it_can_not_go() -> None:
     with pytest.raises(ExportError, match="degree 5") as caught:
         motion("quintic").to_ros2()

@@ -14,7 +14,6 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from knotwork import plan
 from knotwork.errors import DocumentError
 from knotwork.foreign import read_trajectory
 from knotwork.trajectory import JointTrajectory
@@ -321,13 +320,6 @@ def test_a_message_that_moves_more_than_its_joints_is_refused(
             read(path)
 
 
-def test_a_file_of_two_trajectories_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "two.json"
-    path.write_text(json.dumps({"trajectory": message(2), "joint_trajectory": message(1)}))
-    with pytest.raises(DocumentError, match="joint_trajectory: is given beside 'trajectory'"):
-        read(path)
-
-
 @pytest.mark.parametrize("wrap", ["trajectory", "joint_trajectory", "goal"])
 def test_messages_inside_others(tmp_path: Path, wrap: str) -> None:
     data = {wrap: message(2, header={"frame_id": ""})}
@@ -510,16 +502,6 @@ def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
     file = tmp_path / "bad.json"
     file.write_text(json.dumps(change(data, where, value)))
     assert said in str(refused(file))
-
-
-@pytest.mark.parametrize("nanosec", [-5, 1_000_000_000, 2_000_000_007])
-def test_nanoseconds_that_ros_2_can_not_say_are_refused(tmp_path: Path, nanosec: int) -> None:
-    message = yaml.safe_load(plan("paper_case").trajectory.to_ros2())
-    message["points"][1]["time_from_start"]["nanosec"] = nanosec
-    file = tmp_path / "message.yaml"
-    file.write_text(yaml.safe_dump(message), encoding="utf-8")
-    with pytest.raises(DocumentError, match=rf"points\[1\].*nanosec: {nanosec} is out of range"):
-        read_trajectory(file, ("joint_1",), ("rad",))
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])

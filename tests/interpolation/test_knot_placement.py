@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from knotwork.errors import InputError, KnotError, UnknownNameError
+from knotwork.errors import InputError, KnotError
 from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
 from sweeps import examples
 
@@ -25,11 +25,6 @@ def test_balanced_reaches_as_far_as_the_nearer_neighbour_allows():
     t = placed(X, "balanced", doubled_ends=True)
     np.testing.assert_allclose(t, [0, 1, 4, 6, 13, 17, 23, 25])
     np.testing.assert_allclose(placed([0, 4], "balanced", True), [0, 0.8, 3.2, 4])
-
-
-def test_balanced_by_name_is_the_default_of_its_class():
-    assert BalancedKnots() == BalancedKnots(c=0.2)
-    np.testing.assert_array_equal(placed(X, "balanced"), placed(X, BalancedKnots(0.2)))
 
 
 @pytest.mark.parametrize("c", [0.0, -0.1, 0.5000001, np.nan, np.inf, "a", None])
@@ -131,11 +126,6 @@ def test_wrong_count_names_the_first_interval_that_is_wrong(
 def test_knots_that_are_no_knots(knots, says):
     with pytest.raises(KnotError, match=says):
         placed(X, knots)
-
-
-def test_unknown_rule():
-    with pytest.raises(UnknownNameError, match="did you mean 'balanced'"):
-        placed(X, "balance")
 
 
 def test_a_spline_takes_knots_a_rounding_away_from_its_waypoints():

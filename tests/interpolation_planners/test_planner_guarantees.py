@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pkgutil import resolve_name
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -116,18 +114,6 @@ def test_values_out_of_range_are_an_error_and_no_nan(name):
     )
     with pytest.raises(InputError, match=r"floating-point|finite|short|resol"):
         plan(name, waypoints)
-
-
-def test_the_specs_say_what_the_docstrings_say():
-    assert list(PLANNER_SPECS) == list(PLANNERS)
-    for name, record in PLANNER_SPECS.items():
-        assert record.name == name
-        assert record.summary
-        assert record.guarantees
-        assert record.cannot
-        make = resolve_name(f"knotwork.interpolation.{record.makes}")
-        first_line = make.__doc__.splitlines()[0]
-        assert f"C{record.continuity} smooth" in first_line
 
 
 def test_the_papers_case_by_cubics_jumps_at_b_and_c():

@@ -180,14 +180,6 @@ def test_the_same_question_has_the_same_answer() -> None:
     assert not first.q.flags.writeable
 
 
-def test_a_start_outside_the_limits_is_only_a_wish() -> None:
-    pose = PLANAR.forward([2.8, 0.5])
-    found = solve_pose_ik(PLANAR, pose, [4.0, 0.5])
-    np.testing.assert_allclose(found.q, [2.8, 0.5], atol=1e-8)
-    q = solve_pose_ik(UR5, UR5.forward(np.ones(6)), np.full(6, 50.0)).q
-    assert_solves(UR5, UR5.forward(np.ones(6)), q)
-
-
 def test_out_of_reach_says_how_far() -> None:
     """The two-link arm ends 0.9 m from its base."""
     pose = pin.SE3(pin.utils.rotate("z", 0.3), 1.5 * np.array([np.cos(0.3), np.sin(0.3), 0]))

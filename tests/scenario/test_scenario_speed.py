@@ -108,13 +108,6 @@ def test_a_tool_that_follows_a_circle_turns_with_it(
     np.testing.assert_allclose(waypoint.linear, velocity, atol=1e-12)
 
 
-@pytest.mark.parametrize("index", range(5))
-def test_along_a_straight_line_the_direction_is_the_line_s(index: int) -> None:
-    along = np.array([1.0, 2.0, -2.0]) / 3
-    points = [0.1 + s * along for s in (0.0, 0.05, 0.2, 0.21, 0.5)]
-    np.testing.assert_allclose(passing(points, index).linear, SPEED * along, atol=1e-12)
-
-
 @pytest.mark.parametrize("index", [0, 1])
 def test_two_poses_are_joined_by_a_line_and_an_even_turn(index: int) -> None:
     turn = Rotation.from_rotvec([0.2, -0.5, 0.9])

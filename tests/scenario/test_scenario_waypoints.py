@@ -49,12 +49,6 @@ def test_times_are_absolute_or_since_the_waypoint_before() -> None:
     np.testing.assert_array_equal(scenario.times, [0, 1.5, 4, 4.5, 5])
 
 
-def test_the_first_waypoint_may_be_at_any_time() -> None:
-    np.testing.assert_array_equal(joints({"time": -2}, {"time": 1}).times, [-2, 1])
-    np.testing.assert_array_equal(joints({"time": 3}, {"after": 1}).times, [3, 4])
-    np.testing.assert_array_equal(joints({"after": 3}, {"after": 1}).times, [3, 4])
-
-
 def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
     scenario = load_scenario(
         {"robot": "ur5", "start": "home", "waypoints": [{"pose": POSE, "after": 2}]}
@@ -131,12 +125,6 @@ def test_the_end_of_a_wait_has_a_name_of_its_own(first: bool) -> None:
     field, says = refused_joints(*given)
     assert field == f"waypoints[{0 if first else 1}].name"
     assert "'pick, after the wait' is the name of another waypoint" in says
-
-
-def test_start_is_the_name_of_the_start() -> None:
-    waypoint = {"name": "start", "joints": {"a": 1}, "time": 1}
-    assert refused({"start": {"a": 0}, "waypoints": [waypoint]})[0] == "waypoints[0].name"
-    assert joints({"name": "start"}, {"after": 1}).waypoints[0].name == "start"
 
 
 # Speeds
@@ -307,18 +295,6 @@ def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
     assert scenario.source == path
     assert scenario.relative_to == tmp_path
     assert scenario.waypoints[1].where == f"{path}: line 1: waypoints[1]"
-
-
-def test_a_mapping_is_not_changed_and_not_kept() -> None:
-    mapping: dict[str, Any] = {
-        "waypoints": [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
-    }
-    scenario = load_scenario(mapping)
-    mapping["waypoints"][0]["joints"]["a"] = 9
-    state = joint_space(scenario).targets[0]
-    assert state is not None
-    assert state.position == [0]
-    assert mapping["waypoints"][1] == {"joints": {"a": 1}, "after": 1}
 
 
 def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -> None:

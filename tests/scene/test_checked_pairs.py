@@ -148,17 +148,6 @@ ARM = [PEDESTAL, UPPER, FOREARM, joint("shoulder", "base", "upper"), ELBOW]
 POINTER = {"shape": {"box": [0.02, 0.02, 0.3]}}
 
 
-def test_an_srdf_that_names_a_link_called_tool_says_nothing_of_the_scenarios_tool(
-    tmp_path: Path,
-) -> None:
-    disabled = '<disable_collisions link1="tool" link2="upper" reason="Never"/>'
-    (tmp_path / "arm.srdf").write_text(f'<robot name="arm">{disabled}</robot>')
-    arm = robot(tmp_path, [*ARM, *HAND], tool_frame="tool", collision={"srdf": "arm.srdf"})
-    report = turn(arm, [0, 1.5], [0, 3.1], tool=POINTER)
-    assert [name for name, one in clearances(report).items() if not one.ok] == ["tool, upper"]
-    assert "the SRDF disables it (never): upper and link:tool" in said(report, "pairs_not_checked")
-
-
 @pytest.mark.parametrize("key", ["ignore", "allow"])
 def test_a_name_of_a_link_and_of_the_tool_has_to_say_which(key: str, tmp_path: Path) -> None:
     arm = robot(tmp_path, [*ARM, *HAND], tool_frame="tool")

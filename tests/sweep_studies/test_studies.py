@@ -52,11 +52,6 @@ def test_rows_say_what_plans_say(lifted: Path) -> None:
     assert study.best("velocity_use")["waypoints[up].after"] == 3.0
 
 
-def test_a_study_in_memory_has_the_same_rows(lifted: Path) -> None:
-    study = kw.sweep(LIFT, VARY, workers=0, chunk=3)
-    assert without_time(study) == without_time(kw.Study.open(lifted))
-
-
 def test_going_on_does_only_what_is_missing(lifted: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(lifted, tmp_path / "lift")
     files = sorted(folder.rglob("*.parquet"))
@@ -180,16 +175,6 @@ def test_it_stops_when_enough_rows_pass() -> None:
 def test_options_that_are_refused(options: dict[str, Any], said: str) -> None:
     with pytest.raises(kw.InputError, match=said):
         kw.sweep(LIFT, VARY, **options)
-
-
-def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(kw.InputError, match=r"'distributed'.*knotwork\[sweep\]"):
-        kw.sweep(LIFT, VARY, scheduler="tcp://host:8786")
-    assert len(kw.sweep(LIFT, VARY, workers=2, chunk=5)) == 10  # needs no Dask
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(kw.InputError, match=r"'pyarrow'.*knotwork\[sweep\]"):
-        kw.sweep(LIFT, VARY, workers=0)
 
 
 def test_the_best_row_is_frozen_with_its_comments(tmp_path: Path) -> None:

@@ -236,21 +236,6 @@ def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
     assert [axis.get_title() for axis in figure.axes[:2]] == ["modified-hermite", "trapezoidal"]
 
 
-def test_angles_and_lengths_do_not_share_a_panel() -> None:
-    trajectory = kw.JointTrajectory.from_knots(
-        ("turn", "slide"),
-        [0.0, 1.0, 2.0],
-        [[0, 0], [1, 0.1], [2, 0.3]],
-        [[0, 0], [1, 0.1], [0, 0]],
-        joint_units=("rad", "m"),
-    )
-    figure = plot_joints(trajectory, quantities=["position", "velocity"], degrees=True)
-    labels = [axis.get_ylabel() for axis in figure.axes]
-    assert labels == ["position [deg]", "position [m]", "velocity [deg/s]", "velocity [m/s]"]
-    assert data(lines(figure.axes[0], "curve")[0])[1][-1] == pytest.approx(math.degrees(2))
-    assert data(lines(figure.axes[1], "curve")[0])[1][-1] == pytest.approx(0.3)
-
-
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
     figure = plot_joints(deburring.trajectory, scenario=deburring.scenario)
     assert "edge start" in [text.get_text() for text in waypoint_names(figure.axes[0])]
@@ -274,23 +259,6 @@ def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
         assert dict(mpl.rcParams) == before
     assert figure.axes[0].yaxis.label.get_fontsize() < 15
     assert figure.axes[0].get_facecolor() == (1.0, 1.0, 1.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        ({"joints": ["elbow_join"]}, "did you mean 'elbow_joint'"),
-        ({"quantities": ["speed"]}, "unknown quantity 'speed'"),
-        ({"quantities": ["velocitiy"]}, "did you mean 'velocity'"),
-        ({"joints": []}, "no joint is chosen"),
-        ({"labels": ["a", "b"]}, "one for each of 1"),
-    ],
-)
-def test_what_can_not_be_drawn_is_an_error(
-    deburring: Plan, options: dict[str, Any], says: str
-) -> None:
-    with pytest.raises(InputError, match=says):
-        plot_joints(deburring, **options)
 
 
 def test_motions_that_do_not_belong_together_are_an_error(

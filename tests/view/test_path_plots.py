@@ -91,13 +91,6 @@ def test_deviation_of_an_arc_is_its_distance_from_the_circle(seam: Plan) -> None
         assert off[i] == pytest.approx(away, abs=1e-6)
 
 
-def test_straight_paths_are_for_intervals_that_are_no_path(seam: Plan) -> None:
-    axis = panel(plot_tool(seam), "off straight path")
-    time, _ = data(lines(axis, "curve")[0])
-    assert time[0] == seam.scenario.waypoints[4].time
-    assert time[-1] == seam.scenario.waypoints[5].time
-
-
 def test_what_is_beyond_a_tolerance_stands_out_and_is_said(seam: Plan, loose: Plan) -> None:
     figure = plot_tool([seam, loose])
     axis = panel(figure, "off tool path")

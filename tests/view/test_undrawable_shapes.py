@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -14,11 +13,8 @@ from command_line import Command
 from drawn import (
     beside_an_arm,
     coloured_cube,
-    faces,
     mesh_visuals,
-    scene,
     shape_warnings,
-    thing,
     tower,
 )
 
@@ -145,18 +141,6 @@ def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
     assert not [line for line in shape_warnings(robot) if "is not read" in line]
     monkeypatch.setattr("knotwork.view.links.MOST_BYTES", len(GOOD))
     assert "flat.stl is not read" in shape_warnings(robot)[0]
-
-
-def test_a_mesh_whose_faces_all_share_a_point_is_drawn(tmp_path: Path) -> None:
-    """A mean over each pair of them would take hundreds of gigabytes."""
-    turn = np.linspace(0.0, 6.0, 100_001)
-    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
-    record = np.zeros(100_000, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("a", "<u2")])
-    record["corners"][:, 1], record["corners"][:, 2] = rim[:-1], rim[1:]
-    path = tmp_path / "disc.stl"
-    path.write_bytes(bytes(80) + len(record).to_bytes(4, "little") + record.tobytes())
-    mesh = thing(scene(beside_an_arm({"mesh": str(path), "visual": True})), "objects")
-    assert len(faces(mesh)) == 100_000
 
 
 def test_meshes_come_from_the_users_packages(
