@@ -216,6 +216,7 @@ IMPORTED_BY_TESTS = {
         "kinematics.geometry",
         "kinematics.sequence",
         "kinematics.solutions",
+        "retiming",
         "robot.description",
         "robot.joint_axes",
         "robot.joint_tree",

@@ -100,7 +100,7 @@ def test_segments(plan: kw.Plan) -> None:
         ),
         (
             {"end": do({"arc": "on"}, {"output": 3, "value": False})},
-            r"do\[1\]: output 3 off .*comes at .* not after arc on .* the other order",
+            r"do\[1\]: arc off .*comes at .* not after arc on .* the other order",
         ),
         (
             {"seam": do({"a": 1, "after": 3.5}), "end": do({"a": 0})},
@@ -169,3 +169,27 @@ def test_repeated_waypoints_repeat_their_events() -> None:
     turn[1]["do"][0]["before"] = 1.5
     with pytest.raises(DocumentError, match=r"repeat\[1\]\.do\[0\]: jaw close \(close 1\) comes"):
         kw.load_scenario(task)
+
+
+def warned(plan: kw.Plan) -> list[str]:
+    return [one.message for one in plan.report.findings if one.group == "Warnings"]
+
+
+def test_what_stays_on_and_what_is_on_already_is_warned_of() -> None:
+    def joints(*actions: dict[str, Any]) -> kw.Plan:
+        ends = [{"joints": {"a": 0}, **do(*actions)}, {"joints": {"a": 1}, "after": 2}]
+        return kw.plan({"outputs": {"arc": 1}, "waypoints": ends})
+
+    assert warned(joints({"arc": "on"}, {"arc": "off", "after": 1}, {"jaw": "close"})) == []
+    assert warned(joints({"arc": "on"}, {"feed": 2})) == [
+        "arc on at 0.000 s: the motion ends with it on"
+    ]
+    twice = joints(
+        {"arc": "on"}, {"output": 1, "value": True, "after": 1}, {"arc": "off", "after": 2}
+    )
+    assert warned(twice) == ["arc on at 1.000 s: it is so since 0.000 s"]
+
+
+def test_an_output_has_one_name() -> None:
+    with pytest.raises(DocumentError, match=r"outputs: 'gas' and 'arc' are both output 1; give"):
+        kw.load_scenario(weld() | {"outputs": {"gas": 1, "arc": 1}})

@@ -252,8 +252,8 @@ def test_what_is_switched_keeps_its_place_on_the_path() -> None:
     assert [one.time for one in slow.events] == pytest.approx([2 * one.time for one in plan.events])
     assert [one.output for one in slow.events] == [None, 3, 7, 7]
     assert slow.segments[1].start == pytest.approx(4)
-    assert [one.said for one in plan.stop(2.2).events] == ["arc on"]
-    assert not plan.stop(2.2, on_path=False).events
+    assert [one.said for one in plan.stop(2.2).events] == ["output 3 on", "arc on"]
+    assert [one.said for one in plan.stop(2.2, on_path=False).events] == ["output 3 on"]
 
 
 @pytest.mark.parametrize(

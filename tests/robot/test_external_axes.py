@@ -71,6 +71,9 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
     assert moved[plain][1:].max() > 0.3
     assert moved[follows][1:].max() < 0.02
     assert moved[follows][0] == pytest.approx(motion.path.length, abs=0.01)
+    (row,) = follows.report.select(group="Freedom")
+    assert row.value == pytest.approx(moved[follows][0], abs=1e-3)
+    assert "bead start to bead end: rail 1" in row.brief
 
 
 @pytest.mark.parametrize(

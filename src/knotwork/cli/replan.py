@@ -15,12 +15,14 @@ from knotwork.cli.parameters import (
     PASSED,
     GivenPath,
     NewPath,
+    Seconds,
     budget_option,
     full_option,
     json_option,
     package_path_option,
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
+from knotwork.cli.progress import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError
@@ -34,7 +36,13 @@ from knotwork.trajectory import JointTrajectory
 @click.command(epilog=EXIT_CODES)
 @click.argument("source", metavar="PLAN", type=GivenPath())
 @click.argument("task", metavar="SCENARIO")
-@click.option("--at", type=float, required=True, metavar="TIME", help="The moment, in s.")
+@click.option(
+    "--at",
+    type=Seconds(zero=True),
+    required=True,
+    metavar="TIME",
+    help="The moment, for example 3.2 or 3.2s.",
+)
 @click.option(
     "--out",
     "-o",
@@ -66,7 +74,8 @@ def replan(
     motion, current = _motion(source, asked)
     try:
         begun = pipeline.scenario_from(motion, at, asked, current)
-        made = pipeline.plan(begun, budget=budget)
+        with shown_progress(task, as_json) as progress:
+            made = pipeline.plan(begun, budget=budget, progress=progress)
     except DocumentError as error:
         if error.file is not None:
             raise

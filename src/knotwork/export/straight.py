@@ -21,6 +21,7 @@ TOLERANCE = 1e-3
 """Of straight lines between points, by default [rad or m]."""
 TICK = 1e-3
 """Programs have times in whole milliseconds [s]."""
+GOES_ON = "; to go on from another motion, stop that first (plan.stop), and begin where it stops"
 _DIGIT = np.radians(0.5e-6)
 STRAIGHT: Mapping[str, Any] = {
     "krl": {"written": _DIGIT},
@@ -189,7 +190,8 @@ def refuse_moving(trajectory: JointTrajectory) -> None:
             raise ExportError(
                 f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} {unit}/s, and "
                 "this format is for motions from rest to rest; add a waypoint with stop: true "
-                f"{'before' if where == 'starts' else 'after'} it",
+                f"{'before' if where == 'starts' else 'after'} it"
+                f"{GOES_ON if where == 'starts' else ''}",
                 joint=name,
                 error=float(speeds[joint]),
                 time=float(time),

@@ -10,11 +10,13 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.pipeline.scene_then import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
+from knotwork.scenario.events import action_of
 from knotwork.scenario.repeats import expanded
 from knotwork.scenario.waypoint_reader import START
-from knotwork.task import EndAcceleration, PlainTask, Task
+from knotwork.task import Action, EndAcceleration, PlainTask, Task
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory.events import on_at
 
 
 def scenario_from(
@@ -60,7 +62,8 @@ def _task_from(
         for i, one in enumerate(task.waypoints)
     ]
     first = task.start is None and len(goals) > 1
-    name = goals.pop(0).name if first else START
+    own = goals.pop(0) if first else None
+    name = own.name if own is not None else START
     for held in held_at(current, at) if current is not None else ():
         if task.tool is None or held not in task.tool.holds:
             raise InputError(
@@ -69,8 +72,20 @@ def _task_from(
                 "}` with its shape"
             )
     units = si_factors(task.units)
-    state = {"name": name, "time": 0.0, "joints": by_joint(motion, q, *units)}
+    state: dict[str, Any] = {"name": name, "time": 0.0, "joints": by_joint(motion, q, *units)}
     state["velocity"] = by_joint(motion, v, *units)
+    actions = [] if own is None else list(own.actions)
+    at_once = [one for one in actions if one.after is one.before is one.at is None]
+    switched: set[str | int | None] = {one.output for one in at_once}
+    switched |= {task.outputs.get(name, name) for one in at_once for name in one.signals}
+    on = (
+        one
+        for one in on_at(motion.events, at)
+        if task.outputs.get(one.name, one.signal) not in switched
+    )
+    actions = [*(Action(**action_of(one, task.outputs)) for one in on), *actions]
+    if actions:
+        state["do"] = actions
     given = task.end_acceleration
     ends = {"end": given.end} if isinstance(given, EndAcceleration) else {}
     ends["start"] = by_joint(motion, a, *units)

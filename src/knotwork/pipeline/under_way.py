@@ -16,19 +16,21 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     composed,
     cubic_through,
+    first_rest,
     inverse_time,
     joint_stop,
     override,
     stop_on_path,
 )
 from knotwork.scenario import Scenario, resolved
-from knotwork.scenario.events import segments
+from knotwork.scenario.events import action_of, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Task
 from knotwork.task.places import moved_paths
 from knotwork.task.units import si_factors
-from knotwork.trajectory import JointTrajectory
+from knotwork.trajectory import JointTrajectory, Segment
+from knotwork.trajectory.events import on_at
 from knotwork.verification import check
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -96,8 +98,8 @@ class UnderWay:
 
         Args:
             at: When the stop begins [s].
-            on_path: Stay on the path of the motion, within 1e-6 rad or m; the stop is the shortest
-                of a family of decelerations. Else each joint stops by itself, as fast as it can.
+            on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop where it rests
+                by itself, if no stop is sooner. Else each joint stops by itself, as fast as it can.
 
         Returns:
             A plan from the moment `at` on, which is its time 0. It starts with the position,
@@ -105,7 +107,8 @@ class UnderWay:
 
         Raises:
             InputError: The time is outside the motion, a joint has no limit of acceleration (or,
-                off the path, of jerk), or the motion ends before it can stop on its path.
+                off the path, of jerk), the motion ends before it can stop on its path, or it stands
+                still at that time.
 
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
         >>> swing = kw.plan({"limits": {"acceleration": 4, "jerk": 40}, "waypoints": joints})
@@ -114,6 +117,11 @@ class UnderWay:
         (True, True)
         """
         q, v, a = (self.trajectory(at, nu) for nu in range(3))
+        if first_rest(self.trajectory.polynomial, at) == at:
+            raise InputError(
+                f"{self.scenario.name}: the motion stands still at {at:g} s; there is nothing to "
+                "stop"
+            )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):
             if kind == "jerk" and on_path:
@@ -158,16 +166,20 @@ class UnderWay:
         names = self._names(motion, clock, ends)
         times = np.array(sorted(names))
         units = si_factors(scenario.task.units)
-        waypoints = [
-            {
-                "time": time,
-                "name": names[time],
-                "joints": by_joint(space, motion(time), *units),
-                "velocity": by_joint(space, motion(time, 1), *units),
-                **({"do": actions} if actions else {}),
-            }
-            for time, actions in zip(times.tolist(), self._actions(times, clock), strict=True)
-        ]
+        waits = self._waits(names, clock)
+        place = {name: time for time, name in names.items() if time not in waits.values()}
+        actions = self._actions(place, clock, span[0])
+        waypoints = []
+        for name, time in sorted(place.items(), key=lambda one: one[1]):
+            one: dict[str, Any] = {"time": time, "name": name}
+            one["joints"] = by_joint(space, motion(time), *units)
+            if time in waits:
+                one["wait"] = waits[time] - time
+            else:
+                one["velocity"] = by_joint(space, motion(time, 1), *units)
+            if actions[name]:
+                one["do"] = actions[name]
+            waypoints.append(one)
         ends_given = {
             end: by_joint(space, motion(motion.x[i], 2), *units)
             for end, i in (("start", 0), ("end", -1))
@@ -175,9 +187,17 @@ class UnderWay:
         task = _without_file(task, scenario).replace(
             **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
         )
-        return self._checked(resolved(task), motion, times)
+        asked = resolved(task)
+        parts = self._segments(clock) or segments(asked)
+        return self._checked(asked, motion, times, parts)
 
-    def _checked(self, asked: Scenario, motion: PiecewisePolynomial, times: FloatArray) -> Self:
+    def _checked(
+        self,
+        asked: Scenario,
+        motion: PiecewisePolynomial,
+        times: FloatArray,
+        parts: tuple[Segment, ...],
+    ) -> Self:
         """The plan of a motion for a task, at whose waypoints it is at some times [s]."""
         space, moved = self.space, joint_space(asked)
         trajectory = replace(
@@ -186,7 +206,7 @@ class UnderWay:
             waypoint_times=times,
             events=tuple(one.event for one in asked.events),
             loads=moved.carrying.loads(float(motion.x[0])) if moved.carrying else (),
-            segments=segments(asked),
+            segments=parts,
         )
         passed_through = JointWaypoints(
             space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
@@ -222,22 +242,57 @@ class UnderWay:
         return names
 
     def _actions(
-        self, times: FloatArray, clock: PiecewisePolynomial | None
-    ) -> list[list[dict[str, Any]]]:
-        """What is switched after each waypoint, by another clock."""
-        found: list[list[dict[str, Any]]] = [[] for _ in times]
-        first, last = (np.inf, -np.inf) if clock is None else clock(clock.x[[0, -1]])
-        for event in self.trajectory.events:
-            if clock is None or not first <= event.time <= last:
+        self, place: Mapping[str, float], clock: PiecewisePolynomial | None, start: float
+    ) -> dict[str, list[dict[str, Any]]]:
+        """What is switched at waypoints, of given times; at the first what is on already."""
+        outputs, events = self.scenario.task.outputs, self.trajectory.events
+        found: dict[str, list[dict[str, Any]]] = {name: [] for name in place}
+        begun = start + NEAR if clock is None else start - NEAR
+        found[min(place, key=place.__getitem__)] += [
+            action_of(one, outputs) for one in on_at(events, begun)
+        ]
+        if clock is None:
+            return found
+        last = float(clock(clock.x[-1])) + NEAR
+        for event in events:
+            if not begun < event.time <= last:
                 continue
             when = float(inverse_time(clock, np.array([event.time]))[0])
-            k = int(np.searchsorted(times, when + NEAR, side="right")) - 1
-            action: dict[str, Any] = {event.name: event.value}
-            if event.output is not None and event.name not in self.scenario.task.outputs:
-                action = {"output": event.output, "value": event.value}
-            after = when - float(times[k])
-            found[k].append(action | ({"after": after} if after > NEAR else {}))
+            name = event.waypoint
+            if name not in place:
+                name = max(place, key=lambda one: (place[one] <= when + NEAR, place[one]))
+            later = when - place[name]
+            moment = {"after" if later > 0.0 else "before": abs(later)}
+            found[name].append(action_of(event, outputs) | (moment if abs(later) > NEAR else {}))
         return found
+
+    def _waits(
+        self, names: Mapping[float, str], clock: PiecewisePolynomial | None
+    ) -> dict[float, float]:
+        """When the arm leaves waypoints at which it waits, by the times at which it arrives."""
+        if clock is None:
+            return {}
+        place = {name: time for time, name in names.items()}
+        points, index = self.scenario.waypoints, self.scenario.index
+        pairs = ((points[i].name, points[i + 1].name, i) for i in range(len(points) - 1))
+        return {
+            place[one]: place[other]
+            for one, other, i in pairs
+            if index[i] == index[i + 1] and one in place and other in place
+        }
+
+    def _segments(self, clock: PiecewisePolynomial | None) -> tuple[Segment, ...]:
+        """What a motion by another clock consists of; empty where that is not known."""
+        if clock is None:
+            return ()
+        first, last = clock(clock.x[[0, -1]])
+        found = []
+        for one in self.trajectory.segments:
+            ends = np.array([max(one.start, first), min(one.end, last)])
+            if ends[1] - ends[0] > NEAR:
+                start, end = inverse_time(clock, ends).tolist()
+                found.append(replace(one, start=start, end=end))
+        return tuple(found)
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:
@@ -257,5 +312,5 @@ def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArra
     """Times of the waypoints that a clock passes [s]."""
     first, last = clock(clock.x[[0, -1]])
     times = scenario.times
-    passed: FloatArray = times[(times >= first) & (times <= last)]
+    passed: FloatArray = times[(times >= first - NEAR) & (times <= last + NEAR)]
     return passed

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
+from knotwork.polynomial.refined import part
 from knotwork.retiming.composition import composed, cubic_through
+from knotwork.retiming.shortest import shortest_stop
 from knotwork.waypoints import FloatArray
 
-SAMPLES = 12
-"""Places of each phase of a stop where limits are compared before the exact extrema decide."""
-SHARES = (0.999, 0.97, 0.9, 0.8)
+SHARES = (0.999, 0.99, 0.95)
 """Parts of the limits that the samples may take, until what lies between them keeps the limits."""
 TINY = 1e-9
 """Phases of a stop that are shorter than this [s] are none."""
-RAMPS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5])
-"""Parts of a stop in which its deceleration grows, and in which it fades."""
-SLACK = 1e-6
-"""What the optimiser may exceed a limit at a sample by, as a part of it."""
+STILL = 1e-9
+"""Velocities and accelerations below this, relative to the greatest, or to 1 in SI, are rest."""
+LATER = 3
+"""Breaks of a curve where a stop may begin later, if none is found from its first moment on."""
+GUESS = 1.3
+"""First guess of a stop on the path, in parts of what the joints need by themselves."""
+GAIN = 1e-3
+"""A stop before the curve rests by itself has to be shorter by this part to be looked for."""
 
 
 def joint_stop(
@@ -72,16 +74,13 @@ def stop_on_path(
     jerk: FloatArray,
     tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
-    """The shortest stop on the path that is found (C2 smooth, cubics).
+    """The shortest stop on the path (C2 smooth, cubics), at a speed override of 1 at most.
 
-    The override stays 1 for a while, so that a motion which already brakes may go on, and falls to
-    0 with a deceleration that grows evenly, stays, and fades evenly. Of a grid of delays, durations
-    and ramps the earliest end is taken at which no sample exceeds a limit, and made still earlier
-    by an optimiser.
+    Where the curve comes to rest by itself sooner, that is the stop.
 
     Args:
         curve: Positions over time, trailing shape (d,).
-        at: When the stop begins [s].
+        at: When the stop begins [s]; the curve moves then.
         acceleration: Limits [rad/s² or m/s²], shape (d,); infinite where there is none.
         jerk: Limits [rad/s³ or m/s³], shape (d,).
         tolerance: Greatest deviation of a joint from the path [rad or m].
@@ -89,56 +88,72 @@ def stop_on_path(
     Returns:
         The clock, which is the time of the curve over the time from the stop's beginning on [s],
         and the motion; `None` where no such stop keeps the limits before the curve ends.
+
     """
-    for share in SHARES:
-        clock = _shortest(curve, at, share * acceleration, share * jerk)
-        if clock is None:
-            return None
-        motion, _ = cubic_through(composed(curve, clock), tolerance)
-        peaks = motion.extrema(2).peak / acceleration, motion.extrema(3).peak / jerk
-        if np.max(peaks) <= 1.0:
-            return clock, motion
-    return None
-
-
-def _shortest(
-    curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
-) -> PiecewisePolynomial | None:
-    """The clock of the shortest stop of which no sample exceeds a limit."""
-    from scipy.optimize import minimize
-
-    left = float(curve.x[-1]) - at
-    delays, spans = np.linspace(0.0, left, 9), left * np.geomspace(1e-3, 2.0, 81)
-    best: tuple[float, ...] = (np.inf,)
-    for shape in product(RAMPS, RAMPS):
-        used = _used(curve, at, _unit_clock(*shape), delays, spans, acceleration, jerk)
-        ends = np.where(used.max(axis=2) <= 1.0, delays[:, None] + spans, np.inf)
-        i, j = np.unravel_index(np.argmin(ends), ends.shape)
-        best = min(best, (float(ends[i, j]), float(delays[i]), float(spans[j]), *shape))
-    if not np.isfinite(best[0]):
+    rest = first_rest(curve, at)
+    end = float(curve.x[-1]) if rest is None else rest
+    best = np.inf if rest is None else rest - at
+    tried = curve.x[(curve.x > at + TINY) & (curve.x < end - TINY)][:LATER]
+    for begin in (at, *tried.tolist()):
+        least = _least(curve, begin, acceleration, jerk)
+        if begin - at + least >= (1.0 - GAIN) * best:
+            continue
+        for share in SHARES:
+            limits = share * acceleration, share * jerk
+            clock = shortest_stop(curve, begin, end, min(GUESS * least, best), *limits)
+            if clock is None or begin - at + clock.x[-1] >= best:
+                break
+            clock = _after(clock, at, begin)
+            motion, _ = cubic_through(composed(curve, clock), tolerance)
+            if _within(motion, curve, acceleration, jerk):
+                return clock, motion
+    if rest is None:
         return None
+    clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest - at])
+    own = part(curve, at, rest)
+    return clock, PiecewisePolynomial(own.c, own.x - at)
 
-    def room(stop: FloatArray) -> FloatArray:
-        used = _used(curve, at, _unit_clock(*stop[2:]), stop[:1], stop[1:2], acceleration, jerk)
-        return np.asarray(1.0 - used[0, 0])
 
-    start = np.array(best[1:])
-    found = minimize(
-        lambda stop: stop[0] + stop[1],
-        start,
-        method="SLSQP",
-        bounds=((0.0, left), (1e-3 * left, 2.0 * left), (0.01, 0.499), (0.01, 0.499)),
-        constraints={"type": "ineq", "fun": room},
-    ).x
-    delay, span, up, down = found if room(found).min() >= -SLACK else start
-    unit = _unit_clock(up, down)
-    c = unit.c * span ** -np.arange(2.0, -2.0, -1.0)[:, None]
-    if delay <= TINY:
-        c[-1] += at
-        return PiecewisePolynomial(c, span * unit.x)
-    c[-1] += at + delay
-    c = np.concatenate((np.array([[0.0], [0.0], [1.0], [at]]), c), axis=1)
-    return PiecewisePolynomial(c, np.append(0.0, delay + span * unit.x))
+def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
+    """The first time from a time on at which a curve is at rest, or `None`."""
+    times = np.append(at, curve.x[curve.x > at])
+    moves = np.zeros(len(times), bool)
+    for nu in (1, 2):
+        scale = np.maximum(curve.extrema(nu).peak, 1.0)
+        moves |= (np.abs(curve(times, nu)) > STILL * scale).any(axis=1)
+    return None if moves.all() else float(times[np.argmin(moves)])
+
+
+def _least(
+    curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
+) -> float:
+    """What the joints need to stop, each by itself: no stop on the path is shorter [s]."""
+    q, v, a = (curve(at, nu) for nu in range(3))
+    jolt = np.where(np.isfinite(jerk), jerk, acceleration / TINY)
+    return float(joint_stop(q, v, a, acceleration, jolt).x[-1])
+
+
+def _after(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
+    """A clock that begins at a time, after a rate of 1 from an earlier time on."""
+    if begin == at:
+        return clock
+    first = np.zeros((len(clock.c), 1))
+    first[-2:] = [[1.0], [at]]
+    c = np.concatenate((first, clock.c), axis=1)
+    return PiecewisePolynomial(c, np.append(0.0, begin - at + clock.x))
+
+
+def _within(
+    motion: PiecewisePolynomial,
+    curve: PiecewisePolynomial,
+    acceleration: FloatArray,
+    jerk: FloatArray,
+) -> bool:
+    """Whether a motion keeps limits, or exceeds them no more than the curve does."""
+    return all(
+        (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
+        for nu, limit in ((2, acceleration), (3, jerk))
+    )
 
 
 def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
@@ -147,42 +162,3 @@ def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
     times, heights = times[kept], heights[kept]
     slope = (np.diff(heights, axis=0).T / np.diff(times)).T
     return PiecewisePolynomial(np.stack((slope, heights[:-1])), times)
-
-
-def _unit_clock(grow: float, fade: float) -> PiecewisePolynomial:
-    """A clock whose rate goes from 1 to 0 in one unit of time."""
-    peak = -1.0 / (1.0 - 0.5 * (grow + fade))
-    corners = np.array([0.0, grow, 1.0 - fade, 1.0])
-    clock = _ramps(corners, np.array([0.0, peak, peak, 0.0])).antiderivative(2)
-    c = np.array(clock.c)
-    c[-2] += 1.0
-    c[-1] += clock.x[:-1]
-    return PiecewisePolynomial(c, clock.x)
-
-
-def _used(
-    curve: PiecewisePolynomial,
-    at: float,
-    unit: PiecewisePolynomial,
-    delays: FloatArray,
-    spans: FloatArray,
-    acceleration: FloatArray,
-    jerk: FloatArray,
-) -> FloatArray:
-    """Parts of limits that stops use at samples, shape (delays, spans, samples).
-
-    With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
-    q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve.
-    """
-    parts = np.linspace(0.0, 1.0 - TINY, SAMPLES)  # of each phase, to just before its end
-    u = (unit.x[:-1, None] + np.diff(unit.x)[:, None] * parts).ravel()
-    time = at + delays[:, None, None] + spans[:, None] * unit(u)
-    beyond = time[..., -1:] - curve.x[-1]
-    time = np.minimum(time, curve.x[-1])
-    rate = unit(u, 1)[:, None]
-    change, bend = (unit(u, nu)[:, None] / spans[:, None, None] ** (nu - 1) for nu in (2, 3))
-    q1, q2, q3 = (curve(time, nu) for nu in (1, 2, 3))
-    use = np.abs(q2 * rate**2 + q1 * change) / acceleration
-    jolt = np.abs(q3 * rate**3 + 3.0 * q2 * rate * change + q1 * bend) / jerk
-    used = [one.reshape(*one.shape[:2], -1) for one in (use, jolt)]
-    return np.concatenate((*used, 1.0 + beyond), axis=2)

@@ -144,6 +144,15 @@ class Robot(ChainKinematics):
         """Pairs of links that a joint of the URDF joins, its parent and its child."""
         return frozenset(map(frozenset, self._given.urdf.parents.items()))
 
+    @property
+    def external_axes(self) -> tuple[str, ...]:
+        """Names of joints that the robot's file adds to its URDF.
+
+        >>> kw.load_robot("ur5_rail").external_axes
+        ('rail',)
+        """
+        return tuple(name for name, _ in self._given.urdf.axes)
+
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._given,)  # made anew: each copy has working memory of its own
 

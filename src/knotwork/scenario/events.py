@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -61,8 +62,7 @@ class EventReader:
         for where, asked in found if timed else ():
             event = asked.event
             self._check_inside(where, event)
-            signal = event.name if event.output is None else event.output
-            before = last.get(signal)
+            before = last.get(event.signal)
             if before is not None and event.time <= before.time:
                 raise self.places.error(
                     where,
@@ -70,7 +70,7 @@ class EventReader:
                     f"{before.said} at {before.time:.6g} s, which is given before it",
                     "a later moment, or the other order",
                 )
-            last[signal] = event
+            last[event.signal] = event
         return tuple(sorted((one for _, one in found), key=_time)) if timed else ()
 
     @cached_property
@@ -94,11 +94,14 @@ class EventReader:
     def _asked(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
         arrival, leaving = self.rows[k]
         waypoint = self.waypoints[arrival]
+        outputs = self.file.outputs
+        known = {number: name for name, number in outputs.items()}
         name, value = next(
-            iter(action.signals.items()), (f"output {action.output}", bool(action.value))
+            iter(action.signals.items()),
+            (known.get(action.output or 0, f"output {action.output}"), bool(action.value)),
         )
         value = switched(value)
-        output = self.file.outputs.get(name, action.output)
+        output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
             raise self.places.error(
                 where, f"{name} is a digital output, and {value!r} is no state of it", "on or off"
@@ -144,6 +147,16 @@ class EventReader:
                 f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a moment from {start:.6g} s to {end:.6g} s",
             )
+
+
+def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
+    """An event as an action of a task with given outputs, at once."""
+    if event.output is None:
+        return {event.name: event.value}
+    name = next((one for one, number in outputs.items() if number == event.output), None)
+    if name is None:
+        return {"output": event.output, "value": event.value}
+    return {name: event.value}
 
 
 def _time(asked: AskedEvent) -> float:

@@ -36,6 +36,18 @@ def switched(value: Any) -> Any:
     return SWITCHED.get(value, value) if isinstance(value, str) else value
 
 
+def one_name_each(outputs: dict[str, int]) -> dict[str, int]:
+    """Outputs by their names, unless two names are one output."""
+    names: dict[int, str] = {}
+    for name, number in outputs.items():
+        if number in names:
+            raise ValueError(
+                f"{names[number]!r} and {name!r} are both output {number}; give an output one name"
+            )
+        names[number] = name
+    return outputs
+
+
 Output = Annotated[int, Field(strict=True, ge=0, le=65535)]
 Switched = Annotated[
     bool,

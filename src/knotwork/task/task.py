@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Tag
+from pydantic import AfterValidator, Field, Tag
 
 from knotwork import storage
 from knotwork.documents import Document, Text, edited, validate
 from knotwork.documents.edits import block
 from knotwork.documents.values import Items, JointsOrName, Number, Positive, Vector3, by_kind
-from knotwork.task.actions import Output
+from knotwork.task.actions import Output, one_name_each
 from knotwork.task.freedoms import ChosenMotion, Way, Weights
 from knotwork.task.options import (
     Balanced,
@@ -96,7 +96,7 @@ class Task(TaskPart):
     collisions: Collisions = Field(
         default_factory=Collisions, description="What is checked for collisions, and how closely"
     )
-    outputs: dict[Text, Output] = Field(
+    outputs: Annotated[dict[Text, Output], AfterValidator(one_name_each)] = Field(
         default_factory=dict,
         description="Numbers of the digital outputs that signals of do switch, by their names",
     )

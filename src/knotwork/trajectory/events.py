@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -30,6 +31,11 @@ class Event:
     output: int | None = None
 
     @property
+    def signal(self) -> str | int:
+        """What is switched: an output, by number, or a signal by its name."""
+        return self.name if self.output is None else self.output
+
+    @property
     def said(self) -> str:
         """Name and value in words."""
         words = {True: "on", False: "off"}
@@ -39,6 +45,16 @@ class Event:
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""
         return asdict(self)
+
+
+def on_at(events: Iterable[Event], time: float) -> list[Event]:
+    """What is on at a time [s]: of each signal the last event, unless it is off, 0 or a text.
+
+    >>> on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].said
+    'arc on'
+    """
+    state = {one.signal: one for one in events if one.time <= time}
+    return [one for one in state.values() if one.value and not isinstance(one.value, str)]
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,22 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
     elif asked:
         said = "the motion does not say what is switched on its way; that is not checked"
         yield Finding(GROUP, "event", "events", "event", "warning", said)
+    yield from _left_on([one.event for one in asked])
+
+
+def _left_on(asked: Sequence[Event]) -> Iterator[Finding]:
+    """What is switched on, or off, twice in a row, and what is on when the motion ends."""
+    last: dict[str | int, Event] = {}
+    found = []
+    for one in asked:
+        before = last.get(one.signal)
+        if isinstance(one.value, bool) and before is not None and before.value is one.value:
+            found.append((one, f"it is so since {before.time:.3f} s"))
+        last[one.signal] = one
+    found += [(one, "the motion ends with it on") for one in last.values() if one.value is True]
+    for one, why in found:
+        said = f"{one.said} at {one.time:.3f} s: {why}"
+        yield Finding("Warnings", "event", one.name, "event", "warning", said, time=one.time)
 
 
 def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding]:

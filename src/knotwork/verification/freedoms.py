@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from knotwork.scenario import Scenario
+from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 GROUP = "Freedom"
 SAMPLES = 400
 """Number of times along a path."""
+SINGULAR, SPARED = 0.01, 0.02
+"""Singular values below this part of the largest count as none; less gain than this part is
+none."""
 NOISE = 1e-6
 """An angle or place below this is none [rad or m]."""
 
@@ -35,6 +38,7 @@ class Used(NamedTuple):
         time: When it was looked at [s], shape (k,).
         values: Angles and places [rad or m] by name and unit, shape (k,) each.
         bounds: Least and greatest that is allowed of each.
+        path: The path, if it is one.
     """
 
     subject: str
@@ -42,19 +46,13 @@ class Used(NamedTuple):
     time: FloatArray
     values: dict[tuple[str, str], FloatArray]
     bounds: dict[tuple[str, str], tuple[float, float]]
+    path: ScenarioPath | None = None
 
 
 def uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Used]:
     """Sample the turns, tilts and places that are free; turns go on along joined paths."""
     waypoints = scenario.waypoints
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
-    for i, one in enumerate(waypoints):
-        if isinstance(one, CartesianWaypoint) and one.freedom is not None and i not in on_paths:
-            pose = one.position[None], one.rotation[None]
-            asked = ("waypoint", one.name, one.freedom, np.array([one.time]), pose)
-            yield from _one_angle(
-                [_sampled(motion, robot, *asked)] if _in(motion, asked[3]) else []
-            )
     for paths in joined_paths(scenario):
         made = []
         for path in paths:
@@ -62,8 +60,16 @@ def uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Used]:
             if path.freedom is not None and _in(motion, t):
                 name = f"{waypoints[path.first].name} to {waypoints[path.last].name}"
                 poses = path.motion.state(t)[:2]
-                made.append(_sampled(motion, robot, "path", name, path.freedom, t, poses))
+                used = _sampled(motion, robot, "path", name, path.freedom, t, poses)
+                made.append(used._replace(path=path))
         yield from _one_angle(made)
+    for i, one in enumerate(waypoints):
+        if isinstance(one, CartesianWaypoint) and one.freedom is not None and i not in on_paths:
+            pose = one.position[None], one.rotation[None]
+            asked = ("waypoint", one.name, one.freedom, np.array([one.time]), pose)
+            yield from _one_angle(
+                [_sampled(motion, robot, *asked)] if _in(motion, asked[3]) else []
+            )
 
 
 def _in(motion: Motion, times: FloatArray) -> bool:
@@ -104,13 +110,18 @@ def _one_angle(found: list[Used]) -> list[Used]:
 
 def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Say which turns, tilts and places were used where they are free, from samples."""
-    for subject, name, times, used, bounds in (
-        uses(motion, scenario, space.robot) if space.robot else ()
-    ):
+    robot = space.robot
+    if robot is None:
+        return
+    for one in uses(motion, scenario, robot):
+        subject, name, times, used, bounds, path = one
         texts = [
             f"{key[0]} {_used(values, bounds[key], scenario.units, key[1])}"
             for key, values in used.items()
         ]
+        text = ", ".join(texts)
+        if path is not None:
+            text += f"; {_gained(motion, path, times, robot, scenario.units)}"
         (_, unit), values = max(used.items(), key=lambda one: float(np.ptp(one[1])))
         yield Finding(
             group=GROUP,
@@ -118,13 +129,73 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
             name=name,
             quantity="free",
             verdict="information",
-            message=f"{name!r} leaves open, and the motion uses: {', '.join(texts)}",
+            message=f"{name!r} leaves open, and the motion uses: {text}",
             value=float(np.ptp(values)) if subject == "path" else float(np.abs(values).max()),
             unit=unit,
             interval=(float(times[0]), float(times[-1])),
             proof="sampled",
-            brief=f"{name}: {', '.join(texts)}",
+            brief=f"{name}: {text}",
         )
+    for path in scenario.paths if robot.external_axes else ():
+        yield from _along_with(motion, path, scenario, robot)
+
+
+def _along_with(
+    motion: Motion, path: ScenarioPath, scenario: Scenario, robot: Robot
+) -> Iterator[Finding]:
+    """Say how far rails and tables move along a path, and how far the arm."""
+    times = np.linspace(path.motion.start_time, path.motion.end_time, SAMPLES)
+    if not _in(motion, times):
+        return
+    begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
+    moved = np.abs(np.diff(motion.curve(times), axis=0)).sum(axis=0)
+    texts = {
+        name: f"{name} {scenario.units.text(one if one > NOISE else 0.0, unit, '.3g')}"
+        for name, unit, one in zip(robot.joint_names, robot.joint_units, moved, strict=True)
+    }
+    axes = [name for name in robot.joint_names if name in robot.external_axes]
+    arm = [i for i, name in enumerate(robot.joint_names) if name not in axes]
+    if not axes or not arm:
+        return
+    most = robot.joint_names[max(arm, key=lambda i: float(moved[i]))]
+    text = f"{', '.join(texts[name] for name in axes)}; of the arm at most {texts[most]}"
+    yield Finding(
+        group=GROUP,
+        subject="path",
+        name=f"{begin} to {end}",
+        quantity="external_axes",
+        verdict="information",
+        message=f"from {begin!r} to {end!r} joints move by: {text}",
+        value=float(moved[robot.joint_names.index(axes[0])]),
+        unit=robot.joint_units[robot.joint_names.index(axes[0])],
+        interval=(float(times[0]), float(times[-1])),
+        proof="sampled",
+        brief=f"{begin} to {end}: {text}",
+    )
+
+
+def _gained(
+    motion: Motion, path: ScenarioPath, times: FloatArray, robot: Robot, units: Units
+) -> str:
+    """Say which joint moves less than with nothing free.
+
+    That is estimated where the motion is: by the joint velocities nearest to its own with which the
+    tool would turn as its path does.
+    """
+    from knotwork.robot.joint_axes import joint_axes
+
+    q, v = motion.curve(times), motion.curve(times, 1)
+    J = joint_axes(robot).placed(q)[2].transpose(2, 0, 1)
+    missing = path.motion.state(times)[2][:, 3:] - np.einsum("kij,kj->ki", J[:, 3:], v)
+    change = np.linalg.pinv(J, rcond=SINGULAR)[:, :, 3:] @ missing[:, :, None]
+    own, fixed = (np.trapezoid(np.abs(one), times, axis=0) for one in (v, v + change[:, :, 0]))
+    j = int((fixed - own).argmax())
+    if fixed[j] - own[j] < SPARED * fixed[j] + NOISE:
+        return "no joint moves less for it"
+    unit = robot.joint_units[j]
+    moved = units.text(float(own[j]) if own[j] > NOISE else 0.0, unit, ".3g")
+    name, instead = robot.joint_names[j], units.text(float(fixed[j]), unit, ".2g")
+    return f"{name} moves by {moved}, with nothing free by about {instead}"
 
 
 def _open(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
