@@ -6,9 +6,11 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import knotwork as kw
 from command_line import Command
 
 CLI = Path(__file__).resolve().parents[1] / "src" / "knotwork" / "cli"
@@ -173,14 +175,36 @@ WALL = "ur5_wall"
 def test_a_log_of_a_plan_has_lines_of_progress(
     task: str, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", 0.0)
+    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", 0.02)
     ran = knotwork("plan", task)
     lines = ran.err.splitlines()
     assert len(lines) > 3
-    assert all(line.startswith(f"{task}: ") for line in lines)
+    assert all(re.match(rf"{task}: \d+ s, ", line) for line in lines)
     assert not [line for line in lines if " 0 %" in line]  # of one part nobody knows the share
-    said = r"step \d+" if task == FASTEST else r"a motion of [\d.]+ s, way \d of \d"
-    assert re.search(said, lines[-1])
+    said = r"step \d+" if task == FASTEST else r"50 % done, a motion of [\d.]+ s, way 2 of 2"
+    assert re.search(said, ran.err)
+
+
+def test_a_plan_that_tells_nothing_is_not_silent(
+    knotwork: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Inverse kinematics and check say nothing of how far they are; the time is known."""
+    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", 0.02)
+    picture = tmp_path / "a.png"
+    for command, *options in (("plan",), ("plot", "-o", picture), ("compare",)):
+        err = knotwork(command, "ur3_lid", *options).err
+        assert re.match(r"ur3_lid[^\n:]*: \d+ s, planning\n", err)
+    assert not knotwork("plan", "ur3_lid", "--json").err
+
+
+def test_the_check_is_told_with_the_motion_that_there_is() -> None:
+    told: list[Any] = []
+    made = kw.plan(WALL, progress=told.append)
+    assert (told[-1].trying, told[-1].done) == ("check", 1.0)
+    assert told[-1].duration == pytest.approx(made.trajectory.duration)
+    shares = [one.done for one in told]
+    assert shares == sorted(shares)
+    assert 0.5 in shares  # the second of two ways is tried
 
 
 def test_progress_on_a_narrow_terminal_keeps_to_a_line(

@@ -76,7 +76,8 @@ def clear_motion(
     def report(number: int, best: Way | None) -> None:
         nonlocal tries
         tries, seconds = number, best.duration if best is not None else None
-        watch.step(seconds or np.inf, 0.0, seconds, f"way {number} of {asked.tries}")
+        which, part = f"way {number} of {asked.tries}", (number - 1) / asked.tries
+        watch.step(seconds or np.inf, 0.0, seconds, which, part)
 
     try:
         with watch.part(1):

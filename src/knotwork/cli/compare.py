@@ -19,6 +19,7 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
+from knotwork.cli.progress import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.comparison import Comparison, Refusal, Score, best
 from knotwork.comparison import compare as compare_planners
@@ -88,7 +89,8 @@ def compare(
     star marks the best of each column among planners that pass, and those within 1 % of it. Free
     times are chosen once, for all planners.
     """
-    comparison = compare_planners(scenario, planners)
+    with shown_progress(scenario, as_json):
+        comparison = compare_planners(scenario, planners)
     written = comparison.save(out) if out is not None else []
     if as_json:
         echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))

@@ -1,8 +1,9 @@
-"""Progress of what takes long, on standard error: a line of a terminal, or lines of a log."""
+"""Progress of what takes long, on standard error: a bar on a terminal, else lines of a log."""
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,50 +11,131 @@ from datetime import timedelta
 from typing import TYPE_CHECKING, TypeAlias
 
 from knotwork.cli.terminal import echo
+from knotwork.errors.plain_text import one_line
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from knotwork.sweeps import SweepProgress
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""What is shorter shows nothing [s]."""
-PLAN_INTERVAL, SWEEP_INTERVAL = 5.0, 30.0
-"""Between lines of progress where there is no terminal [s]."""
+"""What takes less shows nothing on a terminal [s]."""
+PERIOD = 0.1
+"""How often a bar is drawn [s]."""
+PLAN_INTERVAL, SWEEP_INTERVAL, SHARE = 5.0, 30.0, 0.1
+"""Between lines where there is no terminal: so long [s], or a share of the time so far."""
 
-# Told a line, and the part that is done, from 0 to 1, or `None` where it is not known
-_Tell: TypeAlias = Callable[[str, "float | None"], None]
+State: TypeAlias = tuple[float | None, str]
+"""The share that is done, `None` if it is not known, and a line on what is known so far."""
 
 
 @contextmanager
-def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Show how far a solve has come: in a line that is cleared in the end, or in a log.
+def shown_progress(name: str, quiet: bool = False) -> Iterator[Callable[[Progress], None] | None]:
+    """Show how far planning has come, whether it tells or not.
 
     Args:
         name: Of the scenario.
         quiet: Show nothing.
     """
-    with _shown(quiet, PLAN_INTERVAL) as tell:
-        yield tell and (lambda at: tell(f"{name}: {plan_line(at)}", at.done or None))
+    begun, told = time.monotonic(), list["Progress"]()
+
+    def state() -> State:
+        share, known = plan_state(told[-1]) if told else (None, "planning")
+        return share, f"{name}: {time.monotonic() - begun:.0f} s, {known}"
+
+    with _shown(state, quiet, PLAN_INTERVAL):
+        yield None if quiet else lambda at: told.__setitem__(slice(None), [at])
 
 
-def plan_line(at: Progress) -> str:
-    """How far the choice of times, or the search for a way, has come, in a line."""
+def plan_state(at: Progress) -> State:
+    """How far the choice of times, or the search for a way, has come."""
+    share = at.done if 0.0 < at.done < 1.0 else None  # within a part nobody knows
+    words = [] if share is None else [f"{100 * share:.0f} % done"]
     if at.trying:
         exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s"
-        words = [exists, at.trying, f"{at.seconds:.0f} s"]
+        words += [exists, at.trying]
     else:
-        words = ["choosing times", f"{at.seconds:.0f} s", f"step {at.iterations}"]
-        words.append(f"limits off by {at.violation:.1e}")
-    if at.done:  # of parts that are solved by themselves; within one nobody knows
-        words.insert(2, f"{100 * at.done:.0f} % of the waypoints done")
-    return ", ".join(words)
+        words += ["choosing times", f"step {at.iterations}", f"limits off by {at.violation:.0e}"]
+    return share, ", ".join(words)
 
 
 @contextmanager
 def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
-    """Show rows, rate, time left and how many pass, as `shown_progress` shows a solve."""
-    with _shown(quiet, SWEEP_INTERVAL) as tell:
-        yield tell and (lambda at: tell(progress_line(at), at.done / max(at.total, 1)))
+    """Show rows, rate, time left and how many pass."""
+    told = list["SweepProgress"]()
+
+    def state() -> State:
+        if not told:
+            return None, "planning"
+        return told[-1].done / max(told[-1].total, 1), progress_line(told[-1])
+
+    with _shown(state, quiet, SWEEP_INTERVAL):
+        yield None if quiet else lambda at: told.__setitem__(slice(None), [at])
+
+
+@contextmanager
+def _shown(state: Callable[[], State], quiet: bool, interval: float) -> Iterator[None]:
+    """Show a state while what is inside goes on, which need not tell of it."""
+    if quiet or sys.stderr is None:
+        yield
+        return
+    ended = threading.Event()
+    console = _terminal()
+    if console is None:
+        show = threading.Thread(target=_log, args=(state, ended, interval), daemon=True)
+    else:
+        show = threading.Thread(target=_draw, args=(state, ended, console), daemon=True)
+    show.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        show.join()
+
+
+def _draw(state: Callable[[], State], ended: threading.Event, console: Console) -> None:
+    """A bar and one line, which is cleared in the end; where no share is known the bar is busy."""
+    from rich.progress import BarColumn, Progress, TextColumn
+    from rich.table import Column
+
+    if SHOWN_AFTER and ended.wait(SHOWN_AFTER):
+        return
+    column = Column(no_wrap=True, overflow="ellipsis")
+    line = TextColumn("{task.description}", markup=False, table_column=column)
+    share_of = BarColumn(bar_width=12, table_column=Column(min_width=12))
+    bar = Progress(share_of, line, console=console, transient=True)
+    bar.add_task("", total=None)
+    (task,) = bar.tasks
+
+    def tell() -> None:
+        share, text = state()
+        task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
+        task.description = one_line(text)
+
+    tell()
+    with bar:
+        while not ended.wait(PERIOD):
+            tell()
+        tell()
+        bar.refresh()
+
+
+def _log(state: Callable[[], State], ended: threading.Event, interval: float) -> None:
+    begun, rest = time.monotonic(), interval
+    while not ended.wait(rest):
+        echo(state()[1], err=True)
+        rest = max(interval, SHARE * (time.monotonic() - begun))
+
+
+def _terminal() -> Console | None:
+    """The terminal of standard error, if it is one that lines can be changed on."""
+    if not sys.stderr.isatty():
+        return None
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    return None if console.is_dumb_terminal else console
 
 
 def progress_line(at: SweepProgress) -> str:
@@ -64,49 +146,3 @@ def progress_line(at: SweepProgress) -> str:
         f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
         f"{at.passed} pass ({share:.0f} %)"
     )
-
-
-@contextmanager
-def _shown(quiet: bool, interval: float) -> Iterator[_Tell | None]:
-    if quiet or sys.stderr is None:
-        yield None
-    elif not sys.stderr.isatty():
-        yield _log(interval)
-    else:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn
-        from rich.table import Column
-
-        words = TextColumn(
-            "{task.description}",
-            markup=False,
-            table_column=Column(no_wrap=True, overflow="ellipsis"),
-        )
-        share = BarColumn(bar_width=12, table_column=Column(min_width=12))
-        bar = Progress(share, words, console=Console(stderr=True), transient=True)
-        task = bar.add_task("", total=None)
-        begun = time.monotonic()
-
-        def tell(line: str, done: float | None) -> None:
-            total = None if done is None else 1.0
-            bar.update(task, total=total, completed=done or 0.0, description=line)
-            if time.monotonic() - begun >= SHOWN_AFTER:
-                bar.start()
-
-        try:
-            yield tell
-        finally:
-            bar.stop()
-
-
-def _log(interval: float) -> _Tell:
-    """A line at most each interval [s]."""
-    last = time.monotonic()
-
-    def tell(line: str, done: float | None) -> None:
-        nonlocal last
-        if time.monotonic() - last >= interval:
-            last = time.monotonic()
-            echo(line, err=True)
-
-    return tell

@@ -22,6 +22,7 @@ from knotwork.cli.parameters import (
     package_path_option,
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
+from knotwork.cli.progress import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError
@@ -73,7 +74,8 @@ def replan(
     motion, current = _motion(source, asked)
     try:
         begun = pipeline.scenario_from(motion, at, asked, current)
-        made = pipeline.plan(begun, budget=budget)
+        with shown_progress(task, as_json) as progress:
+            made = pipeline.plan(begun, budget=budget, progress=progress)
     except DocumentError as error:
         if error.file is not None:
             raise

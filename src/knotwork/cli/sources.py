@@ -16,6 +16,7 @@ from knotwork.cli.logs import (
     smoothed_log,
 )
 from knotwork.cli.parameters import PlanOptions
+from knotwork.cli.progress import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.documents import resources
 from knotwork.errors import InputError
@@ -175,12 +176,15 @@ def _planned(
     for name in others:
         get_planner(name)
     before = warm if isinstance(warm, Plan) else None
-    plans = [pipeline.plan(source, warm=before, **asdict(options))]
+    with shown_progress(source) as progress:
+        first = pipeline.plan(source, warm=before, progress=progress, **asdict(options))
+    plans = [first]
     for name in dict.fromkeys(others):
         if name == plans[0].scenario.planner:
             continue
         try:
-            plans.append(pipeline.plan(source, planner=name))
+            with shown_progress(f"{source}, {name}") as progress:
+                plans.append(pipeline.plan(source, planner=name, progress=progress))
         except InputError as error:
             raise InputError(f"planner {name!r} can't be compared here: {error}") from error
     return plans

@@ -213,6 +213,7 @@ def _with_chosen_times(
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.choosing import choose_times
     from knotwork.choosing.task import knots_of, with_ways
+    from knotwork.timing import Progress
     from knotwork.timing.budget import Watch
 
     time = Watch(budget=budget)
@@ -222,6 +223,10 @@ def _with_chosen_times(
         chosen = choose_times(
             scenario, free, budget=seconds, progress=progress, solution=solution, warm=before
         )
+        if progress is not None:
+            took, steps = time.now() - time.begun, sum(one.iterations for one in chosen.segments)
+            value = sum(chosen.objective.values())
+            progress(Progress(steps, took, value, 0.0, 1.0, chosen.duration, "check"))
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
     def left() -> float | None:

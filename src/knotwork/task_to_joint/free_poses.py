@@ -38,11 +38,14 @@ class Chain(NamedTuple):
         robot: It.
         columns: Which of the joints of all freedoms are its, shape (d,).
         size: How many joints there are in all.
+        amid: It with half the ranges of tilts and a torch's angles: a path that begins amid these
+            can use them either way.
     """
 
     robot: Robot
     columns: NDArray[np.intp]
     size: int
+    amid: Robot
 
     def put(self, values: FloatArray) -> FloatArray:
         """Its values (..., d) among zeros for all other joints, shape (..., size)."""
@@ -99,7 +102,9 @@ class Chains:
             columns = [*range(d), *(d + joints.index(one) for one in own)]
             chain = robot if not own else robot.with_virtual_joints(*own)
             chain = self.whole if len(columns) == size else chain
-            self._of[freedom] = Chain(chain, np.array(columns), size)
+            narrow = [_halved(joint) for joint in own]
+            amid = chain if narrow == own else robot.with_virtual_joints(*narrow)
+            self._of[freedom] = Chain(chain, np.array(columns), size, amid)
 
     def __iter__(self) -> Iterator[Chain]:
         return iter(self._of.values())
@@ -167,6 +172,13 @@ def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
         if low < high:
             joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
     return joints
+
+
+def _halved(joint: VirtualJoint) -> VirtualJoint:
+    """With half its range, if it turns about another axis than that of the tool."""
+    if joint.axis == "z" or joint.unit != "rad":
+        return joint
+    return replace(joint, lower=0.5 * joint.lower, upper=0.5 * joint.upper)
 
 
 def _torch_axes(torch: TorchRanges) -> FloatArray:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
+from knotwork.errors import OutOfReachError
+from knotwork.kinematics.chain.joint_ranges import difference, middle, whole_turns
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import (
     Candidates,
@@ -18,14 +20,7 @@ from knotwork.kinematics.sequence.candidates import (
 )
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
-from knotwork.kinematics.sequence.step_costs import (
-    SAME_STEP,
-    CollidingStep,
-    Cost,
-    Layer,
-    Rules,
-    likely_durations,
-)
+from knotwork.kinematics.sequence.step_costs import Cost, Layer, likely_durations
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
@@ -34,12 +29,11 @@ from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints, joine
 from knotwork.task_to_joint.free_poses import Chain, Chains
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.task_to_joint.solution import Step
+from knotwork.task_to_joint.step_rules import step_rules
 from knotwork.task_to_joint.velocities import velocity_at
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
-# Of a redundant arm a step that collided is avoided with all that are as near [rad or m].
-APART = 0.3
 
 
 class Found(NamedTuple):
@@ -105,23 +99,8 @@ class Search:
         check_branch(scenario, robot)
         kinds = scenario.free.speed if scenario.free is not None else ()
         self.free_velocity = {i for i, kind in enumerate(kinds) if kind != "given"}
-        limit = robot.velocity_limit
         self.revolute = joint_axes(robot).revolute
-        branch = scenario.branch if isinstance(scenario.branch, str) else "free"
-        speed = np.where(np.isfinite(limit), limit, 1.0)
-        self.rules = Rules(
-            speed=np.where(robot.virtual, np.inf, speed),
-            limit=limit,
-            weights=robot.weights,
-            unbounded=unbounded(robot),
-            avoided=branch == "keep" or self._in_motion(),
-            forbidden=branch == "fixed",
-            untimed=None if scenario.free is None else scenario.free.untimed,
-            resting=None if scenario.free is None else scenario.free.duration & self._resting(),
-            ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
-            colliding=tuple(CollidingStep(*step) for step in avoided),
-            apart=self._apart(),
-        )
+        self.rules = step_rules(scenario, chains, self.speeds, self.free_velocity, avoided)
         self.samples = SAMPLES
         self._collide: dict[int, FloatArray] = {}
         self.candidates: list[Candidates | None] = []
@@ -161,7 +140,7 @@ class Search:
         begins = {path.first for path in self.scenario.paths}
         for (i, target), candidates, near in zip(poses, found, references, strict=True):
             if candidates.free and i in begins:
-                candidates = self._with_nearest(chain, target, candidates, near)
+                candidates = self._to_begin_with(chain, target, candidates, near)
             result[i] = (
                 candidates._replace(
                     excess=np.zeros_like(candidates.excess),
@@ -172,17 +151,20 @@ class Search:
             )
         return result
 
-    def _with_nearest(
+    def _to_begin_with(
         self, chain: Chain, target: CartesianWaypoint, candidates: Candidates, near: FloatArray
     ) -> Candidates:
-        """Samples of a self-motion, and the first of them moved to where it is nearest to `near`.
+        """Candidates where a path begins, and the first of them moved to where it is nearest.
 
-        Where a path begins the arm is not moved along its self-motion once the path is followed.
+        Once the path is followed the arm is not moved along its self-motion there.
         """
         from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
 
+        if chain.amid is not chain.robot:
+            with contextlib.suppress(OutOfReachError):
+                candidates = find_candidates(chain.amid, [target], [near], self.scenario.units)[0]
         given = Given(np.zeros(1), self.rules.of(chain.columns), [target], near)
-        q = refine_sequence(chain.robot, given, candidates.q[:1], candidates.velocity[:1])
+        q = refine_sequence(chain.amid, given, candidates.q[:1], candidates.velocity[:1])
         more = candidates_of(chain.robot, target, q[0])
         return joined([candidates, more._replace(branch=more.branch + candidates.branches)])
 
@@ -250,42 +232,6 @@ class Search:
     def durations(self) -> FloatArray:
         """Times between the waypoints [s], shape (n - 1,)."""
         return np.diff(self.scenario.provisional_times)
-
-    def _in_motion(self) -> Any:
-        """Which intervals begin or end where the tool passes at speed, shape (n - 1,).
-
-        A change of branch takes the tool off its path: there it is avoided also where the branch is
-        free.
-        """
-        passes = np.array(
-            [
-                isinstance(w, CartesianWaypoint)
-                and bool(i in self.free_velocity or w.linear.any() or w.angular.any())
-                for i, w in enumerate(self.scenario.waypoints)
-            ]
-        )
-        return passes[1:] | passes[:-1]
-
-    def _apart(self) -> FloatArray:
-        """How far joints of other steps are from those that collided [rad or m], shape (d,).
-
-        Virtual joints move nothing, nor does the last one much where the turn about it is free.
-        """
-        robot, dof = self.robot, self.chains.arm.dof
-        if robot.dof <= 6:
-            return np.full(dof, SAME_STEP)
-        apart = np.where(robot.virtual, np.inf, APART)
-        if any(one.axis == "z" for one in robot.virtual_joints):
-            apart[dof - 1] = np.inf
-        return apart
-
-    def _resting(self) -> Any:
-        """Which intervals lead from rest to rest, shape (n - 1,)."""
-        moving = self._in_motion()
-        for i, v in enumerate(self.speeds):
-            if v is not None and (v.any() or i in self.free_velocity):
-                moving[max(i - 1, 0) : i + 1] = True
-        return ~moving
 
     def _reference(self, index: int) -> FloatArray:
         """The configuration nearest in the sequence that is known beforehand."""

@@ -92,11 +92,15 @@ class Watch:
         violation: float,
         duration: float | None = None,
         trying: str = "",
+        part: float = 0.0,
     ) -> None:
-        """Count a step and report it; arguments as the attributes of `Progress`."""
+        """Count a step and report it; arguments as the attributes of `Progress`.
+
+        `part` is done of the interval at hand, from 0 to 1.
+        """
         self.iterations += 1
         if self.progress is not None:
-            seconds, done = self.now() - self.begun, min(self.solved / self.work, 1.0)
+            seconds, done = self.now() - self.begun, min((self.solved + part) / self.work, 1.0)
             self.progress(
                 Progress(self.iterations, seconds, objective, violation, done, duration, trying)
             )

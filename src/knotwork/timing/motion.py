@@ -46,9 +46,12 @@ class Progress:
         seconds: Time since the start [s].
         objective: Value that the last step has.
         violation: How far that step is from keeping every constraint, scaled.
-        done: Part of the intervals that are already solved, from 0 to 1.
-        duration: How long the best motion lasts that a search for a way has so far [s], or `None`.
-        trying: What that search tries, for example `"way 2 of 6"`; empty elsewhere.
+        done: Part of the intervals that are already solved, from 0 to 1; of one whose way is
+            searched for, the part of its tries.
+        duration: How long the best motion lasts that a search for a way has so far [s], in the end
+            that of the whole motion; `None` before there is one.
+        trying: What that search tries, for example `"way 2 of 6"`; in the end `"check"`; empty
+            elsewhere.
     """
 
     iterations: int

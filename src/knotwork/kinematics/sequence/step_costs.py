@@ -200,11 +200,9 @@ class Rules(NamedTuple):
 
     def of(self, joints: Any) -> Rules:
         """The same of some of the joints, by index."""
-        own = {
-            key: np.broadcast_to(getattr(self, key), self.speed.shape)[joints]
-            for key in ("speed", "limit", "unbounded", "weights", "ramp")
-        }
-        return self._replace(**own)
+        keys = ("speed", "limit", "unbounded", "weights", "ramp")
+        values = np.broadcast_arrays(*(getattr(self, key) for key in keys))
+        return self._replace(**{k: one[joints] for k, one in zip(keys, values, strict=True)})
 
     def travel(self, interval: Any, move: FloatArray) -> FloatArray:
         """Travel in intervals [s], of joints that move by `move`, shape (..., d)."""
@@ -217,12 +215,7 @@ class Rules(NamedTuple):
 
 
 def least_time(share: FloatArray, ramp: Any) -> FloatArray:
-    """Time from rest to rest [s].
-
-    Args:
-        share: The distance over the greatest speed [s].
-        ramp: How long the joint takes to that speed [s].
-    """
+    """Time from rest to rest [s]: a distance over the greatest speed, reached in a ramp [s]."""
     longer = share + ramp * (share > 0.0)
     return np.asarray(np.where(share < ramp, 2.0 * np.sqrt(share * ramp), longer))
 

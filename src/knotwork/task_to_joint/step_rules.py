@@ -1,0 +1,95 @@
+"""What steps from one waypoint of a scenario to the next cost."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from knotwork.kinematics.chain.joint_ranges import unbounded
+from knotwork.kinematics.sequence.step_costs import SAME_STEP, CollidingStep, Rules
+from knotwork.scenario import Scenario
+from knotwork.task_to_joint.free_poses import Chains
+from knotwork.task_to_joint.solution import Step
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+# Of a redundant arm a step that collided is avoided with all that are as near [rad or m].
+APART = 0.3
+
+
+def step_rules(
+    scenario: Scenario,
+    chains: Chains,
+    speeds: Sequence[FloatArray | None],
+    free_velocity: Collection[int],
+    avoided: Iterable[Step],
+) -> Rules:
+    """Rules for the cost of steps.
+
+    Args:
+        scenario: The task.
+        chains: The robot with the virtual joints of each pose.
+        speeds: Joint velocities at each waypoint, `None` where a pose is given.
+        free_velocity: Waypoints whose speed is chosen later, by index.
+        avoided: Steps that count as collisions.
+    """
+    robot, free = chains.whole, scenario.free
+    limit = robot.velocity_limit
+    branch = scenario.branch if isinstance(scenario.branch, str) else "free"
+    speed = np.where(np.isfinite(limit), limit, 1.0)
+    moving = _in_motion(scenario, free_velocity)
+    return Rules(
+        speed=np.where(robot.virtual, np.inf, speed),
+        limit=limit,
+        weights=robot.weights,
+        unbounded=unbounded(robot),
+        avoided=branch == "keep" or moving,
+        forbidden=branch == "fixed",
+        untimed=None if free is None else free.untimed,
+        resting=None if free is None else free.duration & ~_faster(moving, speeds, free_velocity),
+        ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
+        colliding=tuple(CollidingStep(*step) for step in avoided),
+        apart=_apart(chains),
+    )
+
+
+def _in_motion(scenario: Scenario, free_velocity: Collection[int]) -> Any:
+    """Which intervals begin or end where the tool passes at speed, shape (n - 1,).
+
+    A change of branch takes the tool off its path: there it is avoided also where the branch is
+    free.
+    """
+    passes = np.array(
+        [
+            isinstance(w, CartesianWaypoint)
+            and bool(i in free_velocity or w.linear.any() or w.angular.any())
+            for i, w in enumerate(scenario.waypoints)
+        ]
+    )
+    return passes[1:] | passes[:-1]
+
+
+def _faster(
+    moving: Any, speeds: Sequence[FloatArray | None], free_velocity: Collection[int]
+) -> Any:
+    """Which intervals move at one end or both, given joint velocities included."""
+    moving = moving.copy()
+    for i, v in enumerate(speeds):
+        if v is not None and (v.any() or i in free_velocity):
+            moving[max(i - 1, 0) : i + 1] = True
+    return moving
+
+
+def _apart(chains: Chains) -> FloatArray:
+    """How far joints of other steps are from those that collided [rad or m], shape (d,).
+
+    Virtual joints move nothing, nor does the last one much where the turn about it is free.
+    """
+    robot, dof = chains.whole, chains.arm.dof
+    if robot.dof <= 6:
+        return np.full(dof, SAME_STEP)
+    apart = np.where(robot.virtual, np.inf, APART)
+    if any(one.axis == "z" for one in robot.virtual_joints):
+        apart[dof - 1] = np.inf
+    return apart
