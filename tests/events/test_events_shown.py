@@ -29,7 +29,9 @@ def test_the_strip_has_them(plan: kw.Plan) -> None:
 def test_plots_mark_them_on_their_upper_edge(plan: kw.Plan) -> None:
     times = [one.time for one in plan.events]
     for figure in (plot_joints(plan), plot_tool(plan)):
-        drawn = {str(line.get_gid()): line for line in figure.axes[0].lines}
+        drawn = {str(line.get_gid()).split(":")[0]: line for line in figure.axes[0].lines}
+        named = figure.legends[-1].get_title().get_text()
+        assert named == "events: " + ", ".join(dict.fromkeys(one.said for one in plan.events))
         assert drawn["event"].get_xdata().tolist() == times
         for kind in ("tool path", "wait"):
             spans = [(one.start, one.end) for one in plan.segments if one.kind == kind]
@@ -37,4 +39,5 @@ def test_plots_mark_them_on_their_upper_edge(plan: kw.Plan) -> None:
             assert found.tolist() == [list(span) for span in spans]
         assert "way" not in drawn
     figure = plot_joints(plan, window=(0.0, plan.segments[0].end))
-    assert not {"event", "tool path", "wait"} & {str(one.get_gid()) for one in figure.axes[0].lines}
+    marked = {str(one.get_gid()).split(":")[0] for one in figure.axes[0].lines}
+    assert not {"event", "tool path", "wait"} & marked

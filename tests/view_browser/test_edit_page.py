@@ -223,3 +223,28 @@ def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     tab.click("#remove")
     tab.wait_for_function(f"knotwork.edit.draft.data.waypoints.length === {count}")
     known(tab)
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
+def test_on_a_phone_the_arm_can_be_jogged(
+    size: tuple[int, int], served: tuple[str, Path], tabs: Any
+) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    tab.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+    tab.click("#jog summary")
+    tab.wait_for_function("knotwork.edit.jog.handle")
+    last = tab.locator("#jog-joints")
+    last.scroll_into_view_if_needed()
+    box, bar = last.bounding_box(), tab.locator("#bar").bounding_box()
+    assert box["y"] + box["height"] <= bar["y"]
+    tab.click("#jog summary")
+    tab.set_viewport_size({"width": 1000, "height": 640})
+
+
+def test_nothing_hinders_people_who_edit(
+    served: tuple[str, Path], tabs: Any, barriers: Any
+) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    assert not barriers(tab)

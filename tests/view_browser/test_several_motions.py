@@ -91,6 +91,9 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
             tab = tabs.new()
             tab.context.set_offline(False)
             tab.goto(address)
+            tab.wait_for_selector("#row:text('row 0:')")  # nothing is blank before a click
+            for box in tab.locator(".tools select").all():  # what is chosen is read whole
+                assert box.evaluate("one => one.scrollWidth <= one.clientWidth + 1")
             for row in (shown, refused):
                 x, y = tab.evaluate("row => layout().place(row)", row)
                 tab.locator("#map").click(position={"x": x, "y": y})

@@ -99,18 +99,26 @@ def _draw(state: Callable[[], State], ended: threading.Event, console: Console) 
     from rich.progress import BarColumn, Progress, TextColumn
     from rich.table import Column
 
-    if ended.wait(SHOWN_AFTER):
+    if SHOWN_AFTER and ended.wait(SHOWN_AFTER):
         return
     column = Column(no_wrap=True, overflow="ellipsis")
     line = TextColumn("{task.description}", markup=False, table_column=column)
     share_of = BarColumn(bar_width=12, table_column=Column(min_width=12))
-    with Progress(share_of, line, console=console, transient=True) as bar:
-        bar.add_task("", total=None)
-        (task,) = bar.tasks
+    bar = Progress(share_of, line, console=console, transient=True)
+    bar.add_task("", total=None)
+    (task,) = bar.tasks
+
+    def tell() -> None:
+        share, text = state()
+        task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
+        task.description = one_line(text)
+
+    tell()
+    with bar:
         while not ended.wait(PERIOD):
-            share, text = state()
-            task.total, task.completed = (None, 0.0) if share is None else (1.0, share)
-            task.description = one_line(text)
+            tell()
+        tell()
+        bar.refresh()
 
 
 def _log(state: Callable[[], State], ended: threading.Event, interval: float) -> None:

@@ -76,7 +76,9 @@ def frame_times(
 def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
     """Mark tool paths, ways, waits and events on the upper edge of the first panels."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
-    marked = {"event": [one.time for one in motion.trajectory.events if start <= one.time <= end]}
+    events = [one for one in motion.trajectory.events if start <= one.time <= end]
+    said = ", ".join(dict.fromkeys(one.said for one in events))
+    marked = {"event": [one.time for one in events]}
     for kind in SEGMENTS:
         spans = (
             (max(one.start, start), min(one.end, end), np.nan)
@@ -88,7 +90,8 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
         upright: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
         for kind, times in marked.items():
             if times:
-                top.plot(times, [1.0] * len(times), gid=kind, **LOOKS[kind], **upright)
+                gid = f"event:{said}" if kind == "event" else kind
+                top.plot(times, [1.0] * len(times), gid=gid, **LOOKS[kind], **upright)
 
 
 def mark_contacts(axes: Sequence[Axes], motions: Sequence[Motion]) -> None:
@@ -183,7 +186,7 @@ def add_legend(
         handles: Marks to explain.
         names: Their names.
         place: `"upper"` or `"lower"`.
-        title: Title of the picture, above the legend.
+        title: Above the legend.
     """
     from matplotlib.legend_handler import HandlerTuple
 
@@ -202,7 +205,7 @@ def add_legend(
         frameon=False,
         fontsize=size,
         title=printable(title) or None,
-        title_fontsize=LARGE,
+        title_fontsize=LARGE if place == "upper" else SMALL,
         handlelength=2.8,
         handler_map={tuple: HandlerTuple(ndivide=None)},
         columnspacing=1.6,
@@ -223,7 +226,8 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
     from matplotlib.lines import Line2D
 
     artists = [one for axis in figure.axes for one in (*axis.lines, *axis.collections)]
-    shown = {str(one.get_gid()).partition(":")[0] for one in artists}
+    marks = dict(str(one.get_gid()).partition(":")[::2] for one in artists)
+    shown = set(marks)
     words = {
         "waypoint": "waypoint",
         "asked": "asked for",
@@ -243,8 +247,11 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
     if "knot-dots" in shown:
         handles["knots"] = (Line2D([], [], **LOOKS["knot-dots"]), handles["knots"])
     used = [kind for kind in words if kind in shown]
+    events = textwrap.shorten(marks.get("event", ""), MOST_REASON_LETTERS, placeholder=" …")
+    title = f"events: {events}" if events else ""
     if used:
-        add_legend(figure, [handles[one] for one in used], [words[one] for one in used], "lower")
+        names = [words[one] for one in used]
+        add_legend(figure, [handles[one] for one in used], names, "lower", title)
 
 
 def settle(figure: Figure, rows: int, *, grows: bool = True) -> None:

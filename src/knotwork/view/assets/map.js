@@ -118,7 +118,9 @@ function choose(i) {
   const moves = ["passed", "failed"].includes(data.verdict[i]);
   const words = `row ${data.row[i]}: ${given} · ${data.verdict[i]}`;
   byId("row").textContent = moves ? `${words} · its motion is planned …` : words;
-  byId("motion").onload = () => { if (moves && chosen === i) byId("row").textContent = words; };
+  byId("motion").onload = ({ target }) => { // not of the empty page that was there before
+    if (chosen === i && target.contentDocument?.URL !== "about:blank") byId("row").textContent = words;
+  };
   byId("why").hidden = !data.message[i];
   byId("why").textContent = data.message[i];
   byId("motion").hidden = !moves;

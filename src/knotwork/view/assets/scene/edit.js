@@ -260,7 +260,7 @@ class Jog {
   }
 
   end() {
-    this.arm?.forEach((group) => group.removeFromParent());
+    this.editing.stage.viewer.delete_path(["Jogged"]);
     Object.assign(this, { arm: null, handle: null });
     this.editing.show(this.editing.draft.handles);
   }
