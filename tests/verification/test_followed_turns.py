@@ -14,7 +14,7 @@ HALF = {"turn": [-180, 180]}
 
 
 def rim(
-    axis: int = 1, parts: int = 1, *, stops: bool = False, yaw: float = 0.0, free: Any = TURN
+    axis: int = 1, parts: int = 1, *, at_ends: Any = (), yaw: float = 0.0, free: Any = TURN
 ) -> dict[str, Any]:
     """A round of a rim, in parts: a tool that does not turn turns once against its path."""
     arc = {"arc": {"centre": [600, 0, 200], "normal": [0, 0, axis]}}
@@ -32,7 +32,7 @@ def rim(
                     "along": arc,
                     "orientation": "tangent",
                     "speed": 80,
-                    **({"stop": True} if stops else {}),
+                    **dict(at_ends),
                     "pose": {"position": [600 + 200 * np.cos(a), 200 * np.sin(a), 200]},
                 }
                 for a in ends
@@ -65,15 +65,17 @@ def turns(plan: kw.Plan) -> np.ndarray:
     return np.asarray((x - x[0]) - (about - about[0]))
 
 
-@pytest.mark.parametrize(("axis", "parts", "stops"), [(1, 1, False), (-1, 2, False), (1, 2, True)])
+@pytest.mark.parametrize(
+    ("axis", "parts", "at_ends"), [(1, 1, {}), (-1, 2, {}), (1, 2, {"stop": True})]
+)
 def test_a_whole_turn_is_not_within_half_a_turn_each_way(
-    axis: int, parts: int, stops: bool
+    axis: int, parts: int, at_ends: dict[str, Any]
 ) -> None:
-    plan = kw.plan(rim(axis, parts, stops=stops))
+    plan = kw.plan(rim(axis, parts, at_ends=at_ends))
     assert plan.report.ok
     wound = np.abs(turns(plan)).max()
     assert wound > np.radians(350)
-    report = judged(plan.trajectory, rim(axis, parts, stops=stops), HALF)
+    report = judged(plan.trajectory, rim(axis, parts, at_ends=at_ends), HALF)
     worst = max(report.select(quantity="path_turn"), key=lambda one: one.value or 0.0)
     assert {one.quantity for one in report.failures} == {"path_turn"}
     assert worst.value == pytest.approx(wound - np.pi, abs=1e-3)
@@ -91,3 +93,21 @@ def test_from_one_end_of_the_range_it_may_wind_to_the_other(axis: int) -> None:
     (used,) = report.select(group="Freedom")
     ends = [float(word) for word in used.message.split("turn ")[1].split(" of ")[0].split(" to ")]
     assert np.abs(np.abs(ends) - 180).max() < 5
+
+
+@pytest.mark.parametrize("at_ends", [{"stop": True}, {"wait": 0.5}])
+def test_an_end_of_the_range_is_no_door_to_the_other_between_two_paths(
+    at_ends: dict[str, Any],
+) -> None:
+    """Half a turn each, both within the range if the second began anew at its other end."""
+    plan = kw.plan(rim(parts=2, at_ends=at_ends))
+    first, last = (one.motion for one in plan.scenario.paths)
+    part = (first.end_time - first.start_time) / (last.end_time - first.start_time)
+    found = turns(plan)
+    halfway = float(np.interp(part, np.linspace(0, 1, len(found)), found))
+    task = rim(parts=2, at_ends=at_ends, yaw=180 + float(np.degrees(halfway)))
+    report = judged(plan.trajectory, task, HALF)
+    first_half, second_half = report.select(quantity="path_turn")
+    assert first_half.ok
+    assert first_half.value == pytest.approx(0.0, abs=1e-3)
+    assert second_half.value == pytest.approx(halfway - found[-1], abs=2e-3)

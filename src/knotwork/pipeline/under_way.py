@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,17 +11,10 @@ import numpy as np
 
 from knotwork.documents import Document, edited
 from knotwork.errors import InputError
+from knotwork.pipeline.overrides import NEAR, TOLERANCE, passed_times, run_by
 from knotwork.pipeline.scene_then import by_joint, on_moving_frames, scene_from
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.retiming import (
-    composed,
-    cubic_through,
-    first_rest,
-    inverse_time,
-    joint_stop,
-    override,
-    stop_on_path,
-)
+from knotwork.retiming import first_rest, inverse_time, joint_stop, stop_on_path
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.events import action_of, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
@@ -31,19 +24,13 @@ from knotwork.task.places import moved_paths
 from knotwork.task.units import si_factors
 from knotwork.trajectory import JointTrajectory, Segment
 from knotwork.trajectory.events import on_at
-from knotwork.verification import check
+from knotwork.verification import Finding, check
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
     from knotwork.verification import Report
-
-TOLERANCE = 1e-6
-"""Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
-
-NEAR = 1e-9
-"""Moments that are nearer to one another [s] are one."""
 
 CHOICES = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
@@ -71,7 +58,9 @@ class UnderWay:
 
         Args:
             profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
-                smoothly from each value to the next, and keeps the last one.
+                smoothly from each value to the next, and keeps the last one. If that is too fast
+                for limits of acceleration and jerk, and it is nowhere above 1, the nearest override
+                found that is not is run; a warning of the report says which.
 
         Raises:
             InputError: A time or an override is negative, nothing would move, or a moving frame
@@ -86,12 +75,10 @@ class UnderWay:
             raise self.scenario.places.error(
                 ("waypoints", i), "is in a frame that moves on at its own speed, not the arm's"
             )
-        clock = _shifted(override(profile, self.trajectory.duration), self.trajectory.start_time)
-        times = _waypoint_times(self.scenario, clock)
-        curve = composed(self.trajectory.polynomial, clock)
-        motion, _ = cubic_through(curve, TOLERANCE, inverse_time(clock, times).tolist())
+        limits = self.space.limits["acceleration"], self.space.limits["jerk"]
+        motion, clock, known = run_by(profile, self.trajectory, self.scenario.times, limits)
         span = self.trajectory.start_time, float(clock(clock.x[-1]))
-        return self._with_motion(motion, clock, span, (START, "end"))
+        return self._with_motion(motion, clock, span, (START, "end"), known)
 
     def stop(self, at: float, *, on_path: bool = True) -> Self:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -149,6 +136,7 @@ class UnderWay:
         clock: PiecewisePolynomial | None,
         span: tuple[float, float],
         ends: tuple[str, str],
+        known: Sequence[Finding] = (),
     ) -> Self:
         """The plan of another motion, through those waypoints that its clock passes.
 
@@ -157,6 +145,7 @@ class UnderWay:
             clock: The planned motion's time over its own, or `None` where it leaves the path.
             span: From when to when the planned motion is run [s].
             ends: Names of waypoints there, where the task has none.
+            known: Findings to report.
         """
         scenario, space = self.scenario, self.space
         own = {one.name: one.time for one in scenario.waypoints}
@@ -189,7 +178,7 @@ class UnderWay:
         )
         asked = resolved(task)
         parts = self._segments(clock) or segments(asked)
-        return self._checked(asked, motion, times, parts)
+        return self._checked(asked, motion, times, parts, known)
 
     def _checked(
         self,
@@ -197,6 +186,7 @@ class UnderWay:
         motion: PiecewisePolynomial,
         times: FloatArray,
         parts: tuple[Segment, ...],
+        known: Sequence[Finding],
     ) -> Self:
         """The plan of a motion for a task, at whose waypoints it is at some times [s]."""
         space, moved = self.space, joint_space(asked)
@@ -217,7 +207,7 @@ class UnderWay:
             space=moved,
             joint_waypoints=passed_through,
             trajectory=trajectory,
-            report=check(trajectory, asked, space=moved),
+            report=check(trajectory, asked, space=moved, known=known),
             left_out=(),
             solution=None,
             chosen=None,
@@ -234,7 +224,7 @@ class UnderWay:
         names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
         if clock is None:
             return names
-        passed = _waypoint_times(self.scenario, clock)
+        passed = passed_times(self.scenario.times, clock)
         for time, when in zip(passed, inverse_time(clock, passed), strict=True):
             near = next((one for one in names if abs(one - when) < NEAR), float(when))
             i = int(np.flatnonzero(self.scenario.times == time)[0])
@@ -300,17 +290,3 @@ def _without_file(task: Task, scenario: Scenario) -> Task:
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
     data = task.to_dict() | {"name": scenario.name}
     return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)
-
-
-def _shifted(clock: PiecewisePolynomial, start: float) -> PiecewisePolynomial:
-    c = np.array(clock.c)
-    c[-1] += start
-    return PiecewisePolynomial(c, clock.x)
-
-
-def _waypoint_times(scenario: Scenario, clock: PiecewisePolynomial) -> FloatArray:
-    """Times of the waypoints that a clock passes [s]."""
-    first, last = clock(clock.x[[0, -1]])
-    times = scenario.times
-    passed: FloatArray = times[(times >= first - NEAR) & (times <= last + NEAR)]
-    return passed

@@ -6,6 +6,7 @@ A clock is C2 smooth, never runs back, and its rate τ' is the speed override.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,22 +34,55 @@ def rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
     return PiecewisePolynomial(np.stack((first, second), axis=2).reshape(3, -1), breaks)
 
 
-def override(profile: Mapping[float, float], duration: float) -> PiecewisePolynomial:
-    """The clock of a speed override over time (C2 smooth).
+class Profile(NamedTuple):
+    """A speed override over time: it changes smoothly from each value to the next.
 
-    Between two times of the profile the override changes smoothly; before the first and after the
-    last it keeps its value. The clock ends with the motion, or with the profile if that ends at 0.
+    Attributes:
+        times: From 0 on, strictly increasing [s], shape (n,).
+        rates: Overrides, 1 is the planned speed, shape (n,).
+    """
+
+    times: FloatArray
+    rates: FloatArray
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        """The override at times from 0 on."""
+        end = max(self.times[-1], times.max(initial=0.0)) + 1.0
+        held = rate_curve(np.append(self.times, end), np.append(self.rates, self.rates[-1]))
+        return held(times)
+
+    def clock(self, start: float, duration: float) -> PiecewisePolynomial:
+        """The time of a motion over time (C2 smooth).
+
+        The clock ends with the motion, or with the profile if that ends at 0.
+
+        Args:
+            start: When the motion starts by its own time [s].
+            duration: That of the motion [s].
+        """
+        times, rates = self
+        if rates[-1] > 0.0:  # the last override stays until the motion ends
+            end = times[-1] + 2.0 * duration / rates[-1]
+            times, rates = np.append(times, end), np.append(rates, rates[-1])
+        shown = rate_curve(times, rates).antiderivative()
+        if float(shown(times[-1])) > duration:
+            shown = part(shown, 0.0, float(inverse_time(shown, np.array([duration]))[0]))
+        c = np.array(shown.c)
+        c[-1] += start
+        return PiecewisePolynomial(c, shown.x)
+
+
+def checked_profile(profile: Mapping[float, float]) -> Profile:
+    """A speed override over time, checked.
+
+    Before the first time and after the last the override keeps its value.
 
     Args:
         profile: Overrides by time [s]; 1 is the planned speed.
-        duration: That of the motion [s].
-
-    Returns:
-        Time since the start of the planned motion [s] over time [s], from 0 on.
 
     Raises:
-        InputError: A time or an override is negative or not finite, the override is 0 for good
-            before anything moves, or the clock takes longer than 1e6 durations.
+        InputError: A time or an override is negative or not finite, or the override is 0 for good
+            before anything moves.
     """
     if not profile:
         raise InputError("an override profile has no values; accepted: {0: 1.0, 2.0: 0.3}")
@@ -62,15 +96,9 @@ def override(profile: Mapping[float, float], duration: float) -> PiecewisePolyno
             )
     if times[0] > 0.0:
         times, rates = np.append(0.0, times), np.append(rates[0], rates)
-    if rates[-1] > 0.0:  # the last override stays until the motion ends
-        end = times[-1] + 2.0 * duration / rates[-1]
-        times, rates = np.append(times, end), np.append(rates, rates[-1])
-    if len(times) < 2 or not rates.any():
+    if not rates.any():
         raise InputError("override profile: the override is 0 at all times; nothing would move")
-    clock = rate_curve(times, rates).antiderivative()
-    if float(clock(times[-1])) <= duration:
-        return clock
-    return part(clock, 0.0, float(inverse_time(clock, np.array([duration]))[0]))
+    return Profile(times, rates)
 
 
 def inverse_time(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:

@@ -78,7 +78,11 @@ def cubic_through(
         one, other = refined(curve, cubics.x), refined(cubics, curve.x)
         gap = PiecewisePolynomial(one.c - raised(other.c, one.degree), one.x).extrema(0).peak
         if gap.max() <= tolerance:
-            return PiecewisePolynomial(cubics.c, cubics.x), gap
+            # what is a cubic stays what it is, for rounding would change its third derivative
+            own = np.logical_not(one.c[:-4].any(axis=(0, 2)))
+            return PiecewisePolynomial(
+                np.where(own.reshape(-1, 1), one.c[-4:], cubics.c), one.x
+            ), gap
         times = distinct(times, 0.5 * (times[1:] + times[:-1]))
     raise InputError(
         f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "

@@ -105,7 +105,7 @@ def stop_on_path(
                 break
             clock = _after(clock, at, begin)
             motion, _ = cubic_through(composed(curve, clock), tolerance)
-            if _within(motion, curve, acceleration, jerk):
+            if keeps_limits(motion, curve, acceleration, jerk):
                 return clock, motion
     if rest is None:
         return None
@@ -143,7 +143,7 @@ def _after(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePoly
     return PiecewisePolynomial(c, np.append(0.0, begin - at + clock.x))
 
 
-def _within(
+def keeps_limits(
     motion: PiecewisePolynomial,
     curve: PiecewisePolynomial,
     acceleration: FloatArray,

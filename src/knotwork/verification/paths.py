@@ -10,13 +10,15 @@ from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
-from knotwork.waypoints import PoseFreedom
+from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.verification.bounds.path import PathBound, PathLimits, Progress, StretchBounds
 
 GROUP = "Tool paths"
+SAME = 1e-9
+"""Poses that differ by less, relative to their size, are the same."""
 
 
 def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -36,12 +38,21 @@ def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
     groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
         before = groups[-1][-1] if groups else path
-        between = {one.name for one in scenario.waypoints[before.last : path.first + 1]}
-        if before.freedom == path.freedom and len(between) == 1:
+        if before.freedom == path.freedom and _stays(scenario, before.last, path.first):
             groups[-1].append(path)
         else:
             groups.append([path])
     return groups
+
+
+def _stays(scenario: Scenario, before: int, after: int) -> bool:
+    """Whether two waypoints are the same, or one is a wait at the other."""
+    if after - before != 1:
+        return after == before
+    one, other = scenario.waypoints[before : after + 1]
+    if not (isinstance(one, CartesianWaypoint) and isinstance(other, CartesianWaypoint)):
+        return False
+    return bool(one.pose.isApprox(other.pose, SAME))
 
 
 class _Judged(NamedTuple):
