@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,6 +17,12 @@ class Ran:
 
 
 Command = Callable[..., Ran]
+
+
+def without_progress(err: str) -> str:
+    """Standard error but for lines of progress, which slow machines see."""
+    return re.sub(r"^\S+: \d+ s, .*\n", "", err, flags=re.MULTILINE)
+
 
 PEAK_MEMORY = (
     "def used():\n"

@@ -115,3 +115,39 @@ def test_the_moment_of_replan_may_have_a_unit(tmp_path: Path, knotwork: Command)
     kw.Task(**moving).save(tmp_path / "old.yaml")
     made = knotwork("replan", tmp_path / "old.yaml", tmp_path / "goal.yaml", "--at", "1500ms")
     assert made.code == 0, made.err
+
+
+def test_what_is_taken_where_a_stop_ends_is_not_held_yet() -> None:
+    """The stop ends at the rest at which the tool is to take a box."""
+
+    def joints(turn: float) -> dict[str, float]:
+        angles = (turn, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8)
+        return {f"panda_joint{i}": angle for i, angle in enumerate(angles, 1)}
+
+    plan = kw.plan(
+        {
+            "robot": "panda",
+            "limits": {"acceleration": 5, "jerk": 100},
+            "times": "fastest",
+            "start": "home",
+            "tool": {
+                "holds": {
+                    "box": {
+                        "box": [0.1, 0.1, 0.1],
+                        "position": [0, 0, 0.2],
+                        "from": "pick",
+                        "to": "put",
+                    }
+                }
+            },
+            "waypoints": [
+                {"name": name, "joints": joints(turn), "wait": 0.2}
+                for name, turn in (("pick", 0.5), ("put", -0.5))
+            ],
+        }
+    )
+    rest = next(one.time for one in plan.scenario.waypoints if one.name == "pick")
+    stop = plan.stop(rest - 0.05)
+    assert stop.scenario.waypoints[-1].name == "pick"
+    assert not stop.scenario.scene.held
+    assert "box" in stop.scenario.task.scene.objects

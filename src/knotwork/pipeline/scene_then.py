@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from knotwork.trajectory import JointTrajectory
     from knotwork.waypoints import FloatArray
 
+NEAR = 1e-9
+"""What is taken this much before the end [s] is not yet held."""
+
 
 def held_at(scenario: Scenario, at: float) -> list[str]:
     """Names of what the tool holds at a time [s]."""
@@ -76,13 +79,13 @@ def scene_from(
     for held in scenario.scene.held:
         take, leave = place[held.take], place[held.leave]
         asked = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
-        if times[take] <= last and first < times[leave]:
+        if times[take] < last - NEAR and first < times[leave]:
             holds[held.name] = there(asked, held.appears).replace(
                 take=held.take if first < times[take] else ends[0],
                 leave=held.leave if times[leave] <= last else ends[1],
             )
             continue
-        i = take if last < times[take] else leave
+        i = take if last - NEAR <= times[take] else leave
         near = times[max(i - 1, 0)] <= last and first <= times[min(i + 1, len(times) - 1)]
         pose = robot.forward(motion(times[i]))  # type: ignore[union-attr]
         objects[held.name] = there(_lying(scenario, held, i, pose, near=near), held.appears)

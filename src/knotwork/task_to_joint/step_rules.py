@@ -47,7 +47,7 @@ def step_rules(
         avoided=branch == "keep" or moving,
         forbidden=branch == "fixed",
         untimed=None if free is None else free.untimed,
-        resting=None if free is None else free.duration & ~_faster(moving, speeds, free_velocity),
+        resting=None if free is None else free.duration & _resting(scenario, moving, speeds),
         ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
         colliding=tuple(CollidingStep(*step) for step in avoided),
         apart=_apart(chains),
@@ -70,15 +70,16 @@ def _in_motion(scenario: Scenario, free_velocity: Collection[int]) -> Any:
     return passes[1:] | passes[:-1]
 
 
-def _faster(
-    moving: Any, speeds: Sequence[FloatArray | None], free_velocity: Collection[int]
-) -> Any:
-    """Which intervals move at one end or both, given joint velocities included."""
-    moving = moving.copy()
+def _resting(scenario: Scenario, moving: Any, speeds: Sequence[FloatArray | None]) -> Any:
+    """Which intervals lead from rest to rest, and not along a way round something."""
+    free = scenario.free
+    resting = ~moving
     for i, v in enumerate(speeds):
-        if v is not None and (v.any() or i in free_velocity):
-            moving[max(i - 1, 0) : i + 1] = True
-    return moving
+        if v is not None and (v.any() or (free is not None and free.speed[i] != "given")):
+            resting[max(i - 1, 0) : i + 1] = False
+    if free is not None:
+        resting[[i - 1 for i in free.ways]] = False
+    return resting
 
 
 def _apart(chains: Chains) -> FloatArray:
