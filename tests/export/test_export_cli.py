@@ -190,6 +190,23 @@ def test_a_tampered_trajectory_is_refused(knotwork: Command, stored: Path) -> No
     assert "knots.position[1][0]" in ran.err
 
 
+def test_a_stored_trajectory_that_was_changed_is_exported_only_with_its_scenario(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    """Without its events a weld went without an arc, with a note."""
+    folder = tmp_path / "weld"
+    assert knotwork("plan", "ur10_weld", "-o", folder).code == 0
+    file = folder / "trajectory.json"
+    data = json.loads(file.read_text())
+    del data["events"]
+    file.write_text(json.dumps(data))
+    ran = knotwork("export", folder, "-f", "ros2", "-o", tmp_path / "weld.yaml")
+    assert (ran.code, ran.out) == (2, "")
+    assert "was changed since; give the scenario that it is for with --scenario" in ran.err
+    assert not (tmp_path / "weld.yaml").exists()
+    assert knotwork("export", folder, "-f", "ros2", "-s", "ur10_weld").code == 1
+
+
 def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> None:
     line = ["export", SCENARIO, "--planner", "quintic", "--allow-failed", "-f", "pvt"]
     ran = knotwork(*line)

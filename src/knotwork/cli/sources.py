@@ -77,8 +77,8 @@ def read_motions(
         options: For a scenario, how to plan it.
         compare: For a scenario, other planners, whose plans follow the first.
         robot: For a trajectory without a scenario, its robot, if known.
-        strict: Refuse a file that contradicts itself if it is not checked; by default that is only
-            a note on standard error.
+        strict: Refuse a file that is not checked and contradicts itself or the report beside it; by
+            default that is only a note on standard error.
         instead: What may be given in place of a trajectory's scenario, for errors.
         log: Options of the trajectory if it is a log. The plan that it is compared with follows
             it.
@@ -143,11 +143,14 @@ def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) 
         raise InputError(f"{path} needs the scenario it is for: give it with --scenario{instead}")
     owner = f"robot {robot.name!r}" if robot is not None else "the scenario"
     trajectory, defects = read_trajectory(path, names, units, owner=owner)
-    _note_change(path)
+    if not strict:
+        _note_change(path)
     for defect in defects:
         if strict:
             raise InputError(f"{path}: {defect}")
         echo(f"note: {path}: {defect}", err=True)
+    if strict and (fault := set_disagreement(Path(path))) is not None:
+        raise InputError(f"{path} {fault}; give the scenario that it is for with --scenario")
     return trajectory
 
 
