@@ -32,7 +32,7 @@ class Event:
 
     @property
     def signal(self) -> str | int:
-        """What is switched: an output, by number, or a signal by its name."""
+        """The output that is switched, by number, or the signal, by its name."""
         return self.name if self.output is None else self.output
 
     @property
