@@ -216,5 +216,5 @@ def test_progress_on_a_narrow_terminal_keeps_to_a_line(
     monkeypatch.setenv("TERM", "xterm")
     shown = knotwork("plan", FASTEST).err
     plain = re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", shown)
-    assert "choosing times" in plain
+    assert "panda_pick_place_fastest: " in plain
     assert max(len(line) for line in re.split(r"[\r\n]", plain)) <= 50
