@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
@@ -109,26 +109,25 @@ def first_with_ways(
     Raises:
         NoWayFoundError: As for the best sequence, if no way is found in any that is tried.
     """
-    tried: list[TaskSolution] = []
-    avoided: list[Step] = []
     try:
         return made(None)
     except NoWayFoundError as error:
+        if error.waypoints is None:
+            raise
         missing, first = error, error
-    while missing.waypoints is not None and len(tried) + 1 < most:
-        tried = tried or [solve(())]
-        q = tried[-1].sequence
-        if q is None:
+    current = solve(())
+    others = _Others(solve, current)
+    for tried in range(2, most + 1):
+        if missing.waypoints is None:
             break
-        start, end = missing.waypoints[0], missing.waypoints[-1]
-        avoided += [(i, q[i], q[i + 1]) for i in range(start, end)]
+        between = range(missing.waypoints[0], missing.waypoints[-1])
         try:
-            other = solve(avoided)
+            other = others.without(current, between)
         except InputError:
             break
-        if any(np.array_equal(other.waypoints.position, one.waypoints.position) for one in tried):
+        if other is None:
             break
-        tried.append(other)
+        current = other
         try:
             plan = made(other)
         except NoWayFoundError as error:
@@ -137,9 +136,32 @@ def first_with_ways(
             return _with_finding(
                 plan,
                 "no way was found in the best sequence of solutions; of "
-                f"{len(tried)} tried this is the first with one",
+                f"{tried} tried this is the first with one",
             )
     raise first
+
+
+class _Others:
+    """The best sequence of solutions, and the next best ones, each once."""
+
+    def __init__(
+        self, solve: Callable[[Sequence[Step]], TaskSolution], first: TaskSolution | None
+    ) -> None:
+        self.solve = solve
+        self.known = [] if first is None else [first.waypoints.position]
+        self.avoided: list[Step] = []
+
+    def without(self, solution: TaskSolution, intervals: Iterable[int]) -> TaskSolution | None:
+        """The best one without the steps of another in some intervals; `None` if no more."""
+        q = solution.sequence
+        if q is None:
+            return None
+        self.avoided += [(int(i), q[i], q[i + 1]) for i in intervals]
+        other = self.solve(self.avoided)
+        if any(np.array_equal(one, other.waypoints.position) for one in self.known):
+            return None
+        self.known.append(other.waypoints.position)
+        return other
 
 
 class _Sequences(Generic[PlanT]):
@@ -158,9 +180,8 @@ class _Sequences(Generic[PlanT]):
         made: Callable[[TaskSolution], PlanT | None],
         most: int,
     ) -> None:
-        self.solve, self.made, self.most, self.tried, self.late = solve, made, most, 1, False
-        self.known = [] if first.solution is None else [first.solution.waypoints.position]
-        self.avoided: list[Step] = []
+        self.made, self.most, self.tried, self.late = made, most, 1, False
+        self.others = _Others(solve, first.solution)
 
     def without(self, plan: PlanT, times: Sequence[float | None]) -> PlanT | None:
         """The next best one, without the steps that a plan takes at some times; `None` if no more.
@@ -169,17 +190,14 @@ class _Sequences(Generic[PlanT]):
             plan: The one that was planned last.
             times: At these it is not good [s].
         """
-        if self.tried >= self.most or plan.solution is None or plan.solution.sequence is None:
+        if self.tried >= self.most or plan.solution is None:
             return None
         when = [time for time in times if time is not None]
         after = np.searchsorted(plan.scenario.times, when, side="right")
         intervals = np.unique(np.clip(after - 1, 0, len(plan.scenario.times) - 2))
-        q = plan.solution.sequence
-        self.avoided += [(int(i), q[i], q[i + 1]) for i in intervals]
-        other = self.solve(self.avoided)
-        if any(np.array_equal(q, other.waypoints.position) for q in self.known):
+        other = self.others.without(plan.solution, intervals)
+        if other is None:
             return None
-        self.known.append(other.waypoints.position)
         try:
             made = self.made(other)
         except InputError:  # there is no such motion, however slow
