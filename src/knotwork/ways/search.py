@@ -191,15 +191,13 @@ class _Search:
         blame = self._against(k, q, move)
         if blame is None:
             return move
-        runs = (
-            (problem.stop if k == 0 else lambda: None),
-            (lambda: joint_stop(q, v, a, limits.acceleration, limits.jerk)),
-        )
-        for run in (one() for one in runs):
-            if run is not None and self._is_possible(run):
-                self.runs[k] = backwards(run) if k else run
-                return np.asarray(run(run.x[-1]) - q)
-        raise blame
+        run = problem.stop() if k == 0 else None
+        if run is None or not self._is_possible(run):
+            run = joint_stop(q, v, a, limits.acceleration, limits.jerk)
+            if not self._is_possible(run):
+                raise blame
+        self.runs[k] = backwards(run) if k else run
+        return np.asarray(run(run.x[-1]) - q)
 
     def _against(self, k: int, q: FloatArray, move: FloatArray) -> NoWayError | None:
         """What is in the way of a straight move from an end."""
