@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import math
+import logging
 import os
 import sys
 from pathlib import Path
@@ -16,8 +16,10 @@ from knotwork.cli.main import cli
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
+# The highlighting style sets up logging when it is imported, if nobody has.
+logging.getLogger().addHandler(logging.NullHandler())
 os.environ["COLUMNS"] = "96"  # the width of what commands print
-knotwork.cli.progress.PLAN_INTERVAL = math.inf  # and how slow the machine is does not matter
+knotwork.cli.progress.PLAN_INTERVAL = 1e6  # and how slow the machine is does not matter
 
 # Each command is loaded when it is asked for, and sphinx_click takes what it finds.
 cli.commands.update({name: cli.get_command(click.Context(cli), name) for name in cli.commands})

@@ -123,7 +123,7 @@ def _draw(state: Callable[[], State], ended: threading.Event, console: Console) 
 
 def _log(state: Callable[[], State], ended: threading.Event, interval: float) -> None:
     begun, rest = time.monotonic(), interval
-    while not ended.wait(min(rest, threading.TIMEOUT_MAX)):
+    while not ended.wait(rest):
         echo(state()[1], err=True)
         rest = max(interval, SHARE * (time.monotonic() - begun))
 
