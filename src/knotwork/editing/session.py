@@ -114,8 +114,9 @@ class Session:
                 there = [one for one in first.values() if part_of(document.data, one.at)]
                 self._scenario, self._robot, self._handles = scenario, robot, there[::-1]
                 self._handled, self._axes = revision, _axes(document.data)
-                if self._build != build(document.data):
-                    self._build = build(document.data)
+                now = build(document.data)
+                if self._build != now:
+                    self._build = now
                     self._units = units(document.data, robot)
             return self._scenario
 

@@ -88,7 +88,6 @@ def stop_on_path(
     Returns:
         The clock, which is the time of the curve over the time from the stop's beginning on [s],
         and the motion; `None` where no such stop keeps the limits before the curve ends.
-
     """
     rest = first_rest(curve, at)
     end = float(curve.x[-1]) if rest is None else rest
