@@ -24,8 +24,8 @@ CORRECTIONS = 6
 BACK = 8.0
 
 
-# Tilts move less easily towards their limits, and hardly beyond this part of their ranges. The power
-# spreads that over more of the range: they would be stopped where they race.
+# Tilts move less easily towards their limits, and hardly beyond this part of their ranges; by a
+# power, which spreads that over more of the range: they would be stopped hard where they race.
 INSIDE, LEAST_EASE, SOFTLY = 0.95, 2e-3, 3
 
 
