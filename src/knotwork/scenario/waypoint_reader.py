@@ -122,8 +122,9 @@ class WaypointReader:
                 indices.append(i)
                 over = replace(made, name=_after_wait(names[i]), time=times[i] + waypoint.wait)
                 carrier = self.carriers.of(i)
-                if carrier is not None and isinstance(over, CartesianWaypoint):
-                    held.append(self._held(i, poses[i], carrier, waypoints, over.time))
+                if carrier is not None and isinstance(made, CartesianWaypoint):
+                    begin = len(waypoints) - 1, made
+                    held.append(self._held(i, poses[i], carrier, *begin, over.time))
                     motion = held[-1].motion
                     pose, twist = motion.pose(over.time), motion.twist(over.time)
                     over = replace(over, pose=pose, twist=twist)
@@ -138,15 +139,15 @@ class WaypointReader:
         i: int,
         pose: pin.SE3,
         carrier: MovingFrame,
-        before: list[ScenarioWaypoint],
+        first: int,
+        begin: CartesianWaypoint,
         end: float,
     ) -> ScenarioPath:
-        """The wait that the last waypoint begins, in a frame that moves."""
+        """A wait in a frame that moves; arguments as of `wait_on`."""
         from knotwork.scenario.path_reader import wait_on
 
-        begin = before[-1]
         self.carriers.check_smooth(i, carrier, (begin.time, end))
-        return wait_on(carrier, pose, len(before) - 1, begin, end)
+        return wait_on(carrier, pose, first, begin, end)
 
     def _state(
         self,
