@@ -42,7 +42,8 @@ class RobotFile(StrictModel):
     )
     external_axes: dict[Text, ExternalAxis] = Field(
         default_factory=dict,
-        description="Joints added to the URDF, by name; its root is then the link `cell`",
+        description="Joints and positioners added to the URDF, by name; its root is then the link "
+        "`cell`",
     )
     base_frame: Text | None = Field(
         default=None, description="Link that poses are given in; left out: the root of the URDF"
