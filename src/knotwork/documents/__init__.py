@@ -7,7 +7,7 @@ error.
 from knotwork.documents.document import Document, Location, Places, field_path
 from knotwork.documents.edits import REMOVED, Edits, edited, edited_text
 from knotwork.documents.validation import description_of, validate
-from knotwork.documents.values import Finite, Number, Positive, StrictModel, Text, by_kind
+from knotwork.documents.values import Finite, Number, Positive, StrictModel, Text, optional
 from knotwork.documents.xml_text import check_xml, parse_xml
 from knotwork.documents.yaml_text import parse, read, read_text
 
@@ -22,12 +22,12 @@ __all__ = [
     "Positive",
     "StrictModel",
     "Text",
-    "by_kind",
     "check_xml",
     "description_of",
     "edited",
     "edited_text",
     "field_path",
+    "optional",
     "parse",
     "parse_xml",
     "read",

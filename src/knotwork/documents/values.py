@@ -5,8 +5,8 @@ Fields take what they say and convert nothing: text is no number, `true` is no 1
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -37,6 +37,7 @@ Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST), AfterValidator(_above_rounding)]
 if TYPE_CHECKING:
     Items = Sequence
+    Several = Sequence
 else:
 
     class Items:
@@ -44,6 +45,12 @@ else:
 
         def __class_getitem__(cls, item: Any) -> Any:
             return tuple[item, ...]
+
+    class Several:
+        """A list in a file with one item at least."""
+
+        def __class_getitem__(cls, item: Any) -> Any:
+            return Annotated[tuple[item, ...], Field(min_length=1)]
 
 
 Vector3 = Annotated[Items[Number], Field(min_length=3, max_length=3)]
@@ -74,6 +81,22 @@ class StrictModel(BaseModel):
         return self
 
 
+def optional(description: str, default: Any = None, *, key: str | None = None) -> Any:
+    """A field that may be left out.
+
+    Args:
+        description: What it is, with its unit in brackets.
+        default: Its value then.
+        key: Its key in a file, if that is no name of Python's.
+    """
+    about: dict[str, Any] = {"description": description}
+    if key is not None:
+        about |= {"validation_alias": key, "serialization_alias": key}
+    if default in ({}, ()):
+        return Field(default_factory=type(default), **about)
+    return Field(default=default, **about)
+
+
 def _kind(value: Any) -> str | None:
     """Tell text, a mapping, a list and a number apart, so that only one of them is tried."""
     if isinstance(value, str):
@@ -87,19 +110,39 @@ def _kind(value: Any) -> str | None:
     return None
 
 
-def by_kind(accepted: str, words: Collection[str] | None = None) -> Discriminator:
-    """Tell the forms of a value apart by their kind; the error says which are accepted.
+class Forms:
+    """Says of a union that its parts are told apart by their kind; errors name them all.
 
     Args:
         accepted: All forms, in words.
-        words: The text that is accepted; by default the text has its own check.
     """
 
-    def kind(value: Any) -> str | None:
-        unknown = isinstance(value, str) and words is not None and value not in words
-        return None if unknown else _kind(value)
+    def __init__(self, accepted: str) -> None:
+        self.accepted = f"must be {accepted}"
 
-    return Discriminator(kind, custom_error_type="kind", custom_error_message=f"must be {accepted}")
+    def __get_pydantic_core_schema__(self, union: Any, handler: Any) -> Any:
+        """The schema of the union."""
+        parts = [(part, *_form(part)) for part in get_args(union)]
+        words = next((words for _, kind, words in parts if kind == "text"), ())
+
+        def kind_of(value: Any) -> str | None:
+            unknown = isinstance(value, str) and words and value not in words
+            return None if unknown else _kind(value)
+
+        tagged: Any = Union[tuple(Annotated[part, Tag(kind)] for part, kind, _ in parts)]  # noqa: UP007 - of parts
+        told = Discriminator(kind_of, custom_error_type="kind", custom_error_message=self.accepted)
+        return handler.generate_schema(Annotated[tagged, told])
+
+
+def _form(part: Any) -> tuple[str, tuple[Any, ...]]:
+    """The kind of a part of a union, and its words, if these alone are accepted."""
+    origin = get_origin(part)
+    if origin is Annotated:
+        return _form(get_args(part)[0])
+    if origin is Literal:
+        return "text", get_args(part)
+    kinds = {str: "text", float: "number", tuple: "list", dict: "mapping"}
+    return kinds.get(origin or part, "mapping"), ()
 
 
 def _range(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -110,35 +153,32 @@ def _range(values: tuple[float, ...]) -> tuple[float, ...]:
 
 Interval = Annotated[Items[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
 JointLimits = Annotated[
-    Annotated[Positive, Tag("number")]
-    | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],
-    by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
+    Positive | Annotated[dict[str, Positive], Field(min_length=1)],
+    Forms("a positive number for every joint or a mapping of joint names to positive numbers"),
 ]
 JointsOrName = Annotated[
-    Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
-    by_kind("the name of a configuration or a mapping of joint names to values"),
+    Text | JointMap,
+    Forms("the name of a configuration or a mapping of joint names to values"),
 ]
 
 
 class LimitsFile(StrictModel):
     """Limits that take the place of those of the URDF, or of the robot."""
 
-    position: dict[str, Interval] | None = Field(
-        default=None, description="Lower and upper limit by joint [angle or length]"
+    position: dict[str, Interval] | None = optional(
+        "Lower and upper limit by joint [angle or length]"
     )
-    velocity: JointLimits | None = Field(
-        default=None, description="Largest speed, for all joints or by joint [angle/s or length/s]"
+    velocity: JointLimits | None = optional(
+        "Largest speed, for all joints or by joint [angle/s or length/s]"
     )
-    acceleration: JointLimits | None = Field(
-        default=None,
-        description="Largest acceleration, for all joints or by joint [angle/s² or length/s²]",
+    acceleration: JointLimits | None = optional(
+        "Largest acceleration, for all joints or by joint [angle/s² or length/s²]"
     )
-    jerk: JointLimits | None = Field(
-        default=None,
-        description="Largest jerk, for all joints or by joint [angle/s³ or length/s³]. Where times "
+    jerk: JointLimits | None = optional(
+        "Largest jerk, for all joints or by joint [angle/s³ or length/s³]. Where times "
         "are chosen and none is given, one is assumed: the limit of acceleration reached in 10 ms, "
-        "at most 20000 rad/s³ or m/s³",
+        "at most 20000 rad/s³ or m/s³"
     )
-    effort: JointLimits | None = Field(
-        default=None, description="Largest torque or force, for all joints or by joint [N m or N]"
+    effort: JointLimits | None = optional(
+        "Largest torque or force, for all joints or by joint [N m or N]"
     )

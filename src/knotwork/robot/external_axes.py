@@ -12,10 +12,10 @@ from typing import Any, ClassVar, NamedTuple
 from xml.dom.minidom import Element
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from knotwork.documents import StrictModel, Text
-from knotwork.documents.values import Interval, Positive, Vector3
+from knotwork.documents.values import Interval, Positive, Vector3, optional
 from knotwork.errors import InputError, did_you_mean
 from knotwork.robot.urdf_rules import child_elements, link_of, named
 from knotwork.waypoints import FloatArray
@@ -35,34 +35,25 @@ class ExternalAxis(StrictModel):
         *(("urdf", other) for other in ("carries", "range", "velocity")),
     )
 
-    urdf: Text | None = Field(
-        default=None,
-        description="A positioner with a URDF of its own, as `urdf` of the file; its root link "
-        "is placed, and names that are taken get that of the positioner and _ in front",
+    urdf: Text | None = optional(
+        "A positioner with a URDF of its own, as `urdf` of the file; its root link is placed, and "
+        "names that are taken get that of the positioner and _ in front"
     )
-    carries: Text | None = Field(
-        default=None,
-        description="robot for a rail or a column; else the name of the link that it makes, a "
-        "table. Left out: that of the joint",
+    carries: Text | None = optional(
+        "robot for a rail or a column; else the name of the link that it makes, a "
+        "table. Left out: that of the joint"
     )
-    parent: Text = Field(
-        default=CELL,
-        validation_alias="in",
-        serialization_alias="in",
-        description="Link that carries it: cell, which does not move, or that of another axis",
+    parent: Text = optional(
+        "Link that carries it: cell, which does not move, or that of another axis", CELL, key="in"
     )
-    position: Vector3 = Field(default=(0.0, 0.0, 0.0), description="Origin in that link [m]")
-    rpy: Vector3 = Field(
-        default=(0.0, 0.0, 0.0), description="Turns about that link's x, y, z axes [rad]"
+    position: Vector3 = optional("Origin in that link [m]", (0.0, 0.0, 0.0))
+    rpy: Vector3 = optional("Turns about that link's x, y, z axes [rad]", (0.0, 0.0, 0.0))
+    slides: Vector3 | None = optional("Its direction, if it slides")
+    turns: Vector3 | None = optional("Its direction, if it turns")
+    range: Interval | None = optional(
+        "Lower and upper limit of its position [rad or m]; left out: it turns without limit"
     )
-    slides: Vector3 | None = Field(default=None, description="Its direction, if it slides")
-    turns: Vector3 | None = Field(default=None, description="Its direction, if it turns")
-    range: Interval | None = Field(
-        default=None,
-        description="Lower and upper limit of its position [rad or m]; left out: it turns without "
-        "limit",
-    )
-    velocity: Positive | None = Field(default=None, description="Largest speed [rad/s or m/s]")
+    velocity: Positive | None = optional("Largest speed [rad/s or m/s]")
 
     @model_validator(mode="after")
     def _one_direction(self) -> ExternalAxis:

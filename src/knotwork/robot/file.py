@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from knotwork.documents import Number, StrictModel, Text
-from knotwork.documents.values import LimitsFile
+from knotwork.documents.values import LimitsFile, optional
 from knotwork.robot.external_axes import ExternalAxis
 
 
@@ -17,19 +17,16 @@ class CollisionFile(StrictModel):
     ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
         default_factory=list, description="Pairs of links that are not checked"
     )
-    srdf: Text | None = Field(
-        default=None,
-        description="Path of an SRDF whose disabled pairs are not checked, as that of the URDF",
+    srdf: Text | None = optional(
+        "Path of an SRDF whose disabled pairs are not checked, as that of the URDF"
     )
 
 
 class RobotFile(StrictModel):
     """A robot: its URDF, which chain of it is the arm, and what the URDF doesn't say. SI units."""
 
-    name: Text | None = Field(
-        default=None, description="Name of the robot; left out: that of the file"
-    )
-    description: str = Field("", description="What it is, in a sentence")
+    name: Text | None = optional("Name of the robot; left out: that of the file")
+    description: str = optional("What it is, in a sentence", "")
     urdf: Text = Field(
         description="Path relative to the file, or in an installed Python package, as in "
         "`airo_models:arms/ur5e/ur5e.urdf`; `example-robot-data:` is its folder `robots`"
@@ -40,27 +37,22 @@ class RobotFile(StrictModel):
         "`urdf`: packages that it names, `package://NAME/…`, whatever the folder's own name is, "
         "folders of them, or where relative paths start",
     )
-    external_axes: dict[Text, ExternalAxis] = Field(
-        default_factory=dict,
-        description="Joints and positioners added to the URDF, by name; its root is then the link "
-        "`cell`",
+    external_axes: dict[Text, ExternalAxis] = optional(
+        "Joints and positioners added to the URDF, by name; its root is then the link `cell`", {}
     )
-    base_frame: Text | None = Field(
-        default=None, description="Link that poses are given in; left out: the root of the URDF"
+    base_frame: Text | None = optional(
+        "Link that poses are given in; left out: the root of the URDF"
     )
-    tool_frame: Text | None = Field(
-        default=None, description="Link that carries the TCP; left out: the scenario names it"
+    tool_frame: Text | None = optional("Link that carries the TCP; left out: the scenario names it")
+    locked: dict[str, Number] = optional(
+        "Joints that do not move, for example fingers, and where they stand [rad or m]", {}
     )
-    locked: dict[str, Number] = Field(
-        default_factory=dict,
-        description="Joints that do not move, for example fingers, and where they stand [rad or m]",
+    configurations: dict[str, dict[str, Number]] = optional(
+        "Named configurations: joint to position [rad or m]", {}
     )
-    configurations: dict[str, dict[str, Number]] = Field(
-        default_factory=dict, description="Named configurations: joint to position [rad or m]"
+    collision: CollisionFile = optional(
+        "Which links are never checked for collisions", CollisionFile.model_construct()
     )
-    collision: CollisionFile = Field(
-        CollisionFile.model_construct(), description="Which links are never checked for collisions"
-    )
-    limits: LimitsFile = Field(
-        LimitsFile.model_construct(), description="What the URDF lacks, or what replaces its own"
+    limits: LimitsFile = optional(
+        "What the URDF lacks, or what replaces its own", LimitsFile.model_construct()
     )

@@ -9,12 +9,11 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    Tag,
     WithJsonSchema,
     model_validator,
 )
 
-from knotwork.documents.values import LARGEST, Items, Number, Positive, by_kind
+from knotwork.documents.values import LARGEST, Forms, Number, Positive, Several, optional
 from knotwork.task.part import TaskPart
 
 # Of shorter waits rounding of times would make motions.
@@ -65,25 +64,16 @@ class Action(TaskPart):
     __pydantic_extra__: dict[str, Value]
     ALTERNATIVES = (("at", "after", "before"),)
 
-    output: Output | None = Field(
-        default=None, description="Number of a digital output, which takes the value"
+    output: Output | None = optional("Number of a digital output, which takes the value")
+    value: Switched | None = optional("Of the output")
+    wait: Wait | None = optional(
+        "The arm stands still for so long [s], before what comes next in the list"
     )
-    value: Switched | None = Field(default=None, description="Of the output")
-    wait: Wait | None = Field(
-        default=None,
-        description="The arm stands still for so long [s], before what comes next in the list",
+    at: Number | None = optional(
+        "How far after the waypoint along the tool path; before it, if negative [length]"
     )
-    at: Number | None = Field(
-        default=None,
-        description="How far after the waypoint along the tool path; before it, if negative "
-        "[length]",
-    )
-    after: Positive | None = Field(
-        default=None, description="How long after arrival at the waypoint [s]"
-    )
-    before: Positive | None = Field(
-        default=None, description="How long before arrival at the waypoint [s]"
-    )
+    after: Positive | None = optional("How long after arrival at the waypoint [s]")
+    before: Positive | None = optional("How long before arrival at the waypoint [s]")
 
     def __repr_args__(self) -> list[tuple[str, Any]]:
         return [*self.signals.items(), *super().__repr_args__()]
@@ -113,7 +103,6 @@ class Action(TaskPart):
 
 
 Actions = Annotated[
-    Annotated[Action, Tag("mapping")]
-    | Annotated[Annotated[Items[Action], Field(min_length=1)], Tag("list")],
-    by_kind("a mapping, as {gripper: close}, or a list of mappings"),
+    Action | Several[Action],
+    Forms("a mapping, as {gripper: close}, or a list of mappings"),
 ]

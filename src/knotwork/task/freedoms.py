@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import (
     LARGEST,
+    Forms,
     Interval,
     Items,
     JointMap,
     Number,
     Positive,
-    by_kind,
+    optional,
 )
 from knotwork.task.part import TaskPart
 
@@ -23,7 +24,7 @@ class Fastest(TaskPart):
     """A time that is chosen: the least that the limits allow."""
 
     fastest: Literal[True] = Field(description="The minimum time that the limits allow")
-    at_least: Positive | None = Field(default=None, description="But no less than this [s]")
+    at_least: Positive | None = optional("But no less than this [s]")
 
 
 class AtMost(TaskPart):
@@ -33,27 +34,21 @@ class AtMost(TaskPart):
 
 
 After = Annotated[
-    Annotated[Positive, Tag("number")]
-    | Annotated[Literal["fastest"], Tag("text")]
-    | Annotated[Fastest, Tag("mapping")],
-    by_kind(
-        "a positive number of seconds, fastest, or {fastest: true, at_least: seconds}", ["fastest"]
-    ),
+    Positive | Literal["fastest"] | Fastest,
+    Forms("a positive number of seconds, fastest, or {fastest: true, at_least: seconds}"),
 ]
 Speed = Annotated[
-    Annotated[Positive, Tag("number")]
-    | Annotated[Literal["fastest"], Tag("text")]
-    | Annotated[AtMost, Tag("mapping")],
-    by_kind("a positive number, fastest, or {at_most: a positive number}", ["fastest"]),
+    Positive | Literal["fastest"] | AtMost,
+    Forms("a positive number, fastest, or {at_most: a positive number}"),
 ]
 
 
 class FreePosition(TaskPart):
     """A box for the tool in the axes of the pose; along axes left out it stays where it is."""
 
-    x: Interval | None = Field(default=None, description="Least and greatest place [length]")
-    y: Interval | None = Field(default=None, description="Least and greatest place [length]")
-    z: Interval | None = Field(default=None, description="Least and greatest place [length]")
+    x: Interval | None = optional("Least and greatest place [length]")
+    y: Interval | None = optional("Least and greatest place [length]")
+    z: Interval | None = optional("Least and greatest place [length]")
 
 
 class FreePose(TaskPart):
@@ -61,29 +56,25 @@ class FreePose(TaskPart):
 
     turn: (
         Annotated[
-            Annotated[Literal["z"], Tag("text")] | Annotated[Interval, Tag("list")],
-            by_kind("z, or a list of two angles, the least and the greatest", ["z"]),
+            Literal["z"] | Interval,
+            Forms("z, or a list of two angles, the least and the greatest"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="The tool may turn about its z axis: z, however far; or the least and the "
-        "greatest turn from the pose [angle]",
+    ) = optional(
+        "The tool may turn about its z axis: z, however far; or the least and the "
+        "greatest turn from the pose [angle]"
     )
-    tilt: Positive | None = Field(
-        default=None,
-        description="The z axis may be this far from that of the pose [angle]; the turn is that "
-        "before the tool leans",
+    tilt: Positive | None = optional(
+        "The z axis may be this far from that of the pose [angle]; the turn is that "
+        "before the tool leans"
     )
-    work_angle: Interval | None = Field(
-        default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
+    work_angle: Interval | None = optional(
+        "Least and greatest, of a tool at angles to a seam [angle]"
     )
-    travel_angle: Interval | None = Field(
-        default=None, description="Least and greatest, of a tool at angles to a seam [angle]"
+    travel_angle: Interval | None = optional(
+        "Least and greatest, of a tool at angles to a seam [angle]"
     )
-    position: FreePosition | None = Field(
-        default=None, description="Where the tool stops it may be anywhere in a box"
-    )
+    position: FreePosition | None = optional("Where the tool stops it may be anywhere in a box")
 
     @model_validator(mode="after")
     def _something(self) -> FreePose:
@@ -99,8 +90,8 @@ class FreePose(TaskPart):
 
 
 Free = Annotated[
-    Annotated[FreePose, Tag("mapping")] | Annotated[Literal["none"], Tag("text")],
-    by_kind("a mapping with turn, tilt, angles or position, or none", ["none"]),
+    FreePose | Literal["none"],
+    Forms("a mapping with turn, tilt, angles or position, or none"),
 ]
 
 
@@ -108,19 +99,18 @@ class ClearWay(TaskPart):
     """A motion that finds its own way past everything that it may not touch."""
 
     clear: Literal[True] = Field(description="The motion keeps clear of everything, proved")
-    tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        default=2, description="Number of ways that are looked for; the fastest is taken"
+    tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
+        "Number of ways that are looked for; the fastest is taken", 2
     )
-    room: Positive | None = Field(
-        default=None,
-        description="Clearance beyond the margins that it keeps where it can, or a half or a "
-        "quarter of it [length]; left out: none",
+    room: Positive | None = optional(
+        "Clearance beyond the margins that it keeps where it can, or a half or a "
+        "quarter of it [length]; left out: none"
     )
 
 
 Way = Annotated[
-    Annotated[Literal["clear"], Tag("text")] | Annotated[ClearWay, Tag("mapping")],
-    by_kind("clear, or {clear: true, tries: a number, room: a length}", ["clear"]),
+    Literal["clear"] | ClearWay,
+    Forms("clear, or {clear: true, tries: a number, room: a length}"),
 ]
 
 
@@ -130,22 +120,15 @@ Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 class Weights(TaskPart):
     """Objective that is minimised where times or knots are chosen: a weighted sum of these."""
 
-    time: Weight = Field(default=0.0, description="Weight of the duration [1/s]")
-    jerk: Weight = Field(
-        default=0.0, description="Weight of the integral of jerk squared [s⁵/rad²]"
+    time: Weight = optional("Weight of the duration [1/s]", 0.0)
+    jerk: Weight = optional("Weight of the integral of jerk squared [s⁵/rad²]", 0.0)
+    effort: Weight = optional(
+        "Weight of the integral of torque squared, with the payload [1/(N²m²s)]", 0.0
     )
-    effort: Weight = Field(
-        default=0.0,
-        description="Weight of the integral of torque squared, with the payload [1/(N²m²s)]",
-    )
-    acceleration: Weight = Field(
-        default=0.0, description="Weight of the integral of acceleration squared [s³/rad²]"
-    )
-    peak_jerk: Weight = Field(
-        default=0.0, description="Weight of the greatest jerk of any joint [s³/rad or s³/m]"
-    )
-    peak_acceleration: Weight = Field(
-        default=0.0, description="Weight of the greatest acceleration of any joint [s²/rad or s²/m]"
+    acceleration: Weight = optional("Weight of the integral of acceleration squared [s³/rad²]", 0.0)
+    peak_jerk: Weight = optional("Weight of the greatest jerk of any joint [s³/rad or s³/m]", 0.0)
+    peak_acceleration: Weight = optional(
+        "Weight of the greatest acceleration of any joint [s²/rad or s²/m]", 0.0
     )
 
     @model_validator(mode="after")
@@ -164,16 +147,15 @@ class ChosenMotion(TaskPart):
     accelerations: Annotated[dict[Text, Items[Number]], Field(min_length=1)] = Field(
         description="At the knots, a list for each joint [angle/s² or length/s²]"
     )
-    velocities: dict[Text, JointMap] = Field(
-        default_factory=dict,
-        description="Joint velocities at waypoints where they were chosen, by their names "
+    velocities: dict[Text, JointMap] = optional(
+        "Joint velocities at waypoints where they were chosen, by their names "
         "[angle/s or length/s]",
+        {},
     )
-    way: Annotated[int, Field(ge=0)] = Field(
-        0, description="Number of ways that were tried where it found its way; else 0"
+    way: Annotated[int, Field(ge=0)] = optional(
+        "Number of ways that were tried where it found its way; else 0", 0
     )
-    room: Annotated[Number, Field(ge=0)] | None = Field(
-        None,
-        description="Clearance beyond the margins that its way keeps [length]; left out where none "
-        "was asked for",
+    room: Annotated[Number, Field(ge=0)] | None = optional(
+        "Clearance beyond the margins that its way keeps [length]; left out where none "
+        "was asked for"
     )

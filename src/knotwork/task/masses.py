@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from knotwork.documents.values import LARGEST, Number
+from knotwork.documents.values import LARGEST, Number, optional
 from knotwork.task.part import TaskPart
 
 Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
@@ -18,6 +18,6 @@ class Inertia(TaskPart):
     ixx: Number = Field(description="About x [kg m²]")
     iyy: Number = Field(description="About y [kg m²]")
     izz: Number = Field(description="About z [kg m²]")
-    ixy: Number = Field(default=0.0, description="Product of inertia [kg m²]")
-    ixz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
-    iyz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
+    ixy: Number = optional("Product of inertia [kg m²]", 0.0)
+    ixz: Number = optional("Product of inertia [kg m²]", 0.0)
+    iyz: Number = optional("Product of inertia [kg m²]", 0.0)

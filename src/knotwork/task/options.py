@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, model_validator
 
-from knotwork.documents.values import Items, Number, Positive, by_kind
+from knotwork.documents.values import Forms, Number, Positive, Several, optional
 from knotwork.task.part import TaskPart
 
 
@@ -22,27 +22,19 @@ class Balanced(TaskPart):
 class EndAcceleration(TaskPart):
     """Joint accelerations at the two ends; joints left out have none."""
 
-    start: dict[str, Number] = Field(
-        default_factory=dict, description="At the first waypoint [angle/s² or length/s²]"
-    )
-    end: dict[str, Number] = Field(
-        default_factory=dict, description="At the last waypoint [angle/s² or length/s²]"
-    )
+    start: dict[str, Number] = optional("At the first waypoint [angle/s² or length/s²]", {})
+    end: dict[str, Number] = optional("At the last waypoint [angle/s² or length/s²]", {})
 
 
 class Branch(TaskPart):
     """The branch of solutions to take, in words; what is left out is free."""
 
-    shoulder: Literal["left", "right"] | None = Field(
-        default=None,
-        description="Side of axis 1 on which the upper arm is, seen from behind the arm",
+    shoulder: Literal["left", "right"] | None = optional(
+        "Side of axis 1 on which the upper arm is, seen from behind the arm"
     )
-    elbow: Literal["up", "down"] | None = Field(
-        default=None, description="Above or below the line from shoulder to wrist"
-    )
-    wrist: Literal["flip", "no flip"] | None = Field(
-        default=None,
-        description="no flip: axis 6 is turned from axis 4 in the positive sense of joint 5",
+    elbow: Literal["up", "down"] | None = optional("Above or below the line from shoulder to wrist")
+    wrist: Literal["flip", "no flip"] | None = optional(
+        "no flip: axis 6 is turned from axis 4 in the positive sense of joint 5"
     )
 
     @model_validator(mode="after")
@@ -57,57 +49,46 @@ class Presets(TaskPart):
 
     accelerations: (
         Annotated[
-            Annotated[Literal["zero", "estimated"], Tag("text")]
-            | Annotated[Annotated[Items[dict[str, Number]], Field(min_length=1)], Tag("list")],
-            by_kind(
-                "zero, estimated, or a list of mappings of joint names to accelerations",
-                ["zero", "estimated"],
-            ),
+            Literal["zero", "estimated"] | Several[dict[str, Number]],
+            Forms("zero, estimated, or a list of mappings of joint names to accelerations"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Zero, estimated, or a mapping by joint for each waypoint in order, the start "
+    ) = optional(
+        "Zero, estimated, or a mapping by joint for each waypoint in order, the start "
         "included, each joint named; 3-5-3 takes none for the first two and the last two "
-        "[angle/s² or length/s²]",
+        "[angle/s² or length/s²]"
     )
 
 
 class Tolerances(TaskPart):
     """Largest differences from the task that pass the check; by default 1e-6 in SI."""
 
-    position: Positive | None = Field(default=None, description="Of the TCP at a pose [length]")
-    orientation: Positive | None = Field(default=None, description="Of the tool at a pose [angle]")
-    linear_velocity: Positive | None = Field(default=None, description="Of the TCP [length/s]")
-    angular_velocity: Positive | None = Field(default=None, description="Of the tool [angle/s]")
-    joint_position: Positive | None = Field(
-        default=None, description="At waypoints given by joint values [angle or length]"
+    position: Positive | None = optional("Of the TCP at a pose [length]")
+    orientation: Positive | None = optional("Of the tool at a pose [angle]")
+    linear_velocity: Positive | None = optional("Of the TCP [length/s]")
+    angular_velocity: Positive | None = optional("Of the tool [angle/s]")
+    joint_position: Positive | None = optional(
+        "At waypoints given by joint values [angle or length]"
     )
-    joint_velocity: Positive | None = Field(
-        default=None,
-        description="At waypoints given by joint values, and where the tool is to stop "
-        "[angle/s or length/s]",
+    joint_velocity: Positive | None = optional(
+        "At waypoints given by joint values, and where the tool is to stop [angle/s or length/s]"
     )
-    joint_acceleration: Positive | None = Field(
-        default=None, description="At the ends, where asked for [angle/s² or length/s²]"
+    joint_acceleration: Positive | None = optional(
+        "At the ends, where asked for [angle/s² or length/s²]"
     )
-    path: Positive | None = Field(
-        default=None, description="Distance of the TCP from a path [length]; left out: 0.1 mm"
+    path: Positive | None = optional("Distance of the TCP from a path [length]; left out: 0.1 mm")
+    path_orientation: Positive | None = optional(
+        "Of the tool along a path [angle]; left out: 0.1 degrees"
     )
-    path_orientation: Positive | None = Field(
-        default=None, description="Of the tool along a path [angle]; left out: 0.1 degrees"
-    )
-    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
-        default=None,
-        description="Of the speed along a path, as a part of the full speed; left out: 0.01",
+    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = optional(
+        "Of the speed along a path, as a part of the full speed; left out: 0.01"
     )
 
 
 class PathOptions(TaskPart):
     """How the tool moves along paths."""
 
-    acceleration: Positive | None = Field(
-        default=None,
-        description="Largest acceleration along the path where its speed changes, at a stop or "
-        "where two speeds meet [length/s²]; left out: 1 m/s²",
+    acceleration: Positive | None = optional(
+        "Largest acceleration along the path where its speed changes, at a stop or "
+        "where two speeds meet [length/s²]; left out: 1 m/s²"
     )

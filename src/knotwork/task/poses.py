@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import Items, Number, Vector3, Vector4
+from knotwork.documents.values import Items, Number, Vector3, Vector4, optional
 from knotwork.task.part import TaskPart
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
@@ -50,21 +50,18 @@ class Euler(TaskPart):
 class Torch(TaskPart):
     """How the tool's z axis leans to a seam and the surface that it is on."""
 
-    normal: Vector3 | None = Field(
-        default=None,
-        description="Direction out of the surface; along a path that where it begins, left out "
-        "where its points have normals",
+    normal: Vector3 | None = optional(
+        "Direction out of the surface; along a path that where it begins, left out "
+        "where its points have normals"
     )
-    work_angle: Number = Field(
-        default=0.0, description="About the seam: how far the tool leans to its left [angle]"
-    )
-    travel_angle: Number = Field(
-        default=0.0,
-        description="In the plane of seam and tool: positive where the tool points forward (push), "
+    work_angle: Number = optional("About the seam: how far the tool leans to its left [angle]", 0.0)
+    travel_angle: Number = optional(
+        "In the plane of seam and tool: positive where the tool points forward (push), "
         "negative where it points back (drag) [angle]",
+        0.0,
     )
-    tangent: Literal["x", "y", "-x", "-y"] = Field(
-        default="x", description="Axis of the tool that points along the seam at zero angles"
+    tangent: Literal["x", "y", "-x", "-y"] = optional(
+        "Axis of the tool that points along the seam at zero angles", "x"
     )
 
 
@@ -81,27 +78,21 @@ class Placement(TaskPart):
     ALTERNATIVES = (ORIENTATIONS,)
 
     position: Vector3 = Field(description="Origin: x, y, z [length]")
-    quaternion_xyzw: Vector4 | None = Field(
-        default=None, description="Unit quaternion, its scalar part last, as in ROS and SciPy"
+    quaternion_xyzw: Vector4 | None = optional(
+        "Unit quaternion, its scalar part last, as in ROS and SciPy"
     )
-    quaternion_wxyz: Vector4 | None = Field(
-        default=None,
-        description="Unit quaternion, its scalar part first, as in Eigen's constructor",
+    quaternion_wxyz: Vector4 | None = optional(
+        "Unit quaternion, its scalar part first, as in Eigen's constructor"
     )
-    rpy: Vector3 | None = Field(
-        default=None,
-        description="Turns about the fixed x, y, z axes, in this order, as in URDF [angle]",
+    rpy: Vector3 | None = optional(
+        "Turns about the fixed x, y, z axes, in this order, as in URDF [angle]"
     )
-    euler: Euler | None = Field(
-        default=None, description="Turns about moving axes, in an order of choice"
+    euler: Euler | None = optional("Turns about moving axes, in an order of choice")
+    rotation_vector: Vector3 | None = optional("Unit axis times angle [angle]")
+    rotation_matrix: Annotated[Items[Vector3], Field(min_length=3, max_length=3)] | None = optional(
+        "Three rows of three numbers; orthonormal, right-handed"
     )
-    rotation_vector: Vector3 | None = Field(
-        default=None, description="Unit axis times angle [angle]"
-    )
-    rotation_matrix: Annotated[Items[Vector3], Field(min_length=3, max_length=3)] | None = Field(
-        default=None, description="Three rows of three numbers; orthonormal, right-handed"
-    )
-    torch: SeamTorch | None = Field(default=None, description="Angles to a seam and a surface")
+    torch: SeamTorch | None = optional("Angles to a seam and a surface")
 
     @property
     def turned(self) -> bool:
@@ -116,19 +107,14 @@ class Pose(Placement):
 class FrameMotion(TaskPart):
     """A motion that is known at all times, in the axes of the frame where it is at rest."""
 
-    linear: Vector3 | None = Field(default=None, description="Constant [length/s]")
-    angular: Vector3 | None = Field(
-        default=None, description="Constant, about the frame's origin [angle/s]"
-    )
-    file: Text | None = Field(
-        default=None,
-        description="Path of a trajectory, relative to this file, of joints named x, y, z [m], "
+    linear: Vector3 | None = optional("Constant [length/s]")
+    angular: Vector3 | None = optional("Constant, about the frame's origin [angle/s]")
+    file: Text | None = optional(
+        "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
         "yaw, pitch, roll [rad], or some of them, in SI: shifts, then turns about the moving z, y, "
-        "x axes; before and after it the frame stands",
+        "x axes; before and after it the frame stands"
     )
-    at: Number = Field(
-        default=0.0, description="When the frame is where it is placed, or the file begins [s]"
-    )
+    at: Number = optional("When the frame is where it is placed, or the file begins [s]", 0.0)
 
     @model_validator(mode="after")
     def _one_form(self) -> FrameMotion:
@@ -164,22 +150,14 @@ class Grid(TaskPart):
 class Frame(Placement):
     """A named frame, placed in the base or in another named frame."""
 
-    moves: FrameMotion | None = Field(
-        default=None, description="Its motion, and that of all in it: a belt, a turntable"
-    )
+    moves: FrameMotion | None = optional("Its motion, and that of all in it: a belt, a turntable")
 
-    on: Text | None = Field(
-        default=None,
-        description="In place of in: link of the robot that carries it. Where poses are in frames "
-        "on a link that joints move, a turntable, these joints are planned with the arm's",
+    on: Text | None = optional(
+        "In place of in: link of the robot that carries it. Where poses are in frames "
+        "on a link that joints move, a turntable, these joints are planned with the arm's"
     )
-    grid: Grid | None = Field(default=None, description="Places in it, for over of a repeat")
-    parent: Text = Field(
-        default="base",
-        validation_alias="in",
-        serialization_alias="in",
-        description="base or the name of another frame",
-    )
+    grid: Grid | None = optional("Places in it, for over of a repeat")
+    parent: Text = optional("base or the name of another frame", "base", key="in")
 
     @model_validator(mode="after")
     def _one_carrier(self) -> Frame:
@@ -191,11 +169,8 @@ class Frame(Placement):
 class Velocity(TaskPart):
     """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
 
-    linear: Vector3 = Field(default=(0.0, 0.0, 0.0), description="Of the TCP [length/s]")
-    angular: Vector3 = Field(default=(0.0, 0.0, 0.0), description="Of the tool [angle/s]")
-    axes: Text | None = Field(
-        default=None,
-        validation_alias="in",
-        serialization_alias="in",
-        description="A named frame, base or tool; left out: the frame the waypoint's pose is in",
+    linear: Vector3 = optional("Of the TCP [length/s]", (0.0, 0.0, 0.0))
+    angular: Vector3 = optional("Of the tool [angle/s]", (0.0, 0.0, 0.0))
+    axes: Text | None = optional(
+        "A named frame, base or tool; left out: the frame the waypoint's pose is in", key="in"
     )

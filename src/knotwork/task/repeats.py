@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, Tag
 
 from knotwork.documents import Text
-from knotwork.documents.values import Items, by_kind
+from knotwork.documents.values import Forms, Several, optional
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Frame
 from knotwork.task.scene import HeldObject
@@ -28,42 +28,30 @@ class PlacesFile(TaskPart):
         description="Path of a CSV file, relative to this one, with the columns x, y, z, and qx, "
         "qy, qz, qw for orientations; its numbers are in this file's unit of length"
     )
-    parent: Text = Field(
-        default="base",
-        validation_alias="in",
-        serialization_alias="in",
-        description="base or the name of a frame",
-    )
+    parent: Text = optional("base or the name of a frame", "base", key="in")
 
 
 class Repeat(TaskPart):
     """Waypoints that are repeated over places: a turn at each place."""
 
     over: Annotated[
-        Annotated[Text, Tag("text")]
-        | Annotated[PlacesFile, Tag("mapping")]
-        | Annotated[
+        Text
+        | PlacesFile
+        | Several[
             Annotated[
-                Items[
-                    Annotated[
-                        Annotated[Text, Tag("text")] | Annotated[Frame, Tag("mapping")],
-                        by_kind("the name of a frame, or a mapping with a position"),
-                    ]
-                ],
-                Field(min_length=1),
-            ],
-            Tag("list"),
+                Text | Frame,
+                Forms("the name of a frame, or a mapping with a position"),
+            ]
         ],
-        by_kind("the name of a frame with a grid, a list of frames and places, or a file"),
+        Forms("the name of a frame with a grid, a list of frames and places, or a file"),
     ] = Field(
         description="Its places: a frame with a grid, a list of names of frames and of places, or "
         "a CSV file; in the block, the frame place is the one of the turn"
     )
-    holds: dict[Text, HeldObject] = Field(
-        default_factory=dict,
-        description="Objects that the tool takes along in each turn, as holds of the tool",
+    holds: dict[Text, HeldObject] = optional(
+        "Objects that the tool takes along in each turn, as holds of the tool", {}
     )
-    repeat: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
+    repeat: Several[Waypoint] = Field(
         description="The waypoints of a turn; their names, and those of its objects, get its number"
     )
 

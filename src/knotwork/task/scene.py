@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import AfterValidator, Field, Tag, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import LARGEST, Items, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import (
+    LARGEST,
+    Forms,
+    Items,
+    Number,
+    Positive,
+    Several,
+    Vector3,
+    optional,
+)
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
@@ -44,9 +53,7 @@ class HalfSpace(TaskPart):
     normal: Annotated[Vector3, AfterValidator(_a_direction)] = Field(
         description="Out of the solid, of any length"
     )
-    offset: Number = Field(
-        default=0.0, description="Of the plane from the origin along it [length]"
-    )
+    offset: Number = optional("Of the plane from the origin along it [length]", 0.0)
 
 
 class PointCloud(TaskPart):
@@ -56,36 +63,31 @@ class PointCloud(TaskPart):
         description="Path of a CSV file with columns x, y, z or a PLY file, relative to this file; "
         "its numbers are in this file's unit of length"
     )
-    scale: Positive = Field(default=1.0, description="Factor on its numbers")
+    scale: Positive = optional("Factor on its numbers", 1.0)
     resolution: Positive = Field(
         description="Edge of a cell; larger than the gaps between points [length]"
     )
 
 
 class _Shape(Placement):
-    position: Vector3 = Field(
-        default=(0.0, 0.0, 0.0), description="Of the shape's middle; of a file's origin [length]"
+    position: Vector3 = optional(
+        "Of the shape's middle; of a file's origin [length]", (0.0, 0.0, 0.0)
     )
-    box: Size3 | None = Field(default=None, description="Size along x, y and z [length]")
-    sphere: Positive | None = Field(default=None, description="Its radius [length]")
-    cylinder: SolidOfRevolution | None = Field(default=None, description="About z")
-    capsule: SolidOfRevolution | None = Field(
-        default=None, description="About z: a cylinder with half spheres"
+    box: Size3 | None = optional("Size along x, y and z [length]")
+    sphere: Positive | None = optional("Its radius [length]")
+    cylinder: SolidOfRevolution | None = optional("About z")
+    capsule: SolidOfRevolution | None = optional("About z: a cylinder with half spheres")
+    cone: SolidOfRevolution | None = optional("About z, its tip up")
+    ellipsoid: Size3 | None = optional("Half axes along x, y and z [length]")
+    half_space: HalfSpace | None = optional("A floor or a wall without end")
+    mesh: Text | None = optional(
+        "Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
+        "are in this file's unit of length (COLLADA says its own)"
     )
-    cone: SolidOfRevolution | None = Field(default=None, description="About z, its tip up")
-    ellipsoid: Size3 | None = Field(default=None, description="Half axes along x, y and z [length]")
-    half_space: HalfSpace | None = Field(default=None, description="A floor or a wall without end")
-    mesh: Text | None = Field(
-        default=None,
-        description="Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
-        "are in this file's unit of length (COLLADA says its own)",
-    )
-    points: PointCloud | None = Field(default=None, description="A point cloud")
-    scale: Positive | None = Field(default=None, description="Factor on a mesh; left out: 1")
-    exact: Flag | None = Field(
-        default=None,
-        description="Check a mesh as it is, not its convex hull; it must be watertight. Left out: "
-        "false",
+    points: PointCloud | None = optional("A point cloud")
+    scale: Positive | None = optional("Factor on a mesh; left out: 1")
+    exact: Flag | None = optional(
+        "Check a mesh as it is, not its convex hull; it must be watertight. Left out: false"
     )
 
     @model_validator(mode="after")
@@ -101,9 +103,8 @@ class _Shape(Placement):
 
 
 class _Appearing(_Shape):
-    appears: Text | None = Field(
-        default=None,
-        description="Name of the waypoint from which on it is there; left out: from the start",
+    appears: Text | None = optional(
+        "Name of the waypoint from which on it is there; left out: from the start"
     )
 
 
@@ -114,58 +115,38 @@ class ToolShape(_Shape):
 class SceneObject(_Appearing):
     """An object that stands still."""
 
-    parent: Text = Field(
-        default="base",
-        validation_alias="in",
-        serialization_alias="in",
-        description="base or the name of a frame",
+    parent: Text = optional("base or the name of a frame", "base", key="in")
+    allow: Items[Text] = optional(
+        "What may touch it: links of the robot, tool, or the name of a held object", ()
     )
-    allow: Items[Text] = Field(
-        default_factory=tuple,
-        description="What may touch it: links of the robot, tool, or the name of a held object",
-    )
-    visual: Flag = Field(default=False, description="Only shown, never checked")
+    visual: Flag = optional("Only shown, never checked", False)
 
 
 class OtherRobot(Placement):
     """Another robot in motion, with its tool and what it holds."""
 
-    position: Vector3 = Field(
-        default=(0.0, 0.0, 0.0), description="Of its base frame, whose axes it has [length]"
-    )
-    parent: Text = Field(
-        default="base",
-        validation_alias="in",
-        serialization_alias="in",
-        description="base or the name of a frame that stands",
-    )
+    position: Vector3 = optional("Of its base frame, whose axes it has [length]", (0.0, 0.0, 0.0))
+    parent: Text = optional("base or the name of a frame that stands", "base", key="in")
     scenario: Text = Field(
         description="Its scenario: the name of a shipped one, or a path relative to this file"
     )
-    motion: Text | None = Field(
-        default=None,
-        description="Path of its recorded motion, relative to this file, as knotwork check takes "
-        "it; left out: its scenario is planned, and must pass",
+    motion: Text | None = optional(
+        "Path of its recorded motion, relative to this file, as knotwork check takes "
+        "it; left out: its scenario is planned, and must pass"
     )
-    delay: Number = Field(
-        default=0.0,
-        description="How much later than this motion its own begins; it stands before and after "
-        "[s]",
+    delay: Number = optional(
+        "How much later than this motion its own begins; it stands before and after [s]", 0.0
     )
 
 
 class Surroundings(TaskPart):
     """What stands around the robot."""
 
-    margin: Distance = Field(
-        default=0.0, description="Clearance that robot, tool and held objects keep from it [length]"
+    margin: Distance = optional(
+        "Clearance that robot, tool and held objects keep from it [length]", 0.0
     )
-    objects: dict[Text, SceneObject] = Field(
-        default_factory=dict, description="By name, in the base or in frames"
-    )
-    robots: dict[Text, OtherRobot] = Field(
-        default_factory=dict, description="Other robots by name, which move as they do"
-    )
+    objects: dict[Text, SceneObject] = optional("By name, in the base or in frames", {})
+    robots: dict[Text, OtherRobot] = optional("Other robots by name, which move as they do", {})
 
 
 class HeldObject(_Appearing):
@@ -181,24 +162,19 @@ class HeldObject(_Appearing):
         serialization_alias="to",
         description="Name of the waypoint where the tool leaves it",
     )
-    allow: Items[Text] = Field(
-        default_factory=tuple,
-        description="What it may touch: objects of the scene that it is taken from or put on, "
+    allow: Items[Text] = optional(
+        "What it may touch: objects of the scene that it is taken from or put on, "
         "links. The tool may touch it anyway",
+        (),
     )
-    mass: Mass | None = Field(
-        default=None,
-        description="The arm carries it from where it is taken to where it is left, in addition to "
-        "the mass of the tool [kg]",
+    mass: Mass | None = optional(
+        "The arm carries it from where it is taken to where it is left, in addition to "
+        "the mass of the tool [kg]"
     )
-    centre_of_mass: Vector3 | None = Field(
-        default=None,
-        description="In the axes of the TCP [length]; left out: the middle of its shape, of a "
-        "file its origin",
+    centre_of_mass: Vector3 | None = optional(
+        "In the axes of the TCP [length]; left out: the middle of its shape, of a file its origin"
     )
-    inertia: Inertia | None = Field(
-        default=None, description="In the axes of the TCP; left out: a point mass"
-    )
+    inertia: Inertia | None = optional("In the axes of the TCP; left out: a point mass")
 
     @model_validator(mode="after")
     def _mass_of_it(self) -> HeldObject:
@@ -208,28 +184,23 @@ class HeldObject(_Appearing):
 
 
 Shapes = Annotated[
-    Annotated[ToolShape, Tag("mapping")]
-    | Annotated[Annotated[Items[ToolShape], Field(min_length=1)], Tag("list")],
-    by_kind("a mapping with a shape, or a list of them"),
+    ToolShape | Several[ToolShape],
+    Forms("a mapping with a shape, or a list of them"),
 ]
 
 
 class Collisions(TaskPart):
     """What is checked for collisions, and how closely."""
 
-    itself: Flag = Field(
-        default=True,
-        validation_alias="self",
-        serialization_alias="self",
-        description="Whether the robot is checked against itself and its tool",
+    itself: Flag = optional(
+        "Whether the robot is checked against itself and its tool", True, key="self"
     )
-    ignore: Items[Annotated[Items[Text], Field(min_length=2, max_length=2)]] = Field(
-        default_factory=tuple,
-        description="Pairs that are not checked: names of links and objects, or tool; `link:NAME` "
+    ignore: Items[Annotated[Items[Text], Field(min_length=2, max_length=2)]] = optional(
+        "Pairs that are not checked: names of links and objects, or tool; `link:NAME` "
         "and `scenario:NAME` say which where both have the name",
+        (),
     )
-    resolution: Positive | None = Field(
-        default=None,
-        description="A clearance that is nearer than this to what must be kept counts as failed "
-        "[length]; left out: 0.1 mm",
+    resolution: Positive | None = optional(
+        "A clearance that is nearer than this to what must be kept counts as failed "
+        "[length]; left out: 0.1 mm"
     )

@@ -6,12 +6,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, Tag
+from pydantic import AfterValidator, Field
 
 from knotwork import storage
 from knotwork.documents import Document, Text, edited, validate
 from knotwork.documents.edits import block
-from knotwork.documents.values import Items, JointsOrName, Number, Positive, Vector3, by_kind
+from knotwork.documents.values import (
+    Forms,
+    Items,
+    JointsOrName,
+    Number,
+    Positive,
+    Several,
+    Vector3,
+    optional,
+)
 from knotwork.task.actions import Output, one_name_each
 from knotwork.task.freedoms import ChosenMotion, Way, Weights
 from knotwork.task.options import (
@@ -34,12 +43,8 @@ from knotwork.task.waypoints import Waypoint
 class TaskUnits(TaskPart):
     """Units of every value in the file; seconds and kilograms stay what they are."""
 
-    length: Literal["m", "mm"] = Field(
-        default="m", description="Of positions, speeds and sliding joints"
-    )
-    angle: Literal["rad", "deg"] = Field(
-        default="rad", description="Of orientations and turning joints"
-    )
+    length: Literal["m", "mm"] = optional("Of positions, speeds and sliding joints", "m")
+    angle: Literal["rad", "deg"] = optional("Of orientations and turning joints", "rad")
 
 
 class Task(TaskPart):
@@ -56,173 +61,129 @@ class Task(TaskPart):
         DocumentError: A value is missing, unknown or wrong; names every one of them.
     """
 
-    name: Text | None = Field(default=None, description="Left out: the file's name")
-    description: str = Field(default="", description="What the task is, for reports")
-    units: TaskUnits = Field(
-        default=TaskUnits.model_construct(), description="Units of every value in the file"
-    )
+    name: Text | None = optional("Left out: the file's name")
+    description: str = optional("What the task is, for reports", "")
+    units: TaskUnits = optional("Units of every value in the file", TaskUnits.model_construct())
     robot: (
         Annotated[
-            Annotated[Text, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
-            by_kind("a robot's name, a path, or a mapping that describes one"),
+            Text | dict[str, Any],
+            Forms("a robot's name, a path, or a mapping that describes one"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="A shipped robot's name, the path of a robot file or URDF (relative to this "
-        "file), or a robot description in place",
+    ) = optional(
+        "A shipped robot's name, the path of a robot file or URDF (relative to this "
+        "file), or a robot description in place"
     )
-    joint_units: dict[str, Literal["rad", "m"]] = Field(
-        default_factory=dict,
-        description="Without a robot: which joints slide (m); those left out turn (rad)",
+    joint_units: dict[str, Literal["rad", "m"]] = optional(
+        "Without a robot: which joints slide (m); those left out turn (rad)", {}
     )
-    tool: Tool | None = Field(
-        default=None, description="The tool; left out: the robot's tool frame is the TCP"
+    tool: Tool | None = optional("The tool; left out: the robot's tool frame is the TCP")
+    gravity: Vector3 | None = optional(
+        "In the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
+        "out: 9.81 along -z of the URDF's root"
     )
-    gravity: Vector3 | None = Field(
-        default=None,
-        description="In the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
-        "out: 9.81 along -z of the URDF's root",
-    )
-    frames: dict[str, Frame] = Field(
-        default_factory=dict, description="Named frames, in the base or in one another"
-    )
-    frame: Text | None = Field(
-        default=None, description="Frame of poses that name none; left out: base"
-    )
+    frames: dict[str, Frame] = optional("Named frames, in the base or in one another", {})
+    frame: Text | None = optional("Frame of poses that name none; left out: base")
     scene: Surroundings = Field(
         default_factory=Surroundings, description="What stands around the robot"
     )
     collisions: Collisions = Field(
         default_factory=Collisions, description="What is checked for collisions, and how closely"
     )
-    outputs: Annotated[dict[Text, Output], AfterValidator(one_name_each)] = Field(
-        default_factory=dict,
-        description="Numbers of the digital outputs that signals of do switch, by their names",
+    outputs: Annotated[dict[Text, Output], AfterValidator(one_name_each)] = optional(
+        "Numbers of the digital outputs that signals of do switch, by their names", {}
     )
-    start: JointsOrName | None = Field(
-        default=None,
-        description="Where the motion starts, at rest, at time 0, before the waypoints: a "
-        "configuration by name, or every joint [angle or length]",
+    start: JointsOrName | None = optional(
+        "Where the motion starts, at rest, at time 0, before the waypoints: a "
+        "configuration by name, or every joint [angle or length]"
     )
-    near: JointsOrName | None = Field(
-        default=None,
-        description="Prefer the solutions nearest to this, for every waypoint; whole turns follow "
-        "the motion. Left out: the way of least travel from the start, else from home",
+    near: JointsOrName | None = optional(
+        "Prefer the solutions nearest to this, for every waypoint; whole turns follow "
+        "the motion. Left out: the way of least travel from the start, else from home"
     )
     branch: Annotated[
-        Annotated[Literal["free", "keep", "fixed"], Tag("text")]
-        | Annotated[Branch, Tag("mapping")],
-        by_kind(
-            "free, keep, fixed or a mapping of shoulder, elbow and wrist to words",
-            ["free", "keep", "fixed"],
-        ),
-    ] = Field(
-        default="free",
-        description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
+        Literal["free", "keep", "fixed"] | Branch,
+        Forms("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
+    ] = optional(
+        "Branch of the solutions: keep that of the first waypoint unless speeds forbid "
         "it, hold it fixed, or the one named; for arms of six joints, all others have near",
+        "free",
     )
     prefer: Annotated[
-        Annotated[Literal["travel", "clearance"], Tag("text")]
-        | Annotated[dict[Text, Positive], Tag("mapping")],
-        by_kind("travel, clearance or a mapping of joints to weights", ["travel", "clearance"]),
-    ] = Field(
-        default="travel",
-        description="What decides among solutions that nothing else rules out: least travel, or "
+        Literal["travel", "clearance"] | dict[Text, Positive],
+        Forms("travel, clearance or a mapping of joints to weights"),
+    ] = optional(
+        "What decides among solutions that nothing else rules out: least travel, or "
         "most room to everything: at the waypoints, up to 0.1 m, and then of a few sequences over "
         "the whole motion; near comes before. A mapping gives weights of joints, 1 for those left "
         "out, to travel and to the joint speeds of a redundant arm: {rail: 0.2} lets the rail "
         "follow and the arm keep its posture",
+        "travel",
     )
-    pull_to_middle: Positive | None = Field(
-        default=None,
-        description="For an arm of more than six joints: where it passes a pose at speed, its "
+    pull_to_middle: Positive | None = optional(
+        "For an arm of more than six joints: where it passes a pose at speed, its "
         "joints also move at this rate to the middle of their ranges, as far as tool and velocity "
-        "limits let them [1/s]; left out: the least joint speeds that move the tool as asked",
+        "limits let them [1/s]; left out: the least joint speeds that move the tool as asked"
     )
-    planner: Text = Field(
-        default="modified-hermite", description="A planner's name; `knotwork planners` lists them"
-    )
+    planner: Text = optional("A planner's name; `knotwork planners` lists them", "modified-hermite")
     knots: Annotated[
-        Annotated[Literal["paper", "balanced", "optimal"], Tag("text")]
-        | Annotated[Balanced, Tag("mapping")]
-        | Annotated[Items[Number], Tag("list")],
-        by_kind(
-            "paper, balanced, optimal, {balanced: c} or a list of knot times",
-            ["paper", "balanced", "optimal"],
-        ),
-    ] = Field(
-        default="paper",
-        description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
+        Literal["paper", "balanced", "optimal"] | Balanced | Items[Number],
+        Forms("paper, balanced, optimal, {balanced: c} or a list of knot times"),
+    ] = optional(
+        "Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
         "next to each waypoint, at the times given [s], or optimal: where they serve the objective "
         "best, within the limits. Left out where some times are free: optimal",
+        "paper",
     )
-    times: Literal["fastest"] | None = Field(
-        default=None,
-        description="fastest: for every waypoint that gives no time, as after: fastest there",
+    times: Literal["fastest"] | None = optional(
+        "fastest: for every waypoint that gives no time, as after: fastest there"
     )
-    ways: Way | None = Field(
-        default=None, description="As way at every waypoint that does not end a tool path"
-    )
-    duration: Positive | None = Field(
-        default=None,
-        description="Of the whole motion, where times are free: the smoothest so long [s]",
+    ways: Way | None = optional("As way at every waypoint that does not end a tool path")
+    duration: Positive | None = optional(
+        "Of the whole motion, where times are free: the smoothest so long [s]"
     )
     objective: (
         Annotated[
-            Annotated[
-                Literal["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"],
-                Tag("text"),
-            ]
-            | Annotated[Weights, Tag("mapping")],
-            by_kind(
+            Literal["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"]
+            | Weights,
+            Forms(
                 "time, jerk, effort, acceleration, peak_jerk, peak_acceleration, or a mapping of "
-                "these to weights",
-                ["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"],
+                "these to weights"
             ),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="What is minimised where times or knots are chosen: the duration, or the "
+    ) = optional(
+        "What is minimised where times or knots are chosen: the duration, or the "
         "integral of jerk, effort or acceleration squared, or the greatest jerk or acceleration; "
-        "left out: the duration, or jerk where that is given",
+        "left out: the duration, or jerk where that is given"
     )
-    chosen: Annotated[Items[ChosenMotion], Field(min_length=1)] | None = Field(
-        default=None,
-        description="Knots and accelerations of runs whose times were chosen, as `knotwork plan "
-        "--freeze` writes them",
+    chosen: Several[ChosenMotion] | None = optional(
+        "Knots and accelerations of runs whose times were chosen, as `knotwork plan "
+        "--freeze` writes them"
     )
     end_acceleration: (
         Annotated[
-            Annotated[Literal["zero"], Tag("text")] | Annotated[EndAcceleration, Tag("mapping")],
-            by_kind("zero or a mapping with start and end", ["zero"]),
+            Literal["zero"] | EndAcceleration,
+            Forms("zero or a mapping with start and end"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Joint accelerations at the two ends; left out: what the planner makes of them",
+    ) = optional("Joint accelerations at the two ends; left out: what the planner makes of them")
+    planner_options: Presets = optional(
+        "Further options of some planners", Presets.model_construct()
     )
-    planner_options: Presets = Field(
-        default=Presets.model_construct(),
-        description="Further options of some planners",
+    limits: Limits = optional(
+        "Take the place of the robot's limits, or limit the motion of tool and links",
+        Limits.model_construct(),
     )
-    limits: Limits = Field(
-        default=Limits.model_construct(),
-        description="Take the place of the robot's limits, or limit the motion of tool and links",
+    tolerances: Tolerances = optional(
+        "How far the check lets the motion be from what was asked", Tolerances.model_construct()
     )
-    tolerances: Tolerances = Field(
-        default=Tolerances.model_construct(),
-        description="How far the check lets the motion be from what was asked",
+    continuity: Literal[0, 1, 2] = optional(
+        "Continuity the check asks for: 2 means no jump of acceleration", 2
     )
-    continuity: Literal[0, 1, 2] = Field(
-        default=2, description="Continuity the check asks for: 2 means no jump of acceleration"
-    )
-    path: PathOptions = Field(
-        default=PathOptions.model_construct(), description="How the tool moves along paths"
-    )
-    rate: Positive = Field(default=100.0, description="Samples per second in samples.csv [Hz]")
-    waypoints: Annotated[Items[Step], Field(min_length=1)] = Field(
+    path: PathOptions = optional("How the tool moves along paths", PathOptions.model_construct())
+    rate: Positive = optional("Samples per second in samples.csv [Hz]", 100.0)
+    waypoints: Several[Step] = Field(
         description="Two at least, or one after a start, in order of time; some may be repeated"
     )
 
@@ -263,7 +224,7 @@ class Task(TaskPart):
 class PlainTask(Task):
     """A task in which nothing is repeated."""
 
-    waypoints: Annotated[Items[Waypoint], Field(min_length=1)] = Field(
+    waypoints: Several[Waypoint] = Field(
         description="Two at least, or one after a start, in order of time"
     )
 

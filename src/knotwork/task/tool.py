@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from knotwork.documents import Text
-from knotwork.documents.values import Items, LimitsFile, Positive, Vector3, by_kind
+from knotwork.documents.values import Forms, LimitsFile, Positive, Several, Vector3, optional
 from knotwork.task.freedoms import FreePose
 from knotwork.task.masses import Inertia, Mass
 from knotwork.task.part import TaskPart
@@ -19,30 +19,24 @@ from knotwork.task.scene import HeldObject, Shapes
 class Tool(TaskPart):
     """The tool: which frame of the robot carries it, where its centre point (TCP) is, its mass."""
 
-    frame: Text | None = Field(
-        default=None, description="Frame of the robot; left out: the robot's own"
+    frame: Text | None = optional("Frame of the robot; left out: the robot's own")
+    offset: Placement | None = optional("TCP in the axes of that frame")
+    free: FreePose | None = optional(
+        "What all poses leave open, but those with a free of their own"
     )
-    offset: Placement | None = Field(default=None, description="TCP in the axes of that frame")
-    free: FreePose | None = Field(
-        default=None, description="What all poses leave open, but those with a free of their own"
+    mass: Mass | None = optional(
+        "Of the tool, and of what it holds that has no mass of its own, in addition to "
+        "the robot's own masses [kg]"
     )
-    mass: Mass | None = Field(
-        default=None,
-        description="Of the tool, and of what it holds that has no mass of its own, in addition to "
-        "the robot's own masses [kg]",
+    centre_of_mass: Vector3 | None = optional(
+        "In the axes of that frame; must be given with a mass [length]"
     )
-    centre_of_mass: Vector3 | None = Field(
-        default=None, description="In the axes of that frame; must be given with a mass [length]"
+    inertia: Inertia | None = optional("In the axes of that frame; left out: a point mass")
+    shape: Shapes | None = optional(
+        "What it looks like and is checked by, in the axes of that frame"
     )
-    inertia: Inertia | None = Field(
-        default=None, description="In the axes of that frame; left out: a point mass"
-    )
-    shape: Shapes | None = Field(
-        default=None, description="What it looks like and is checked by, in the axes of that frame"
-    )
-    holds: dict[Text, HeldObject] = Field(
-        default_factory=dict,
-        description="Objects that it takes along between two waypoints, in the axes of the TCP",
+    holds: dict[Text, HeldObject] = optional(
+        "Objects that it takes along between two waypoints, in the axes of the TCP", {}
     )
 
     @model_validator(mode="after")
@@ -64,29 +58,22 @@ class FrameSpeed(TaskPart):
 class Limits(TaskPart, LimitsFile):
     """Limits that take the place of the robot's, and limits on the motion of tool and links."""
 
-    margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = Field(
-        default=None,
-        description="Part that is used of every limit of velocity, acceleration, jerk, effort and "
-        "of the speeds and acceleration of tool and links; positions keep their range",
+    margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = optional(
+        "Part that is used of every limit of velocity, acceleration, jerk, effort and "
+        "of the speeds and acceleration of tool and links; positions keep their range"
     )
-    tool_speed: Positive | None = Field(
-        default=None, description="Largest speed of the TCP [length/s]"
-    )
-    tool_acceleration: Positive | None = Field(
-        default=None, description="Largest acceleration of the TCP [length/s²]"
-    )
+    tool_speed: Positive | None = optional("Largest speed of the TCP [length/s]")
+    tool_acceleration: Positive | None = optional("Largest acceleration of the TCP [length/s²]")
     frame_speed: (
         Annotated[
-            Annotated[FrameSpeed, Tag("mapping")]
-            | Annotated[Annotated[Items[FrameSpeed], Field(min_length=1)], Tag("list")],
-            by_kind("a mapping with frame and speed, or a list of them"),
+            FrameSpeed | Several[FrameSpeed],
+            Forms("a mapping with frame and speed, or a list of them"),
         ]
         | None
-    ) = Field(default=None, description="Largest speed of links, for example of the elbow")
-    singular_value: Positive | None = Field(
-        default=None,
-        description="Least smallest singular value of the tool Jacobian, in metres and radians "
-        "whatever the units",
+    ) = optional("Largest speed of links, for example of the elbow")
+    singular_value: Positive | None = optional(
+        "Least smallest singular value of the tool Jacobian, in metres and radians "
+        "whatever the units"
     )
 
     @property

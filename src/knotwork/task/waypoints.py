@@ -9,13 +9,14 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import (
-    Items,
+    Forms,
     JointMap,
     JointsOrName,
     Number,
     Positive,
+    Several,
     Vector3,
-    by_kind,
+    optional,
 )
 from knotwork.task.actions import Action, Actions, Wait
 from knotwork.task.freedoms import After, Free, Speed, Way
@@ -25,27 +26,20 @@ from knotwork.task.weaves import Weave
 
 
 class _Waypoint(TaskPart):
-    name: Text | None = Field(
-        default=None, description="For messages and reports; left out: its number. Each name once"
+    name: Text | None = optional("For messages and reports; left out: its number. Each name once")
+    time: Number | None = optional("Time since the start [s]")
+    after: After | None = optional(
+        "Time since the waypoint before [s]; fastest: the least that the limits allow"
     )
-    time: Number | None = Field(default=None, description="Time since the start [s]")
-    after: After | None = Field(
-        default=None,
-        description="Time since the waypoint before [s]; fastest: the least that the limits allow",
+    way: Way | None = optional(
+        "clear: the motion from the waypoint before finds its way past everything; "
+        "without a time it is the fastest that is found"
     )
-    way: Way | None = Field(
-        default=None,
-        description="clear: the motion from the waypoint before finds its way past everything; "
-        "without a time it is the fastest that is found",
+    stop: Literal[True] | None = optional("The arm stands still here")
+    wait: Wait | None = optional(
+        "The arm stops here and stands still for so long [s], 1 ms at least"
     )
-    stop: Literal[True] | None = Field(default=None, description="The arm stands still here")
-    wait: Wait | None = Field(
-        default=None,
-        description="The arm stops here and stands still for so long [s], 1 ms at least",
-    )
-    do: Actions | None = Field(
-        default=None, description="What is switched here or nearby, and waits, in this order"
-    )
+    do: Actions | None = optional("What is switched here or nearby, and waits, in this order")
 
     @property
     def actions(self) -> tuple[Action, ...]:
@@ -65,16 +59,13 @@ class _Waypoint(TaskPart):
 class _Posed(_Waypoint):
     """What waypoints given by poses have in common."""
 
-    frame: Text | None = Field(
-        default=None, description="Frame the pose is in; left out: the file's `frame`, else base"
+    frame: Text | None = optional("Frame the pose is in; left out: the file's `frame`, else base")
+    orientation_in: Text | None = optional(
+        "Frame the orientation alone is in; left out: that of the pose"
     )
-    orientation_in: Text | None = Field(
-        default=None, description="Frame the orientation alone is in; left out: that of the pose"
-    )
-    free: Free | None = Field(
-        default=None,
-        description="What the pose leaves open, and with along the path to it; none: nothing; left "
-        "out: as the tool has it",
+    free: Free | None = optional(
+        "What the pose leaves open, and with along the path to it; none: nothing; left "
+        "out: as the tool has it"
     )
 
 
@@ -92,24 +83,20 @@ class PoseWaypoint(_Posed):
         description="Of the TCP; without orientation the tool has that of the path that begins "
         "here, at angles to seam and surface"
     )
-    near: JointsOrName | None = Field(
-        default=None, description="Take the solution nearest to this here [angle or length]"
-    )
+    near: JointsOrName | None = optional("Take the solution nearest to this here [angle or length]")
     velocity: (
         Annotated[
-            Annotated[Velocity, Tag("mapping")] | Annotated[Literal["free"], Tag("text")],
-            by_kind("a mapping of linear, angular and in, or free", ["free"]),
+            Velocity | Literal["free"],
+            Forms("a mapping of linear, angular and in, or free"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Of the tool as it passes; the first and last waypoint stop without one, "
-        "inner ones must give velocity, speed or stop; free: direction and speed are chosen",
+    ) = optional(
+        "Of the tool as it passes; the first and last waypoint stop without one, "
+        "inner ones must give velocity, speed or stop; free: direction and speed are chosen"
     )
-    speed: Speed | None = Field(
-        default=None,
-        description="Speed of the TCP along the smooth path through the neighbouring waypoints "
-        "(a circle or a line); the tool turns with it; fastest: it is chosen [length/s]",
+    speed: Speed | None = optional(
+        "Speed of the TCP along the smooth path through the neighbouring waypoints "
+        "(a circle or a line); the tool turns with it; fastest: it is chosen [length/s]"
     )
 
 
@@ -118,25 +105,22 @@ class Arc(TaskPart):
 
     ALTERNATIVES = (("through", "centre", "radius"),)
 
-    through: Vector3 | None = Field(default=None, description="A point on the way [length]")
-    centre: Vector3 | None = Field(
-        default=None,
-        description="Centre of the circle [length]; the shorter way round, without a normal",
+    through: Vector3 | None = optional("A point on the way [length]")
+    centre: Vector3 | None = optional(
+        "Centre of the circle [length]; the shorter way round, without a normal"
     )
-    radius: Positive | None = Field(
-        default=None,
-        description="Radius [length]; the shorter of the two arcs, and normal says on which side",
+    radius: Positive | None = optional(
+        "Radius [length]; the shorter of the two arcs, and normal says on which side"
     )
-    normal: Vector3 | None = Field(
-        default=None,
-        description="Axis that the arc turns about in the positive sense; for a full circle (with "
-        "centre) and with radius it is needed",
+    normal: Vector3 | None = optional(
+        "Axis that the arc turns about in the positive sense; for a full circle (with "
+        "centre) and with radius it is needed"
     )
-    turns: Annotated[int, Field(strict=True, ge=0, le=1000)] | None = Field(
-        default=None, description="With centre: full turns before the rest of the arc"
+    turns: Annotated[int, Field(strict=True, ge=0, le=1000)] | None = optional(
+        "With centre: full turns before the rest of the arc"
     )
-    large: Literal[True] | None = Field(
-        default=None, description="With radius: the longer of the two arcs, more than half a turn"
+    large: Literal[True] | None = optional(
+        "With radius: the longer of the two arcs, more than half a turn"
     )
 
     @model_validator(mode="after")
@@ -168,9 +152,8 @@ class AlongPoints(TaskPart):
     """Along a smooth curve through points."""
 
     points: Annotated[
-        Annotated[Text, Tag("text")]
-        | Annotated[Annotated[Items[Vector3], Field(min_length=1)], Tag("list")],
-        by_kind("the name of a CSV file, or a list of points x, y, z"),
+        Text | Several[Vector3],
+        Forms("the name of a CSV file, or a list of points x, y, z"),
     ] = Field(
         description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
         "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, or "
@@ -213,30 +196,25 @@ class PathWaypoint(_Posed):
         description="Of the TCP at the end of the path; without orientation the tool keeps the one "
         "it has, or turns with the path"
     )
-    speed: Speed | None = Field(
-        default=None,
-        description="Speed of the TCP along the path [length/s]; the time of arrival follows from "
+    speed: Speed | None = optional(
+        "Speed of the TCP along the path [length/s]; the time of arrival follows from "
         "it. fastest: the greatest constant speed that the limits allow; left out: the constant "
-        "speed that takes the time given",
+        "speed that takes the time given"
     )
     orientation: (
         Annotated[
-            Annotated[Torch, Tag("mapping")] | Annotated[Literal["tangent"], Tag("text")],
-            by_kind("tangent, or a mapping with work_angle and travel_angle", ["tangent"]),
+            Torch | Literal["tangent"],
+            Forms("tangent, or a mapping with work_angle and travel_angle"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="tangent: the tool turns with the path; or it turns so at angles to seam and "
-        "surface; left out: evenly, pose to pose",
+    ) = optional(
+        "tangent: the tool turns with the path; or it turns so at angles to seam and "
+        "surface; left out: evenly, pose to pose"
     )
-    blend: Positive | None = Field(
-        default=None,
-        description="Between two lines: the corner is rounded within this distance of it [length]",
+    blend: Positive | None = optional(
+        "Between two lines: the corner is rounded within this distance of it [length]"
     )
-    weave: Weave | None = Field(
-        default=None, description="Motion that is added to the path; speed is that of the path"
-    )
+    weave: Weave | None = optional("Motion that is added to the path; speed is that of the path")
 
 
 class JointWaypoint(_Waypoint):
@@ -249,15 +227,11 @@ class JointWaypoint(_Waypoint):
     )
     velocity: (
         Annotated[
-            Annotated[JointMap, Tag("mapping")] | Annotated[Literal["free"], Tag("text")],
-            by_kind("a mapping of joint names to velocities, or free", ["free"]),
+            JointMap | Literal["free"],
+            Forms("a mapping of joint names to velocities, or free"),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="By joint; joints left out stand still; free: it is chosen "
-        "[angle/s or length/s]",
-    )
+    ) = optional("By joint; joints left out stand still; free: it is chosen [angle/s or length/s]")
 
 
 KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from knotwork.documents.values import Items, Positive, Vector3
+from knotwork.documents.values import Items, Positive, Vector3, optional
 from knotwork.task.part import TaskPart
 
 
@@ -18,29 +18,23 @@ class Weave(TaskPart):
     )
     width: Positive = Field(description="From edge to edge [length]")
     frequency: Positive = Field(description="Number of periods in a second [Hz]")
-    dwell: Positive | None = Field(
-        default=None, description="For sine and triangle: how long each edge is held [s]"
-    )
-    rounding: Positive | None = Field(
-        default=None,
-        description="How far a triangle may be from one with sharp corners, up to a quarter of its "
-        "width [length]; left out: the tolerance of the path",
+    dwell: Positive | None = optional("For sine and triangle: how long each edge is held [s]")
+    rounding: Positive | None = optional(
+        "How far a triangle may be from one with sharp corners, up to a quarter of its "
+        "width [length]; left out: the tolerance of the path"
     )
     axes: (
         Annotated[Items[Literal["across", "normal", "along"]], Field(min_length=1, max_length=2)]
         | None
-    ) = Field(
-        default=None,
-        validation_alias="in",
-        serialization_alias="in",
-        description="Axes of the seam: one for sine and triangle, across or normal (left out: "
+    ) = optional(
+        "Axes of the seam: one for sine and triangle, across or normal (left out: "
         "across); two for circle and eight, the second the shorter one of an eight (left out: "
         "across, along)",
+        key="in",
     )
-    normal: Vector3 | None = Field(
-        default=None,
-        description="Out of the surface where the weave begins, in the path's frame; left out: "
-        "against the tool's z axis; across is square to it and to the seam",
+    normal: Vector3 | None = optional(
+        "Out of the surface where the weave begins, in the path's frame; left out: "
+        "against the tool's z axis; across is square to it and to the seam"
     )
 
     @property
