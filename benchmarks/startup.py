@@ -12,6 +12,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import redirect_stdout
+from importlib import import_module
+from io import StringIO
 from typing import Any
 
 import click
@@ -59,33 +62,37 @@ def stages(scenario: str) -> list[tuple[str, float]]:
         rows.append((name, time.perf_counter() - start))
         return result
 
-    def imported(name: str) -> Callable[[], Any]:
-        return lambda: __import__(name, fromlist=["_"])
+    def imported(*names: str) -> Callable[[], Any]:
+        return lambda: [import_module(name) for name in names]
 
     timed("import numpy", imported("numpy"))
     timed("import pinocchio", imported("pinocchio"))
     timed("import pydantic", imported("pydantic"))
-    timed("import click, yaml", lambda: (imported("click")(), imported("yaml")()))
-    pipeline = timed("import knotwork.pipeline", imported("knotwork.pipeline"))
-    task = timed("read the scenario", lambda: pipeline.load_scenario(scenario))
-    space = timed("load the robot", lambda: pipeline.joint_space(task))
-    waypoints = timed("inverse kinematics", lambda: pipeline.solve_task(task, space).waypoints)
-    planner = pipeline.get_planner(task.planner)
-    options = pipeline.planner_options(task, space)
-    trajectory = timed("interpolate", lambda: planner(waypoints, options))
-    report = timed("check", lambda: pipeline.check(trajectory, task, space=space))
-    short = timed("import what prints", imported("knotwork.cli.short_report"))
-    plan = pipeline.Plan(task, space, waypoints, trajectory, report)
-    timed("print (to standard error)", lambda: _print_to_stderr(short, plan))
+    timed("import click, yaml", imported("click", "yaml"))
+    timed("import knotwork", imported("knotwork.pipeline.planning", "knotwork.task_to_joint"))
+    from knotwork.cli.short_report import print_short_plan
+    from knotwork.interpolation import get_planner
+    from knotwork.pipeline import Plan
+    from knotwork.pipeline.planner_options import planner_options
+    from knotwork.scenario import load_scenario
+    from knotwork.scenario.joint_space import joint_space
+    from knotwork.task_to_joint import solve_task
+    from knotwork.verification import check
+
+    task = timed("read the scenario", lambda: load_scenario(scenario))
+    space = timed("load the robot", lambda: joint_space(task))
+    waypoints = timed("inverse kinematics", lambda: solve_task(task, space).waypoints)
+    options = planner_options(task, space)
+    trajectory = timed("interpolate", lambda: get_planner(task.planner)(waypoints, options))
+    report = timed("check", lambda: check(trajectory, task, space=space))
+    plan = Plan(task, space, waypoints, trajectory, report)
+    timed("print", lambda: _printed(print_short_plan, plan))
     return rows
 
 
-def _print_to_stderr(short: Any, plan: Any) -> None:
-    import contextlib
-    import io
-
-    with contextlib.redirect_stdout(io.StringIO()):
-        short.print_short_plan(plan)
+def _printed(show: Callable[[Any], None], plan: Any) -> None:
+    with redirect_stdout(StringIO()):
+        show(plan)
 
 
 @click.command()

@@ -602,3 +602,27 @@ def test_a_tilt_keeps_the_turn_that_is_not_free(free: Any, most: float) -> None:
         one["free"] = {"turn": [0, 0.01], "tilt": 12}
     narrow = checked(plan.trajectory, off)
     assert narrow.ok is (most == 0)
+
+
+def test_a_tilt_that_comes_to_its_limit_on_the_way_does_not_stop_hard() -> None:
+    """Beside a rail that is to stand still, the arm leans until the cone ends."""
+    task = {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur5_rail",
+        "tool": {"offset": {"position": [0, 0, 120]}, "free": {"turn": "z", "tilt": 30}},
+        "near": "home",
+        "prefer": {"rail": 20},
+        "start": "home",
+        "waypoints": [
+            {
+                "after": 3,
+                "pose": {"position": [550, -800, 250], "rpy": [180, 0, -90]},
+                "stop": True,
+            },
+            {"along": "line", "pose": {"position": [550, 800, 250]}, "speed": 150, "stop": True},
+        ],
+    }
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+    uses = [one.use for one in plan.report.select(subject="joint") if one.use is not None]
+    assert max(uses) < 0.95

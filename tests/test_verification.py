@@ -233,17 +233,6 @@ def test_a_trajectory_too_short_for_its_scenario_is_a_defect() -> None:
     assert failing(check(SOUND, scenario(), defects=["scratched"])) == {("", "defect")}
 
 
-def test_time_stretched_by_a_tenth_misses_the_last_waypoint() -> None:
-    c = SOUND.polynomial.c * (1.1 ** -np.arange(3.0, -1.0, -1.0))[:, None, None]
-    slow = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, np.array([0, 1, 2]) * 1.1))
-    report = check(slow, scenario())
-    assert failing(report) == {("B", "joint_position"), ("B", "joint_velocity"), ("", "time_span")}
-    assert "longer than the scenario" in str(report.failures[0])
-    position, velocity = report.select(name="B")
-    assert position.value == pytest.approx(1 - np.polyval(RISE, 2 / 1.1))
-    assert velocity.value == pytest.approx(abs(np.polyval(np.polyder(RISE), 2 / 1.1)) / 1.1)
-
-
 def test_joints_may_come_in_any_order() -> None:
     swapped = JointTrajectory(
         (SLIDE, TURN), PiecewisePolynomial(SOUND.polynomial.c[:, :, ::-1], SOUND.breaks)
@@ -394,63 +383,6 @@ def test_requested_and_achieved_poses_are_reported_in_the_same_form(deburring: P
             assert np.linalg.norm(item.requested) == pytest.approx(1)
 
 
-def test_efforts_are_those_of_inverse_dynamics(deburring: Plan, arm: Arm) -> None:
-    trajectory = deburring.trajectory
-    model = arm.model.copy()
-    flange = model.frames[model.getFrameId("tool0")]
-    spindle = pin.Inertia(1.4, np.array([0.0, 0.0, 0.07]), np.zeros((3, 3)))
-    model.appendBodyToJoint(flange.parentJoint, spindle, flange.placement)
-    data = model.createData()
-    t = np.linspace(trajectory.start_time, trajectory.end_time, 4001)
-    dense = np.array(
-        [
-            pin.rnea(model, data, q, v, a)
-            for q, v, a in zip(trajectory(t), trajectory(t, 1), trajectory(t, 2), strict=True)
-        ]
-    )
-    for i, joint in enumerate(trajectory.joint_names):
-        item = use(deburring.report, joint, "effort")
-        state = [trajectory(item.time, order) for order in range(3)]
-        assert item.value == pytest.approx(pin.rnea(model, data, *state)[i], abs=1e-12)
-        assert item.proof == "bounded"
-        assert item.unit == "N m"
-        worst = np.abs(dense[:, i]).max()
-        assert 0.99 * worst <= abs(item.value) <= 1.01 * worst
-        # the bound holds for the dense samples, too, and the margin is what is proved
-        assert abs(item.value) + item.excess >= worst
-        assert item.margin == pytest.approx(abs(item.limit or 0) - abs(item.value) - item.excess)
-
-
-def test_an_effort_limit_below_the_weight_of_the_arm_is_broken(deburring: Plan) -> None:
-    worst = abs(use(deburring.report, "elbow_joint", "effort").value)
-    for factor, kept in ((1.0001, True), (0.9999, False)):
-        limits = {"effort": {"elbow_joint": worst * factor}}
-        task = deburring.scenario.task.replace(limits=limits)
-        asked = dataclasses.replace(deburring.scenario, task=task)
-        report = check(deburring.trajectory, asked)
-        assert failing(report) == (set() if kept else {("elbow_joint", "effort")})
-
-
-def test_the_smallest_singular_value_is_that_of_the_jacobian(deburring: Plan, arm: Arm) -> None:
-    (near,) = deburring.report.select(quantity="smallest_singular_value")
-
-    def jacobian(q: Array) -> Array:
-        h, columns = 1e-6, []
-        for i in range(6):
-            step = h * np.eye(6)[i]
-            low, high = arm.pose(q - step), arm.pose(q + step)
-            turn = pin.log3(high.rotation @ low.rotation.T)
-            columns.append(np.concatenate([high.translation - low.translation, turn]) / (2 * h))
-        return np.array(columns).T
-
-    def smallest(t: float) -> float:
-        return float(np.linalg.svd(jacobian(deburring.trajectory(t)), compute_uv=False)[-1])
-
-    assert smallest(near.time) == pytest.approx(near.value, rel=1e-6)
-    times = np.linspace(deburring.trajectory.start_time, deburring.trajectory.end_time, 301)
-    assert min(map(smallest, times)) >= near.value - near.excess
-
-
 def test_limits_of_the_robot_are_in_the_report(deburring: Plan, arm: Arm) -> None:
     for i, joint in enumerate(deburring.trajectory.joint_names):
         item = use(deburring.report, joint, "velocity")
@@ -468,17 +400,6 @@ def test_end_accelerations_are_checked_where_they_are_asked_for() -> None:
     assert failing(report) == {("A", "joint_acceleration"), ("B", "joint_acceleration")}
     asked = {"start": {TURN: 1.5, SLIDE: -1.5}, "end": {TURN: -1.5, SLIDE: 1.5}}
     assert check(SOUND, scenario(end_acceleration=asked)).ok
-
-
-def test_a_motion_that_goes_on_after_its_scenario_is_a_defect() -> None:
-    times = np.array([0.0, 2.0, 3.0])
-    c = np.zeros((4, 2, 2))
-    c[:, 0] = np.stack([RISE, FALL], axis=1)
-    c[3, 1] = [np.polyval(RISE, 2.0), np.polyval(FALL, 2.0)]
-    longer = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, times))
-    report = check(longer, scenario(continuity=1))
-    assert failing(report) == {("", "time_span")}
-    assert "longer than the scenario" in str(report.failures[0])
 
 
 def test_an_end_time_off_by_rounding_is_no_defect() -> None:

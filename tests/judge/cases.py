@@ -114,6 +114,16 @@ def on_breaks(motion: Motion, x: np.ndarray) -> Motion:
     return Motion(motion.names, x, shifted(motion.c[:, piece], x[:-1] - motion.x[piece]))
 
 
+def disguised(motion: Motion, rng: Rng) -> Motion:
+    """The same motion with breaks beside its breaks and anywhere, and leading zeros."""
+    gap, at = 10.0 ** rng.uniform(-14, -3), rng.uniform(motion.x[0], motion.x[-1], 5)
+    sides = rng.choice([-1.0, 1.0], len(motion.x))
+    close = at + 10.0 ** rng.uniform(-15, -3, 5)
+    made = on_breaks(motion, np.concatenate((motion.x + gap * sides, at, close)))
+    zeros = np.zeros((int(rng.choice([0, 1, 5, 200])), *made.c.shape[1:]))
+    return Motion(made.names, made.x, np.concatenate((zeros, made.c)))
+
+
 def bumped(
     motion: Motion, joint: int, middle: float, width: float, height: float, degree: int = 3
 ) -> Motion:

@@ -162,7 +162,7 @@ def too_fast(case: Case, rng: Rng, shelf: Shelf) -> Case:
     """Smooth as mathematics has it, but faster than any drive."""
     motion, j, order = case.motion, _joint(case, rng), int(rng.integers(3))
     wait = case.extra["wait"]
-    half = 10.0 ** rng.uniform(-5, -3)
+    half = 10.0 ** rng.uniform(-7, -3)
     middle = rng.uniform(motion.x[0] + half, wait[0] - half)
     step = 0.5 * half
     peak = (1.0, 1.5, 4.5)[order] / step ** (order + 1)
@@ -277,7 +277,7 @@ FAULTS: dict[str, Fault] = {
     "joint position at a waypoint": Fault(joint_case, pose_of_joints, {"pose"}, 800),
     "joint velocity at a waypoint": Fault(joint_case, velocity_of_joints, {"velocity"}, 800),
     "time": Fault(joint_case, time, {"time"}, 660),
-    "hold": Fault(joint_case, hold, {"hold"}, 680),
+    "hold": Fault(joint_case, hold, {"hold"}, 680, beside={"jump"}),
     "acceleration at an end": Fault(joint_case, end_acceleration, {"end acceleration"}, 500),
     **{
         f"{kind} limit": Fault(joint_case, limit(order), {f"{kind} limit"}, 500)

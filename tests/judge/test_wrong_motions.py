@@ -1,6 +1,7 @@
 """No wrong motion passes: 10,000 of them, each with one fault, confirmed wrong by the judge first.
 
 The judge shares nothing with Knotwork. Every fault begins with a right motion, which both let pass.
+Half of the motions of joints are disguised: breaks next to breaks, and leading zeros.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import pytest
 
 import knotwork as kw
 from judge import faults_of_bodies, faults_of_joints, faults_of_paths, faults_of_plans
-from judge.cases import Case, Fault, Shelf
+from judge.cases import Case, Fault, Shelf, disguised, joint_case
 from judge.task import Task
 from judge.verdict import judge
 from shipped import SCENARIO_FILES
@@ -74,8 +75,10 @@ def tried(name: str, seed: int, shelf: Shelf, *, right: bool) -> list[str]:
     """Make one wrong motion, and the right one before it; what is not as it must be."""
     fault = FAULTS[name]
     rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
-    case = fault.right(rng, shelf)
-    found = []
+    case, disguise = fault.right(rng, shelf), fault.right is joint_case and rng.random() < 0.5
+    plain, found = case, []
+    if disguise:
+        case = case.with_motion(disguised(case.motion, rng))
     if right:
         task = Task(case.truth or case.data, shelf.folder)
         wrongs = judge(task, case.motion, samples=fault.samples)
@@ -84,7 +87,9 @@ def tried(name: str, seed: int, shelf: Shelf, *, right: bool) -> list[str]:
         said = checked(case, task)
         if said != "passes":
             found.append(f"the check of the right motion: {said}")
-    case = fault.spoil(case, rng, shelf)
+    case = fault.spoil(plain, rng, shelf)
+    if disguise:
+        case = case.with_motion(disguised(case.motion, rng))
     task = Task(case.truth or case.data, shelf.folder)
     wrongs = judge(task, case.motion, samples=fault.samples, collisions=fault.collisions)
     kinds = {wrong.kind for wrong in wrongs}.difference(fault.beside)

@@ -80,12 +80,12 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
     ("axis", "words"),
     [
         ({"range": [0, 1]}, "give slides or turns"),
-        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "give slides or turns"),
+        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "gives slides and turns; give one of them"),
         ({"slides": [1, 0, 0]}, "give its range"),
         ({"turns": [0, 0, 0]}, "its direction must not be zero"),
         (
             {"turns": [0, 0, 1], "in": "nowhere"},
-            "external_axes: the parent of .*'nowhere', which is no",
+            "external_axes: table: in: there is no link 'nowhere'; accepted: base, ",
         ),
         (
             {"turns": [0, 0, 1], "carries": "tool0"},
@@ -103,14 +103,15 @@ def test_weights_of_joints_that_there_are_not() -> None:
         kw.plan(kw.Task.load("ur5_rail_bead").replace(prefer={"rial": 0.2}))
 
 
+@pytest.mark.parametrize("prefer", [None, {"rail": 0.02}, {"rail": 20}])
 @pytest.mark.parametrize("place", [[0.45, -0.1, 0.3], [0.3, -0.3, 0.5], [-0.4, 0.3, 0.4]])
-def test_a_fast_way_to_a_pose_moves_a_slow_rail_little(place: list[float]) -> None:
+def test_a_fast_way_to_a_pose_moves_a_slow_rail_little(place: list[float], prefer: Any) -> None:
     """No place of the rail, with any of the arm's solutions there, is reached a fifth sooner."""
     pose = {"position": place, "rpy": [np.pi, 0.0, -np.pi / 2]}
     limits = {"acceleration": {"rail": 0.5}}
     goal = {"name": "goal", "after": "fastest", "pose": pose}
     task = {"robot": "ur5_rail", "start": "home", "limits": limits, "waypoints": [goal]}
-    plan = kw.plan(task)
+    plan = kw.plan({**task, "prefer": prefer} if prefer else task)
     assert plan.report.ok
     robot, ur5 = plan.space.robot, kw.load_robot("ur5")
     assert robot is not None

@@ -12,10 +12,11 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import InputError
+from seams import ON
+from seams import task as seam
 
 tp = kw.tool_paths
 
-ON = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
 OFF = {"name": "off", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}}
 UP = {"name": "up", "after": 2, "pose": {"position": [450, 50, 200], "rpy": [180, 0, 0]}}
 NO = object()
@@ -27,13 +28,7 @@ def changed(one: dict[str, Any], **change: Any) -> dict[str, Any]:
 
 
 def task(*waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
-    whole = {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5",
-        "start": "home",
-        "waypoints": list(waypoints),
-    }
-    return changed(whole, **more)
+    return changed(seam(*waypoints), **more)
 
 
 def off(**change: Any) -> dict[str, Any]:
@@ -146,6 +141,7 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         off(along={"points": [[450, 0, 60], [450, -100, 60]]}),
         "turns back sharply",
     ),
+    "points of no file": (off(along={"points": "nowhere.csv"}), "nowhere.csv"),
     "half a turn": (off(pose={"position": [450, 50, 60], "rpy": [0, 0, 0]}), "turns by 180 deg"),
     "another end than the tangent's": (
         off(orientation="tangent", pose={"position": [450, 50, 60], "rpy": [180, 0, 30]}),
@@ -200,6 +196,7 @@ FILES = {
     "x,y,z,qx,qy,qz,qw\n450,-100,60,1,0,0,0\n460,0,60,0,1,0,0\n": r"lengths 0 mm and 101\.\d+ mm",
     "x;y;z\n450;-100;60\n": "line 1: columns are separated by ';' .a comma",
     "x\ty\tz\n450\t-100\t60\n": r"line 1: columns are separated by '\\t' .a comma",
+    "x,y,z,x\n450,-100,60,450\n": "line 1: column 4: 'x' is already column 1",
     "X,y,z\n450,-100,60\n": "heading 'X' .did you mean 'x'",
     "": "holds no rows",
     "x,y,z\n450,50,60\n": "has one point",
@@ -269,26 +266,23 @@ def test_orientations_beside_tangent_and_another_end_are_errors(
         assert said in " ".join(ran.err.split())
 
 
-@pytest.mark.parametrize("speed", [1e-6, 1e-9])
-@pytest.mark.parametrize("stops", [True, False])
+@pytest.mark.parametrize(("speed", "stops"), [(1e-6, True), (1e-9, False)])
 def test_a_speed_so_slow_that_times_do_not_resolve_its_ramps_is_named(
     tmp_path: Path, speed: float, stops: bool
 ) -> None:
     rows: list[dict[str, Any]] = [
-        {"after": 2, "stop": True, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}},
+        {**ON, "stop": True},
         {"along": "line", "speed": speed, "pose": {"position": [450, 50, 60]}},
         {"after": 2, "pose": {"position": [450, 90, 90], "rpy": [180, 0, 0]}},
     ]
     if stops:
         rows[1]["stop"] = True
-    units = {"length": "mm", "angle": "deg"}
-    task = {"units": units, "robot": "ur5", "start": "home", "waypoints": rows}
     file = tmp_path / "slow.yaml"
-    file.write_text(yaml.safe_dump(task), encoding="utf-8")
+    file.write_text(yaml.safe_dump(task(*rows)), encoding="utf-8")
     with pytest.raises(kw.InputError) as error:
         kw.load_scenario(file)
     said = str(error.value)
     assert re.search(r"slow\.yaml: line \d+: waypoints\[1\]\.speed: is so slow that times", said)
     least = float(re.search(r"at least ([0-9.e-]+) mm/s", said)[1])  # type: ignore[index]
     rows[1]["speed"] = 1.001 * least
-    kw.load_scenario(task)
+    kw.load_scenario(task(*rows))

@@ -94,25 +94,6 @@ def test_a_full_circle_in_a_tilted_frame_with_the_tool_held_in_base_axes() -> No
     assert max(np.linalg.norm(pin.log3(down.T @ R)) for R in rotation) < np.radians(0.1)
 
 
-def test_a_tool_that_keeps_its_direction_turns_with_the_arc() -> None:
-    arc = {
-        "name": "off",
-        "along": {"arc": {"through": [490, -60, 60]}},
-        "orientation": "tangent",
-        "speed": 40,
-        "stop": True,
-        "pose": {"position": [450, -20, 60]},
-    }
-    plan = kw.plan(task(FIRST, arc))
-    assert plan.report.ok
-    path = plan.scenario.paths[0].motion
-    times = np.linspace(path.start_time, path.end_time, 301)
-    position, rotation, _ = tool(plan, times)
-    spoke = position - [450, -60, 60]
-    inward = np.einsum("nij,ni->nj", rotation, spoke)  # in the tool's axes it stays what it was
-    assert np.abs(inward - inward[0]).max() < 0.2
-
-
 def test_a_corner_is_rounded_within_the_blend_and_passed_at_speed() -> None:
     corner = {**LINE, "name": "corner", "blend": 10}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
@@ -151,33 +132,6 @@ def test_speeds_change_in_the_faster_stretch_and_a_stop_is_one() -> None:
     assert np.abs(plan.trajectory.velocity(second.end)).max() < 1e-9
 
 
-@pytest.mark.parametrize("robot", ["ur5", "panda"])
-def test_an_arm_that_waits_stands_still(robot: str) -> None:
-    pose = {"position": [450, 0, 300], "rpy": [180, 0, 0]}
-    there = {"name": "there", "after": 2, "wait": 0.3, "pose": pose}
-    plan = kw.plan({**task(there, UP), "robot": robot, "knots": "balanced"})
-    assert plan.report.ok
-    q = plan.trajectory.position(np.linspace(2.0, 2.3, 301))
-    assert np.abs(q - q[0]).max() == 0.0
-    same = [{**there, "wait": None}, {**there, "wait": None, "name": "still", "after": 0.3}]
-    same = [{key: value for key, value in one.items() if value is not None} for one in same]
-    twice = kw.plan({**task(*({**one, "stop": True} for one in same), UP), "robot": robot})
-    q = twice.trajectory.position(np.linspace(2.0, 2.3, 301))
-    assert np.abs(q - q[0]).max() == 0.0
-
-
-def test_a_path_that_the_arm_cannot_follow_says_where_and_why() -> None:
-    far = {**LINE, "pose": {"position": [1500, -100, 60]}}
-    with pytest.raises(InputError):
-        kw.plan(task(FIRST, far))
-    fast = {**LINE, "speed": 3000}
-    with pytest.raises(
-        FollowingError, match=r"would have to turn at .*; feasible at .* of the speed"
-    ) as e:
-        kw.plan(task(FIRST, fast, UP, path={"acceleration": 1e6}))
-    assert e.value.cause == "velocity limit"
-
-
 def test_a_path_that_a_branch_cannot_follow_names_branches_that_can() -> None:
     on = {**FIRST, "stop": True, "pose": {"position": [450, 300, 300], "rpy": [180, 60, 0]}}
     pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
@@ -189,34 +143,6 @@ def test_a_path_that_a_branch_cannot_follow_names_branches_that_can() -> None:
     assert "shoulder right, elbow up, no flip; or " in others
     assert "shoulder right, elbow down, flip" not in others
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"pose": {"position": [450, -100, 60]}}, "waypoints[1].along"),
-        ({"along": {"arc": {"through": [450, 0, 60]}}}, "on a line"),
-        ({"along": {"arc": {"radius": 20, "normal": [0, 0, 1]}}}, "must be at least"),
-        ({"along": {"arc": {}}}, "gives no form of arc"),
-        ({"along": "curve"}, "must be one of line, {arc:"),
-        ({"along": {"points": "nowhere.csv"}}, "nowhere.csv"),
-        ({"blend": 5}, "rounds the corner between two lines"),
-        ({"speed": None}, "neither speed nor after"),
-        ({"after": 7}, "leaves 7 s, but at the speed given the path takes 2.5 s"),
-    ],
-)
-def test_wrong_paths_are_named(change: dict[str, Any], said: str) -> None:
-    line = {key: value for key, value in {**LINE, **change}.items() if value is not None}
-    with pytest.raises(InputError) as error:
-        kw.plan(task(FIRST, line, UP))
-    assert said in str(error.value)
-    assert "waypoints[1]" in str(error.value)
-
-
-def test_a_sharp_corner_at_speed_offers_a_blend_or_a_stop() -> None:
-    corner = {**LINE, "name": "corner"}
-    with pytest.raises(InputError, match=r"waypoints\[1\].*turns sharply.*blend.*stop"):
-        kw.plan(task(FIRST, corner, {**LINE, "pose": {"position": [530, 50, 60]}}, UP))
 
 
 @pytest.mark.parametrize("tilt", [[0, 0, 0], [15, -10, 0]])

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 import knotwork as kw
-from knotwork.errors import DocumentError, PathError
+from knotwork.errors import PathError
 from sweeps import examples
 
 tp = kw.tool_paths
@@ -204,11 +204,3 @@ WRONG = [
     (HEAD + "0,0,0\n", r"has one point \(two or more\)"),
     ("x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,1\n1,0,0,0,0,1,1\n", r"line 3: .* has length 1\.41421 \(1\)"),
 ]
-
-
-@pytest.mark.parametrize(("text", "message"), WRONG)
-def test_a_wrong_file_is_refused_with_its_place(tmp_path, text, message):
-    file = tmp_path / "seam.csv"
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(DocumentError, match=message):
-        tp.ThroughPoints.from_csv(file)

@@ -12,6 +12,7 @@ import knotwork as kw
 from judged import judged, judged_along
 from knotwork.errors import PathError
 from knotwork.verification.bounds.path import PathLimits, path_bounds
+from seams import ON, task
 from sweeps import first_of
 
 tp = kw.tool_paths
@@ -81,17 +82,6 @@ def test_what_is_followed_is_proved(count: int) -> None:
     assert followed > count / 2
 
 
-def scenario(*stretches: dict[str, Any], **more: Any) -> dict[str, Any]:
-    first = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
-    return {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5",
-        "start": "home",
-        "waypoints": [first, *stretches],
-        **more,
-    }
-
-
 CIRCLE = {
     "name": "round",
     "along": {"arc": {"centre": [400, -100, 60], "normal": [0, 0, 1]}},
@@ -103,15 +93,15 @@ CIRCLE = {
 
 @pytest.mark.parametrize("knots", ["paper", "balanced", {"balanced": 0.1}, {"balanced": 0.45}])
 def test_the_knots_asked_for_hold_the_path_too(knots: Any) -> None:
-    task = scenario(CIRCLE, tolerances={"path": 0.005}, knots=knots)
-    plan = kw.plan(task)
+    given = task(ON, CIRCLE, tolerances={"path": 0.005}, knots=knots)
+    plan = kw.plan(given)
     assert plan.report.ok
-    assert not judged(plan, task)
+    assert not judged(plan, given)
 
 
 @pytest.mark.parametrize("arguments", [{"planner": "modified-hermite:balanced"}, {"knots": 0.2}])
 def test_knots_given_in_place_of_the_scenarios_hold_the_path(arguments: Any) -> None:
-    assert kw.plan(scenario(CIRCLE, tolerances={"path": 0.005}), **arguments).report.ok
+    assert kw.plan(task(ON, CIRCLE, tolerances={"path": 0.005}), **arguments).report.ok
 
 
 def test_a_slow_stretch_before_a_fast_one_keeps_its_own_speed() -> None:
@@ -119,10 +109,10 @@ def test_a_slow_stretch_before_a_fast_one_keeps_its_own_speed() -> None:
     slow.pop("stop")
     fast = {"name": "fast", "along": {"arc": {"through": [400, -50, 60]}}, "speed": 200}
     fast.update(pose={"position": [350, -100, 60]}, stop=True)
-    task = scenario(slow, fast, tolerances={"path": 1, "path_speed": 0.0005})
-    plan = kw.plan(task)
+    given = task(ON, slow, fast, tolerances={"path": 1, "path_speed": 0.0005})
+    plan = kw.plan(given)
     assert plan.report.ok
-    assert not judged(plan, task)
+    assert not judged(plan, given)
 
 
 def test_a_tolerance_that_rounding_leaves_no_room_for_is_refused() -> None:

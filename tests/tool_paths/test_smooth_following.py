@@ -78,11 +78,7 @@ def assert_smooth(path: Any, curve: Any) -> None:
 
 @pytest.mark.parametrize(
     ("acceleration", "stops"),
-    [
-        *((mm, (False, True)) for mm in (200, 400, 500, 800, 1000)),
-        (500, (True, False)),
-        (400, (True, True)),
-    ],
+    [(200, (False, True)), (1000, (False, True)), (500, (True, False)), (400, (True, True))],
 )
 def test_a_seam_on_a_dome_comes_to_rest_without_a_spike(
     tmp_path: Path, acceleration: float, stops: tuple[bool, bool]

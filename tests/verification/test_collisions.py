@@ -239,17 +239,6 @@ def test_a_clearance_within_the_error_of_distances_of_the_margin_is_undecided_an
     assert one.value == pytest.approx(5e-4 + 2e-5, abs=2e-6)
 
 
-def test_where_a_contact_begins_and_ends_is_right() -> None:
-    plan = swing({"wall": {"box": [0.05, 0.05, 0.1], "position": [0, 0.95, 0]}})
-    (one,) = plan.report.failures
-    assert one.interval is not None
-    begin, end = (float(plan.trajectory(t)[0]) for t in one.interval)
-    # the blade of 1 mm and the corners of the box, which are 25 mm off the middle of the swing
-    reach = [math.atan2(0.0255, 0.925), math.atan2(0.0255, 0.975)]
-    assert math.pi / 2 - begin == pytest.approx(end - math.pi / 2, abs=2e-3)
-    assert reach[1] < math.pi / 2 - begin < reach[0] + 1e-3
-
-
 # What is said
 
 
@@ -505,22 +494,6 @@ def test_solutions_that_collide_at_a_waypoint_are_not_taken() -> None:
     assert np.abs(blocked.joint_waypoints.position[-1] - q).max() > 0.1
 
 
-def test_a_path_that_leads_into_an_object_names_it_and_where(knotwork: Command) -> None:
-    ends = [{"position": [0.45, y, 0.3], "rotation_vector": [math.pi, 0, 0]} for y in (-0.2, 0.3)]
-    along = {"along": "line", "speed": 0.1, "pose": {"position": ends[1]["position"]}}
-    task = {
-        "robot": "ur5",
-        "scene": {"objects": {"wall": {"box": [2, 0.02, 2], "position": [0, 0.35, 0]}}},
-        "start": "home",
-        "waypoints": [{"name": "on", "after": 3, "pose": ends[0]}, {**along, "name": "off"}],
-    }
-    with pytest.raises(FollowingError) as error:
-        kw.plan(task)
-    assert error.value.cause == "collision"
-    assert "comes too near to wall" in str(error.value)
-    assert 0.3 < error.value.arc_length < 0.5
-
-
 def test_a_contact_on_a_path_is_named_before_a_joint_limit_behind_it() -> None:
     here = {**REACH_OVER["waypoints"][0]}
     there = {"name": "there", "along": "line", "speed": 50, "pose": {"position": [500, 200, 150]}}
@@ -551,25 +524,6 @@ def test_every_contact_of_a_pair_is_told() -> None:
     assert len(red)
     (label,) = [one["text"] for one in drawn["labels"] if one["kind"] == "miss"]
     assert label.endswith(f"at {contact.time:.2f} s")
-
-
-def test_clearance_is_preferred_where_it_is_asked_for() -> None:
-    place = {"position": [0.3, 0.2, 0.2], "rotation_vector": [math.pi, 0, 0]}
-    table = {"table": {"box": [0.6, 0.6, 0.1], "position": [0.5, 0, -0.06]}}
-    task = {
-        "robot": "ur5",
-        "start": "home",
-        "scene": {"objects": table},
-        "waypoints": [{"name": "there", "after": 6, "pose": place}],
-    }
-    ends = []
-    for prefer in ("travel", "clearance"):
-        plan = kw.plan({**task, "prefer": prefer})
-        q = dict(zip(plan.trajectory.joint_names, plan.joint_waypoints.position[-1], strict=True))
-        still = [{"joints": q}, {"joints": q, "after": 1}]
-        report = kw.plan({"robot": "ur5", "scene": task["scene"], "waypoints": still}).report
-        ends.append(min(found.value or 0.0 for found in report.select(quantity="clearance")))
-    assert ends[1] >= ends[0]
 
 
 def test_clearance_is_judged_over_the_whole_motion() -> None:
@@ -745,35 +699,8 @@ def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
     assert len(warned) == 3
 
 
-def test_a_waypoint_that_collides_is_named() -> None:
-    home = kw.load_robot("ur5").configurations["home"].tolist()
-    names = kw.load_robot("ur5").joint_names
-    folded = dict(zip(names, home, strict=True)) | {names[2]: 3.0}
-    at_home = dict(zip(names, home, strict=True))
-    ends = [{"joints": at_home}, {"name": "folded", "joints": folded, "after": 3}]
-    failed = kw.plan({"robot": "ur5", "waypoints": ends}).report.failures
-    said = [one.remedy for one in failed if one.quantity == "clearance"]
-    assert set(said) == {"waypoint 'folded' itself collides"}
-
-
 def test_the_distance_told_is_that_of_the_points_told() -> None:
     report = kw.plan("panda_pick_place").report
     for found in pairs(report).values():
         gap = np.linalg.norm(np.subtract(*found.points))
         assert gap == pytest.approx(abs(found.value or 0), abs=1e-6), found.name
-
-
-def test_a_body_inside_an_exact_mesh_collides(tmp_path: Path) -> None:
-    write_bowl(tmp_path / "bowl.stl")
-    inside = swing(
-        {"bowl": {"mesh": str(tmp_path / "bowl.stl"), "scale": 0.02, "exact": True,
-                  "position": [0, 0, -0.5]}}
-    )  # fmt: skip
-    (one,) = inside.report.select(quantity="clearance")
-    assert not one.ok
-    pit = swing(
-        {"bowl": {"mesh": str(tmp_path / "bowl.stl"), "scale": 0.02, "exact": True,
-                  "position": [0, 0, -2]}}
-    )  # fmt: skip
-    (one,) = pit.report.select(quantity="clearance")
-    assert one.ok

@@ -116,13 +116,3 @@ def test_stretches_beyond_a_limit_are_where_the_curve_is_beyond_it(
     clear = np.abs(values - upper) > 1e-6 * scale
     clear &= ~np.isclose(times[:, None], curve.x, rtol=0, atol=1e-9).any(axis=1)
     np.testing.assert_array_equal(inside[clear], (values > upper)[clear])
-
-
-def test_nothing_is_beyond_a_limit_that_is_just_reached() -> None:
-    curve = PiecewisePolynomial([[[-4.0]], [[4.0]], [[0.0]]], [0.0, 1.0])  # peak 1 at 0.5
-    drawn = strokes(curve, 0, 0, 1.0)
-    assert stretches_beyond(drawn, -1.0, 1.0) == []
-    ((time, value),) = stretches_beyond(drawn, -1.0, 0.75)
-    assert time[[0, -1]] == pytest.approx([0.25, 0.75], abs=1e-12)
-    assert value[[0, -1]] == pytest.approx([0.75, 0.75])
-    assert value.max() == 1.0

@@ -15,7 +15,7 @@ from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion, between
 
 EASED = 1.05
-"""Weaves are to be slower by this much more, as not all of a joint's motion is theirs."""
+"""Weaves and changes of speed are to be slower by this more, as not all of a motion is theirs."""
 NEAR, LARGE = 0.05, 0.25
 """A weave is to blame where, within this part of its period, its derivative is this part of its
 largest at least."""
@@ -68,10 +68,10 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
     order = DERIVATIVES.index(found.quantity)
     if not order:
         return ""
-    corner = rounded_corner(found.time, scenario) if order > 1 else ""
     helps = (
-        corner
+        (rounded_corner(found.time, scenario) if order > 1 else "")
         or _woven(found.time, use, order, scenario)
+        or (_change_of_speed(found.time, use, order, scenario) if order > 1 else "")
         or _move_too_short(found.time, motion, scenario, space, j)
     )
     if helps:
@@ -135,6 +135,26 @@ def _slower_weave(
     if "rounding" in eased:
         text = f"rounding: {rounded_up(scale * eased['rounding'], 2):g} {length}, or {text},"
     return f"a weave goes on there; about {text} keeps it"
+
+
+def _change_of_speed(time: float, use: float, order: int, scenario: Scenario) -> str:
+    """Say what slows a change of speed along a path that begins or ends with a stop; else empty.
+
+    It lasts the longer, the less its acceleration a is: derivatives of order k fall as a^(k - 1).
+    """
+    for path in scenario.paths:
+        first, last = path.stretches[0].full_speed[0], path.stretches[-1].full_speed[1]
+        ramps = (path.motion.start_time, first), (last, path.motion.end_time)
+        for (begin, end), speed in zip(ramps, path.asked.ends, strict=True):
+            if speed == 0.0 and begin <= time <= end:
+                scale, length = scenario.shown_length
+                a = scale * path.asked.acceleration
+                less = 1.0 / rounded_up((EASED * use) ** (1.0 / (order - 1)) / a, 2)
+                return (
+                    f"the speed along the path changes there, by path: {{acceleration: {a:.4g}}} "
+                    f"[{length}/s²]; about {less:.3g} keeps it"
+                )
+    return ""
 
 
 def _move_too_short(

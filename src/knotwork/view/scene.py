@@ -229,4 +229,4 @@ def _merged(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 def _thinned(points: FloatArray, most: int = 800) -> FloatArray:
     """Keep the points that lie furthest out in some direction."""
     turns = np.random.default_rng(0).normal(size=(most, 3))
-    return np.asarray(points[np.unique((points @ turns.T).argmax(axis=0))])
+    return np.asarray(points[np.unique((turns @ points.T).argmax(axis=1))])

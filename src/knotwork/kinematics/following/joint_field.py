@@ -24,8 +24,9 @@ CORRECTIONS = 6
 BACK = 8.0
 
 
-# Tilts move less easily towards their limits, and hardly beyond this part of their ranges.
-INSIDE, LEAST_EASE = 0.95, 1e-8
+# Tilts move less easily towards their limits, and hardly beyond this part of their ranges; by a
+# power, which spreads that over more of the range: they would be stopped hard where they race.
+INSIDE, LEAST_EASE, SOFTLY = 0.95, 2e-3, 3
 
 
 class Guide(NamedTuple):
@@ -111,7 +112,7 @@ class JointField:
         """How easily joints move: tilts the less, the nearer they are to their limits."""
         if self.narrow is None:
             return 1.0
-        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, LEAST_EASE)
+        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, LEAST_EASE) ** SOFTLY
 
     def along(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing hangs on them."""

@@ -177,7 +177,7 @@ class Rules(NamedTuple):
             joint is too fast in them; `None` for none.
         weights: How much the travel of each joint counts, shape (d,) or one for all.
         resting: Intervals from rest to rest whose duration is chosen later, shape (n - 1,), or
-            `None` for none: their travel is how long the slowest joint takes.
+            `None` for none: their travel is how long the slowest joint takes, whatever its weight.
         ramp: How long each joint takes to its speed [s], shape (d,), or one for all.
     """
 
@@ -210,7 +210,7 @@ class Rules(NamedTuple):
         travel = np.asarray(np.linalg.norm(share * self.weights, axis=-1))
         if self.resting is None:
             return travel
-        slowest = (self.weights * least_time(share, self.ramp)).max(axis=-1)
+        slowest = least_time(share, self.ramp).max(axis=-1)
         return np.asarray(np.where(self.resting[interval], slowest + BESIDE * travel, travel))
 
 
@@ -304,8 +304,7 @@ def _step_costs(
                 size += np.add.outer((0.25 / speed) * v0, (0.25 / speed) * v1)
                 np.maximum(halfway, np.abs(size, out=size), out=halfway)
         if resting:
-            takes = weights[j] * least_time(np.abs(move), ramp[j])
-            np.maximum(slowest, takes, out=slowest)
+            np.maximum(slowest, least_time(np.abs(move), ramp[j]), out=slowest)
         if weights[j] != 1.0:
             move *= weights[j]
         move *= move
