@@ -202,12 +202,6 @@ def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
             "is in frame 'tray', which moves, so that its pose depends on its time, and that is "
             "chosen (time or after [s] here and at every waypoint before it",
         ),
-        (
-            ("waypoints", 1),
-            {"pose": {"position": [0, 0, 0.1], **DOWN}, "after": 1, "wait": 1.0},
-            "the arm can't stand still where frame 'tray' moves on (stop: true, and another "
-            "waypoint in that frame, along: line, a little further)",
-        ),
         (("waypoints", 1, "frame"), "base", "does not move with waypoint 3, to which the path"),
         (
             ("scene",),

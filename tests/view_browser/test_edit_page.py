@@ -223,6 +223,41 @@ def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     tab.click("#remove")
     tab.wait_for_function(f"knotwork.edit.draft.data.waypoints.length === {count}")
     known(tab)
+    assert tab.input_value("#part") == "null"  # so that another click removes nothing
+    assert not tab.locator("#remove").is_visible()
+    assert not tab.locator("#rows .row").count()
+
+
+def test_an_edit_sends_and_draws_what_has_changed(served: tuple[str, Path], tabs: Any) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    tab.select_option("#part", '["waypoints",1]')
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    drawn = "viewer.renderer.info.render.frame"
+    before = tab.evaluate(drawn)
+    revision = tab.evaluate("knotwork.edit.draft.revision")
+    with tab.expect_response(lambda answer: "/scene?" in answer.url) as answer:
+        tab.fill("#rows [aria-label='pose.position 1']", "-41")
+        tab.wait_for_function(f"knotwork.edit.stage.data.revision > {revision}")
+    known(tab)
+    text = answer.value.text()
+    assert '"strip"' in text
+    assert '"shapes"' not in text  # the page has those of the robot
+    assert tab.evaluate(drawn) - before <= 3  # handle and scene
+    tab.click("#undo")
+    tab.wait_for_function(f"knotwork.edit.stage.data.revision > {revision + 1}")
+
+
+def test_every_key_of_the_form_can_be_read(served: tuple[str, Path], tabs: Any) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    for part in tab.locator("#part option").evaluate_all("all => all.map((one) => one.value)"):
+        tab.select_option("#part", part)
+        assert tab.locator("#rows .key").evaluate_all(
+            "all => all.every((one) => one.scrollWidth <= one.clientWidth)"
+        )
+        shown = tab.locator("#rows .key").all_inner_texts()
+        assert len(set(shown)) == len(shown)
 
 
 @pytest.mark.parametrize("size", [(390, 844), (844, 390)])

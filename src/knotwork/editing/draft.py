@@ -8,6 +8,7 @@ import json
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ class Draft:
         Raises:
             DocumentError: The text is not YAML.
         """
-        return parse(self.text, self.file)
+        return _parsed(self.text, self.file)
 
     def state(self) -> dict[str, Any]:
         """What a page shows of it, as plain data."""
@@ -148,6 +149,12 @@ class Draft:
                 self.text = taken.pop()
                 self._gesture = ""
                 self.revision += 1
+
+
+@lru_cache(maxsize=4)
+def _parsed(text: str, file: Path) -> Document:
+    """The document of a text, which is asked for several times for each edit."""
+    return parse(text, file)
 
 
 def build(data: Any) -> str:

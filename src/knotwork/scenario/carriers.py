@@ -165,7 +165,7 @@ class Carriers:
         """Refuse what is not possible where frames move.
 
         Raises:
-            DocumentError: A wait, a speed that is chosen, or an orientation that turns otherwise.
+            DocumentError: A speed that is chosen, or an orientation that turns otherwise.
         """
         place: Location = ("waypoints", i)
         own, asked = self.of(i), waypoint.orientation_in
@@ -192,12 +192,6 @@ class Carriers:
         if own is None:
             return
         name = self._frame(i, waypoint)
-        if waypoint.wait is not None:
-            raise self.places.error(
-                (*place, "wait"),
-                f"the arm can't stand still where frame {name!r} moves on",
-                "stop: true, and another waypoint in that frame, along: line, a little further",
-            )
         if isinstance(getattr(waypoint, "speed", None), str | AtMost):
             raise self.places.error(
                 (*place, "speed"),

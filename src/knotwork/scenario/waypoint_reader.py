@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from knotwork.scenario.geometry import Frames
     from knotwork.scenario.path_reader import PathReader
     from knotwork.tool_paths import TimedPath
+    from knotwork.tool_paths.moving_frame import MovingFrame
 
 START = "start"
 
@@ -87,6 +88,7 @@ class WaypointReader:
         open_ = (freedom_of(one, freedoms, self.places) for one in paths)
         paths = [replace(one, freedom=free) for one, free in zip(paths, open_, strict=True)]
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
+        held: list[ScenarioPath] = []
         index: dict[int, int] = {}
         indices: list[int] = []
         waypoints: list[ScenarioWaypoint] = []
@@ -106,7 +108,8 @@ class WaypointReader:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
                 where += self.carriers.then(i, times[i], self.length)
                 open_here = freedoms[i]
-                if open_here is not None and open_here.moves and twist.vector.any():
+                rides = waypoint.wait is not None and self.carriers.of(i) is not None
+                if open_here is not None and open_here.moves and (rides or twist.vector.any()):
                     raise self.places.error(
                         ("waypoints", i, "free"),
                         "leaves the position open where the tool moves",
@@ -117,11 +120,34 @@ class WaypointReader:
             indices.append(i)
             if waypoint.wait is not None:
                 indices.append(i)
-                over = _after_wait(names[i])
-                waypoints.append(replace(made, name=over, time=times[i] + waypoint.wait))
+                over = replace(made, name=_after_wait(names[i]), time=times[i] + waypoint.wait)
+                carrier = self.carriers.of(i)
+                if carrier is not None and isinstance(made, CartesianWaypoint):
+                    begin = len(waypoints) - 1, made
+                    held.append(self._held(i, poses[i], carrier, *begin, over.time))
+                    motion = held[-1].motion
+                    pose, twist = motion.pose(over.time), motion.twist(over.time)
+                    over = replace(over, pose=pose, twist=twist)
+                waypoints.append(over)
             index[i] = len(waypoints) - 1
         self.indices = tuple(indices)
-        return tuple(waypoints), tuple(replace(one, first=index[one.first]) for one in paths)
+        held += [replace(one, first=index[one.first]) for one in paths]
+        return tuple(waypoints), tuple(sorted(held, key=lambda one: one.first))
+
+    def _held(
+        self,
+        i: int,
+        pose: pin.SE3,
+        carrier: MovingFrame,
+        first: int,
+        begin: CartesianWaypoint,
+        end: float,
+    ) -> ScenarioPath:
+        """A wait in a frame that moves; arguments as of `wait_on`."""
+        from knotwork.scenario.path_reader import wait_on
+
+        self.carriers.check_smooth(i, carrier, (begin.time, end))
+        return wait_on(carrier, pose, first, begin, end)
 
     def _state(
         self,

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, cast
+from urllib.parse import parse_qs
 
 from knotwork.errors import InputError
 from knotwork.view.page import meshcat_viewer, scene_page, waiting_page
@@ -88,7 +89,7 @@ class PageHandler(BaseHTTPRequestHandler):
             if path == "/":
                 self.send_text(self.server.whole_page(), "text/html", whole=with_page)
             else:
-                self.answer_other(path)
+                self.answer_other(path, query)
 
     def admitted(self, query: str) -> bool:
         """Whether the one who asks is answered; if not, an error is sent."""
@@ -111,7 +112,7 @@ class PageHandler(BaseHTTPRequestHandler):
         if whole:
             self.wfile.write(text)
 
-    def answer_other(self, path: str) -> None:
+    def answer_other(self, path: str, query: str) -> None:
         """Answer to a path that is not the page's."""
         self.send_error(HTTPStatus.NOT_FOUND)
 
@@ -225,16 +226,18 @@ class LiveServer(PageServer):
 class LiveHandler(PageHandler):
     """Answers with the newest scene, and with each state."""
 
-    def answer_other(self, path: str) -> None:
-        """Send parts of the newest scene, or each state as a server-sent event."""
+    def answer_other(self, path: str, query: str) -> None:
+        """Send what the page has not got of the newest scene, or each state as an event."""
         server = cast(LiveServer, self.server)
         scene = server.scene
         if path == "/changes":
             self._tell_changes(server)
         elif path == "/scene" and scene is not None:
+            if parse_qs(query).get("still") == [str(scene["still"])]:
+                scene = {key: part for key, part in scene.items() if key not in STILL}
             self.send_text(scene_page(scene, scripts=False).html.encode("utf-8"), "text/html")
         else:
-            super().answer_other(path)
+            super().answer_other(path, query)
 
     def _tell_changes(self, server: LiveServer) -> None:
         self.send_response(HTTPStatus.OK)

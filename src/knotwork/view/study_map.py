@@ -39,11 +39,11 @@ class MapServer(PageServer):
 class _MapHandler(PageHandler):
     server: MapServer
 
-    def answer_other(self, path: str) -> None:
+    def answer_other(self, path: str, query: str) -> None:
         """Send the scene of a row, or the error of a row without a motion."""
-        asked = parse_qs(self.path.partition("?")[2]).get("row", [""])[0]
+        asked = parse_qs(query).get("row", [""])[0]
         if path != "/motion" or not asked.isdecimal() or int(asked) >= self.server.rows:
-            return super().answer_other(path)
+            return super().answer_other(path, query)
         try:
             self.send_text(self.server.page_of(int(asked)), "text/html")
         except InputError as error:

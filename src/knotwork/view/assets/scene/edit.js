@@ -44,7 +44,7 @@ class Editing {
         made("div", { id: "rows" }),
         made("div", { className: "tools" },
           made("select", { id: "more", ariaLabel: "add a key", onchange: () => this.more() }),
-          button("remove", "remove", "take this part out of the task", () => this.edit([{ at: this.part }], "", { build: this.draft.build }))),
+          button("remove", "remove", "take this part out of the task", () => this.remove())),
         made("div", { className: "tools" },
           button("add-here", "+ waypoint", "a waypoint where the arm is at the time shown", () => this.add("pose")),
           button("add-box", "+ box", "an object to be placed", () => this.add("box")))));
@@ -120,6 +120,14 @@ class Editing {
     return this.ask("edit", { changes, gesture, ...more });
   }
 
+  // Nothing is chosen then: another click takes nothing out.
+  async remove() {
+    const at = this.part;
+    const taken = this.edit([{ at }], "", { build: this.draft.build });
+    this.choose(null);
+    if ((await taken).error) this.choose(at);
+  }
+
   async moved(handle, { use, gesture }) {
     if (handle.kind === "jog") return this.jog.reach(handle);
     const { at, name, build, position, quaternion } = handle;
@@ -171,8 +179,14 @@ class Editing {
     if (there) player.seek(there.time - player.start);
   }
 
-  // A part of the task: that of a handle is the waypoint or object around it.
+  // A part of the task: that of a handle is the waypoint or object around it; `null` for none.
   choose(at) {
+    if (!at) {
+      this.part = null;
+      this.gizmo.choose(null);
+      this.fill();
+      return;
+    }
     const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
     this.part = at.slice(0, size);
     const handle = this.gizmo.handles.find((one) => same(one, { at })) ?? this.gizmo.handles.find((one) => String(one.at.slice(0, size)) === String(this.part));
@@ -182,16 +196,18 @@ class Editing {
 
   fill() {
     const { data } = this.draft;
-    if (!within(data, this.part)) this.part = ["waypoints", Math.min(Number(this.part[1]) || 0, data.waypoints.length - 1)];
+    if (!data) return; // the text can't be read
+    const chosen = this.part && within(data, this.part);
+    if (!chosen) this.part = null;
     const names = (at) => {
       const group = within(data, at);
       if (!at.length) return PARTS.filter((key) => key in data).map((key) => [[key], key]);
       return Object.entries(group ?? {}).map(([key, one]) => (Array.isArray(group) ? [[...at, Number(key)], one.name ?? `waypoint ${key}`] : [[...at, key], key]));
     };
-    byId("part").replaceChildren(...GROUPS.map(([label, at]) => made("optgroup", { label },
+    byId("part").replaceChildren(...(chosen ? [] : [made("option", { value: "null", textContent: "choose a part" })]), ...GROUPS.map(([label, at]) => made("optgroup", { label },
       ...names(at).map(([place, text]) => made("option", { value: JSON.stringify(place), textContent: text, selected: String(place) === String(this.part) })))));
-    const part = within(data, this.part);
-    const kind = this.part.slice(0, -1).join(".");
+    const part = chosen ?? {};
+    const kind = this.part?.slice(0, -1).join(".");
     const more = Object.keys(KEYS[kind] ?? {}).filter((key) => !(key in part));
     byId("more").hidden = !more.length;
     byId("more").replaceChildren(made("option", { textContent: "+ key" }), ...more.map((key) => made("option", { value: key, textContent: key })));
@@ -199,12 +215,12 @@ class Editing {
     const focused = document.activeElement?.dataset?.at;
     const gesture = () => `${++this.gesture}`;
     const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]) };
-    const rows = [...valuesOf(part, this.part)];
+    const rows = [...valuesOf(part, this.part ?? [])];
     const titled = ({ at }) => { // the last key, where no other row has it
       const alone = typeof at.at(-1) === "string" && rows.filter((one) => one.at.at(-1) === at.at(-1)).length === 1;
       return (alone ? at.slice(-1) : at.slice(this.part.length)).join(".");
     };
-    byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: typeof one.value === "string" ? "" : this.draft.units[JSON.stringify(one.at)] }, this.part.length, uses)));
+    byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: typeof one.value === "string" ? "" : this.draft.units[JSON.stringify(one.at)] }, this.part?.length, uses)));
     if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
   }
 
@@ -321,7 +337,7 @@ class Jog {
 
   add(what) {
     const { part } = this.editing;
-    const after = part[0] === "waypoints" ? part : ["waypoints", this.editing.draft.data.waypoints.length - 1];
+    const after = part?.[0] === "waypoints" ? part : ["waypoints", this.editing.draft.data.waypoints.length - 1];
     return this.editing.add(what, { q: this.q, after });
   }
 }

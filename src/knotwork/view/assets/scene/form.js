@@ -24,7 +24,7 @@ function made(kind, settings = {}, ...inner) {
 // A row: its key, a field for each number or word, and a button that takes it out
 function formRow({ at, value, shown, unit = "" }, from, { change, remove }) {
   const name = at.slice(from).join(".");
-  const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown} `, made("span", { className: "unit", textContent: unit }));
+  const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown.replaceAll(".", ".\u200b")} `, made("span", { className: "unit", textContent: unit }));
   const row = made("div", { className: "row" }, key);
   const fields = made("span", { className: "fields" });
   (isRow(value) ? value : [value]).forEach((one, i) => {
@@ -52,6 +52,6 @@ function formRow({ at, value, shown, unit = "" }, from, { change, remove }) {
     }
     fields.append(field);
   });
-  row.append(fields, made("button", { type: "button", className: "drop", textContent: "×", title: `take ${name} out`, ariaLabel: `take ${name} out`, onclick: () => remove(at) }));
+  row.append(fields, made("button", { type: "button", className: "drop", textContent: "×", title: `take ${name} out`, ariaLabel: `take ${name} out`, onclick: ({ detail }) => { if (detail < 2) remove(at); } })); // the second of a double click would meet the next row
   return row;
 }

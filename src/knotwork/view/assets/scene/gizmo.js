@@ -48,6 +48,7 @@ class Gizmo {
 
   // Other handles; the one in the hand stays where the hand has it.
   set(handles) {
+    if (JSON.stringify(handles) === JSON.stringify(this.handles)) return;
     const held = this.hand && this.held;
     this.handles = handles.map((one) => (held && same(one, held) ? held : { ...one }));
     this.choose(this.held);

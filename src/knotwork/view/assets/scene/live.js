@@ -9,10 +9,13 @@ function followChanges(stage, version) {
     stage.editing?.told(state);
     if (state.version === shown) return;
     shown = state.version;
-    const text = await (await fetch("scene" + location.search, { cache: "no-store" })).text();
+    const query = new URLSearchParams(location.search);
+    query.set("still", stage.data.still); // what the page has of the robot is not sent again
+    const text = await (await fetch(`scene?${query}`, { cache: "no-store" })).text();
     if (state.version !== shown) return; // meanwhile there is a newer one
     const page = new DOMParser().parseFromString(text, "text/html");
-    renew(stage, page, JSON.parse(page.getElementById("data").textContent));
+    const { joints, shapes, images, coarse } = stage.data;
+    renew(stage, page, { joints, shapes, images, coarse, ...JSON.parse(page.getElementById("data").textContent) });
     document.documentElement.dataset.version = state.version;
   };
   changes.onerror = () => tell({ error: "", busy: false, gone: true });

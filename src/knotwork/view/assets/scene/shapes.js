@@ -1,7 +1,12 @@
 // Meshes as Three.js has them: geometry, colours and images.
 
 const THREE = MeshCat.THREE;
-const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+function bytes(text) {
+  const letters = atob(text);
+  const made = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; i++) made[i] = letters.charCodeAt(i);
+  return made;
+}
 const floats = (text) => new Float32Array(bytes(text).buffer);
 
 function geometry(mesh) {
