@@ -156,14 +156,6 @@ def test_the_nearness_of_a_way_is_that_along_it() -> None:
     assert worse[0] == pytest.approx(max(near[0], near[-1]))
 
 
-def test_weights_are_those_of_limits_and_singular_values() -> None:
-    for q in anywhere(PANDA, 6, 20):
-        smallest = np.linalg.svd(PANDA.jacobian(q), compute_uv=False)[-1]
-        room = min((q - PANDA.lower_position_limit).min(), (PANDA.upper_position_limit - q).min())
-        expected = 1 + max(0, 1 - smallest / 0.05) ** 2 + max(0, 1 - room / 0.2) ** 2
-        assert weights(PANDA, q[None])[0] == pytest.approx(expected, rel=1e-6)
-
-
 PASSING: dict[str, Any] = {
     "robot": "panda",
     "start": "home",
