@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import random
 from typing import Any
 
 import numpy as np
@@ -126,28 +125,6 @@ def test_equal_to_trying_every_sequence(
     assert cost_of(layers, chosen.index, durations, rules) == pytest.approx(best)
     for layer, k, q in zip(layers, chosen.index, chosen.q, strict=True):
         np.testing.assert_array_equal(q, layer.q[k])
-
-
-@examples(30)
-@given(
-    st.integers(0, 10**6),
-    st.lists(st.integers(1, 4), min_size=2, max_size=4),
-    st.floats(0.5, 3.0),
-    st.randoms(use_true_random=False),
-)
-def test_the_order_of_the_candidates_matters_for_ties_alone(
-    seed: int, sizes: list[int], duration: float, order: random.Random
-) -> None:
-    layers = layers_of(seed, sizes)
-    rows = [order.sample(range(m), m) for m in sizes]
-    durations = np.full(len(sizes) - 1, duration)
-    rules = Rules(SPEED, SPEED, BOUNDED)
-    one = choose_sequence(layers, durations, rules)
-    shuffled = [layer.take(row) for layer, row in zip(layers, rows, strict=True)]
-    other = choose_sequence(shuffled, durations, rules)
-    assert tuple(other.cost) == pytest.approx(tuple(one.cost))
-    # The costs are random numbers, and no two sequences cost the same.
-    assert [row[k] for row, k in zip(rows, other.index, strict=True)] == list(one.index)
 
 
 @pytest.mark.parametrize("size", [2, 5])
