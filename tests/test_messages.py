@@ -305,6 +305,7 @@ ROBOTS: dict[str, dict[str, Any]] = {
         "external_axes": {
             "rail": {"carries": "robot", "slides": [1, 0, 0], "range": [0, 1], "velocity": 1.0},
             "table": {"in": "cell", "turns": [0, 0, 1], "position": [1, 0, 0], "rpy": [0, 0, 1]},
+            "other": {"urdf": str(ROBOT_FILES / "planar2.urdf"), "position": [1, 0, 0]},
         },
         "locked": {},
         "configurations": {"home": {"shoulder": 0.1, "elbow": 0.2}},

@@ -80,12 +80,12 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
     ("axis", "words"),
     [
         ({"range": [0, 1]}, "give slides or turns"),
-        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "give slides or turns"),
+        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "gives slides and turns; give one of them"),
         ({"slides": [1, 0, 0]}, "give its range"),
         ({"turns": [0, 0, 0]}, "its direction must not be zero"),
         (
             {"turns": [0, 0, 1], "in": "nowhere"},
-            "external_axes: the parent of .*'nowhere', which is no",
+            "external_axes: table: in: there is no link 'nowhere'; accepted: base, ",
         ),
         (
             {"turns": [0, 0, 1], "carries": "tool0"},

@@ -42,7 +42,8 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
         for place, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
             if place and free.duration[i - 1]:
-                changes["after"] = float(motion.time[place] - motion.time[place - 1])
+                after = float(motion.time[place] - motion.time[place - 1])
+                changes |= {"time": None, "after": after}
             q = positions[segment.rows[place]]
             changes |= _speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"
@@ -87,13 +88,14 @@ def _solutions(
 
 def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it was chosen."""
-    kind, robot = task.free.speed[i], task.space.robot
+    kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
         return {}
-    if robot is None or isinstance(task.scenario.waypoints[i], JointTarget):
+    if robot is None or isinstance(there, JointTarget):
         return {"velocity": units.by_joint(v)}
     twist = robot.twist(q, v)
     if kind == "free":
+        twist -= there.twist  # that of its frame: a velocity of the file is seen from there
         linear, angular = twist.linear / units.length, twist.angular / units.angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes="base")}
     speed = float(np.linalg.norm(twist.linear))

@@ -223,7 +223,9 @@ def _file(name: str) -> Path:
 def source_files(motion: Any) -> list[Path]:
     """Files that a plan or a checked file depends on."""
     robot, source = motion.space.robot, motion.scenario.source
-    known = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()
+    known: list[Path | None] = []
+    if robot is not None:
+        known = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]
     named = named_files(motion.scenario.task.to_dict(), source.parent) if source else {}
     return [path for path in (source, *known, *named.values()) if path is not None]
 

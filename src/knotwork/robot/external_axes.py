@@ -1,12 +1,14 @@
-"""Joints that a robot's file adds to its URDF, and a URDF seen from another of its links.
+"""What a robot's file puts next to or below its URDF, and a URDF seen from another of its links.
 
 Both change the URDF before it is read, so that all else knows one tree of joints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
 from xml.dom.minidom import Element
 
 import numpy as np
@@ -14,8 +16,8 @@ from pydantic import model_validator
 
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import Interval, Positive, Vector3, optional
-from knotwork.errors import InputError
-from knotwork.robot.urdf_rules import child_elements, link_of
+from knotwork.errors import InputError, did_you_mean
+from knotwork.robot.urdf_rules import child_elements, link_of, named
 from knotwork.waypoints import FloatArray
 
 CELL = "cell"
@@ -26,8 +28,17 @@ ROBOT = "robot"
 
 
 class ExternalAxis(StrictModel):
-    """A joint beside those of the URDF: a rail or a column below it, a positioner next to it."""
+    """A joint beside those of the URDF, a rail below it or a table next to it; or another URDF."""
 
+    ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("slides", "turns", "urdf"),
+        *(("urdf", other) for other in ("carries", "range", "velocity")),
+    )
+
+    urdf: Text | None = optional(
+        "A positioner with a URDF of its own, as `urdf` of the file; its root link is placed, and "
+        "names that are taken get that of the positioner and _ in front"
+    )
     carries: Text | None = optional(
         "robot for a rail or a column; else the name of the link that it makes, a "
         "table. Left out: that of the joint"
@@ -46,8 +57,10 @@ class ExternalAxis(StrictModel):
 
     @model_validator(mode="after")
     def _one_direction(self) -> ExternalAxis:
-        if (self.slides is None) == (self.turns is None):
-            raise ValueError("give slides or turns, a direction such as [0, 0, 1]")
+        if self.urdf is not None:
+            return self
+        if self.slides is None and self.turns is None:
+            raise ValueError("give slides or turns, a direction such as [0, 0, 1], or urdf, a file")
         if not any(self.slides or self.turns or ()):
             raise ValueError("its direction must not be zero")
         if self.slides is not None and self.range is None:
@@ -59,45 +72,130 @@ Axes = tuple[tuple[str, ExternalAxis], ...]
 """External axes with the names of their joints."""
 
 
-def add_axes(robot: Element, axes: Axes, root: str) -> None:
+class UrdfFile(NamedTuple):
+    """A URDF file, and which links of the tree are its own.
+
+    Attributes:
+        path: The file.
+        links: Of each link its name in the file and that in the tree, in the order of the file.
+    """
+
+    path: Path
+    links: tuple[tuple[str, str], ...]
+
+
+def add_axes(
+    robot: Element, axes: Axes, root: str, others: Mapping[str, tuple[Element, str]]
+) -> tuple[UrdfFile, ...]:
     """Put external axes into a URDF, below a new root link `CELL`.
 
     Args:
         robot: The URDF, which is changed.
         axes: The axes.
         root: Its root link.
+        others: By axis that names a URDF this URDF, which is used up, and its root link.
+
+    Returns:
+        The other URDFs.
 
     Raises:
-        InputError: An axis makes a link or a joint that there is already.
+        InputError: An axis makes a link or a joint that there is already, stands on none that there
+            is, or its URDF has no joint that moves.
     """
-    links, joints = (
-        {one.getAttribute("name") for one in child_elements(robot, kind)}
-        for kind in ("link", "joint")
-    )
-    for name, one in axes:
-        link = one.carries or name
-        key = "carries: " if one.carries else ""
-        if name in joints:
-            raise InputError(f"{name}: there is a joint {name!r} already; accepted: another name")
-        if link in links or link == CELL:
-            raise InputError(
-                f"{name}: {key}there is a link {link!r} already; accepted: the name of a new link, "
-                f"{ROBOT} for what carries the arm, or, to stand on that link, in: {link}"
-            )
-        links |= {link} - {ROBOT}
-        joints.add(name)
-    carried = [one.carries or name for name, one in axes]
-    for link in (CELL, *(link for link in carried if link != ROBOT)):
-        _put(robot, "link", name=link)
-    if ROBOT not in carried:
+    names = {kind: set(named(robot, kind)) for kind in ("link", "joint")}
+    names["link"].add(CELL)
+    _put(robot, "link", name=CELL)
+    if not any(one.carries == ROBOT for _, one in axes):
         _joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
-    for (name, one), link in zip(axes, carried, strict=True):
-        kind = "prismatic" if one.slides else "revolute" if one.range else "continuous"
-        ends = one.parent, root if link == ROBOT else link
-        joint = _joint(robot, name, kind, ends, one.position, one.rpy)
-        _put(joint, "axis", xyz=_text(one.slides or one.turns or ()))
-        lower, upper = map(repr, one.range or (0.0, 0.0))
-        _put(joint, "limit", velocity=str(one.velocity or 0), effort="0", lower=lower, upper=upper)
+    for name, one in axes:
+        if one.urdf is None:
+            _add_joint(robot, name, one, root, names)
+    counts = {
+        kind: Counter(each for given, _ in others.values() for each in named(given, kind))
+        for kind in names
+    }
+    shared = {
+        kind: own | {each for each, n in counts[kind].items() if n > 1}
+        for kind, own in names.items()
+    }
+    files = [
+        _add_urdf(robot, name, one, others[name], names, shared)
+        for name, one in axes
+        if one.urdf is not None
+    ]
+    for name, one in axes:
+        if one.parent not in names["link"]:
+            known = did_you_mean(one.parent, sorted(names["link"]))
+            raise InputError(f"{name}: in: there is no link {one.parent!r}; {known}")
+    return tuple(files)
+
+
+def _add_joint(
+    robot: Element, name: str, one: ExternalAxis, root: str, names: Mapping[str, set[str]]
+) -> None:
+    link = one.carries or name
+    key = "carries: " if one.carries else ""
+    if name in names["joint"]:
+        raise InputError(f"{name}: there is a joint {name!r} already; accepted: another name")
+    if link in names["link"]:
+        raise InputError(
+            f"{name}: {key}there is a link {link!r} already; accepted: the name of a new link, "
+            f"{ROBOT} for what carries the arm, or, to stand on that link, in: {link}"
+        )
+    names["joint"].add(name)
+    if link == ROBOT:
+        link = root
+    else:
+        names["link"].add(link)
+        _put(robot, "link", name=link)
+    kind = "prismatic" if one.slides else "revolute" if one.range else "continuous"
+    joint = _joint(robot, name, kind, (one.parent, link), one.position, one.rpy)
+    _put(joint, "axis", xyz=_text(one.slides or one.turns or ()))
+    lower, upper = map(repr, one.range or (0.0, 0.0))
+    _put(joint, "limit", velocity=str(one.velocity or 0), effort="0", lower=lower, upper=upper)
+
+
+def _add_urdf(
+    robot: Element,
+    name: str,
+    one: ExternalAxis,
+    other: tuple[Element, str],
+    names: Mapping[str, set[str]],
+    shared: Mapping[str, set[str]],
+) -> UrdfFile:
+    """Move links and joints of another URDF into that of the robot; `shared` names are changed."""
+    given, root = other
+    if all(joint.getAttribute("type") == "fixed" for joint in child_elements(given, "joint")):
+        raise InputError(
+            f"{name}: {one.urdf} has no joint that moves; accepted: the URDF of a positioner, or, "
+            "for what stands still, scene: objects of a scenario"
+        )
+    called: dict[str, dict[str, str]] = {}
+    for kind, known in names.items():
+        own = named(given, kind)
+        called[kind] = {each: f"{name}_{each}" if each in shared[kind] else each for each in own}
+        for each, new in called[kind].items():
+            if new in known or (new != each and new in own):
+                raise InputError(
+                    f"{name}: there is another {kind} {each!r} than that of {one.urdf}, and one of "
+                    f"the name {new!r} as well; accepted: another name for {name!r}, which comes "
+                    "in front of names that are taken"
+                )
+        known.update(called[kind].values())
+    for element in (*child_elements(given, "link"), *child_elements(given, "joint")):
+        _rename(element, "name", called[element.tagName])
+        for tag, key in (("parent", "link"), ("child", "link"), ("mimic", "joint")):
+            for part in child_elements(element, tag):
+                _rename(part, key, called[key])
+        robot.appendChild(element)
+    new_root = called["link"][root]
+    _joint(robot, f"{name} to {new_root}", "fixed", (one.parent, new_root), one.position, one.rpy)
+    return UrdfFile(Path(one.urdf or ""), tuple(called["link"].items()))
+
+
+def _rename(element: Element, key: str, called: Mapping[str, str]) -> None:
+    old = element.getAttribute(key)
+    element.setAttribute(key, called.get(old, old))
 
 
 def see_from(robot: Element, link: str) -> None:

@@ -38,7 +38,7 @@ class RobotFile(StrictModel):
         "folders of them, or where relative paths start",
     )
     external_axes: dict[Text, ExternalAxis] = optional(
-        "Joints added to the URDF, by name; its root is then the link `cell`", {}
+        "Joints and positioners added to the URDF, by name; its root is then the link `cell`", {}
     )
     base_frame: Text | None = optional(
         "Link that poses are given in; left out: the root of the URDF"

@@ -12,6 +12,7 @@ from typing import Any
 from knotwork.documents import Document, read, resources, validate
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.robot.description import Description
+from knotwork.robot.external_axes import Axes
 from knotwork.robot.file import RobotFile
 from knotwork.robot.joint_limits import limit_tables
 from knotwork.robot.model import Robot
@@ -102,7 +103,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
         whole_file = document.file is not None and not document.prefix
         name = document.file.stem if whole_file and document.file else Path(content.urdf).stem
     path = _file(content.urdf, folder, name, "URDF")
-    urdf = read_urdf(path, name, tuple(content.external_axes.items()))
+    urdf = read_urdf(path, name, _axes(content, document, folder, name))
     _check_names(content, document, urdf)
     srdf = content.collision.srdf
     robot = Robot(
@@ -125,6 +126,21 @@ def _from_document(document: Document, folder: Path) -> Robot:
         for configuration in content.configurations:
             _check_configuration(robot, configuration)
     return robot
+
+
+def _axes(content: RobotFile, document: Document, folder: Path, robot: str) -> Axes:
+    """External axes, with the paths of their URDFs."""
+    found = []
+    for name, one in content.external_axes.items():
+        if one.urdf is not None:
+            try:
+                path = _file(one.urdf, folder, robot, "URDF")
+            except InputError as error:
+                error.locate(document.where(("external_axes", name, "urdf")))
+                raise
+            one = one.model_copy(update={"urdf": str(path)})
+        found.append((name, one))
+    return tuple(found)
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:

@@ -37,6 +37,7 @@ class Robot(ChainKinematics):
         description: What it is.
         source: File that describes it.
         urdf: File with its links, masses and shapes.
+        urdf_files: This one and those of positioners, each with the links that it gives.
         package_paths: Folders that its meshes are also looked for in.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
@@ -78,7 +79,8 @@ class Robot(ChainKinematics):
     def __init__(self, description: Description) -> None:
         given = self._given = description
         self.name, self.description = given.name, given.description
-        self.source, self.urdf = given.source, given.urdf.path
+        self.source, self.urdf_files = given.source, given.urdf.files
+        self.urdf = self.urdf_files[0].path
         self.package_paths = given.package_paths
         self.tool_frame = given.tool_frame
         self.ignored_pairs, self.srdf = given.ignored_pairs, given.srdf
@@ -146,12 +148,12 @@ class Robot(ChainKinematics):
 
     @property
     def external_axes(self) -> tuple[str, ...]:
-        """Names of joints that the robot's file adds to its URDF.
+        """Names of joints that the robot's file adds to its URDF, by themselves or in others.
 
         >>> kw.load_robot("ur5_rail").external_axes
         ('rail',)
         """
-        return tuple(name for name, _ in self._given.urdf.axes)
+        return self._given.urdf.added
 
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._given,)  # made anew: each copy has working memory of its own
@@ -223,7 +225,7 @@ class Robot(ChainKinematics):
         (6, 'table')
         """
         given = self._given
-        urdf = read_urdf(given.urdf.path, self.name, given.urdf.axes, link)
+        urdf = read_urdf(self.urdf, self.name, given.urdf.axes, link)
         standing = self.standing_frame
         return Robot(replace(given, urdf=urdf, base_frame=link, standing=standing))
 

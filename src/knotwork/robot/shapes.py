@@ -5,9 +5,10 @@ A shape that is not valid is left out, and its fault is reported.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 from xml.dom.minidom import Element
 
 import numpy as np
@@ -15,6 +16,7 @@ import pinocchio as pin
 
 from knotwork.documents import parse_xml, read_text
 from knotwork.errors import InputError, shown
+from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.urdf import MOST_BYTES, MOST_ELEMENTS
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.waypoints import FloatArray
@@ -41,6 +43,7 @@ class Shape:
         kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"` or `"mesh"`.
         size: Of a box its lengths along x, y and z; of others radius and length [m].
         mesh: Name of the mesh file as the URDF gives it, or empty.
+        urdf: The URDF, whose folders the mesh is looked for in.
         scale: Factors of the mesh along its axes, shape (3,).
         rotation: Its axes in those of the link, shape (3, 3).
         translation: Its origin in the axes of the link [m], shape (3,).
@@ -51,6 +54,7 @@ class Shape:
     kind: str
     size: tuple[float, ...] = ()
     mesh: str = ""
+    urdf: Path = Path()
     scale: FloatArray = field(default_factory=lambda: np.ones(3))
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
     translation: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -58,40 +62,55 @@ class Shape:
     fault: str = ""
 
 
+class _Link(NamedTuple):
+    urdf: Path
+    element: Element
+    materials: Mapping[str, Element]
+
+
 class UrdfShapes:
-    """The links of a URDF and their shapes.
+    """The links of a robot's URDFs and their shapes.
 
     Attributes:
-        links: Names, in the order of the file.
+        links: Names in the tree of links, in the order of the files.
         carried: By name of a link the origins of the joints that it carries [m].
     """
 
-    def __init__(self, path: Path) -> None:
-        """Read a URDF.
+    def __init__(self, files: Sequence[UrdfFile]) -> None:
+        """Read URDFs.
 
         Raises:
-            DocumentError: It can't be read.
-            InputError: It is no XML, or larger than the size read.
+            DocumentError: One can't be read.
+            InputError: One is no XML, or larger than the size read.
         """
+        self._links: dict[str, _Link] = {}
+        self.carried: dict[str, list[FloatArray]] = {}
+        for file in files:
+            self._read(file.path, dict(file.links))
+        self.links = tuple(self._links)
+
+    def _read(self, path: Path, names: Mapping[str, str]) -> None:
         text = read_text(path, most=MOST_BYTES)
         root: Any = parse_xml(text.encode(), MOST_ELEMENTS).documentElement
-        self._links = {e.getAttribute("name"): e for e in child_elements(root, "link")}
-        self.links = tuple(self._links)
-        self._materials: dict[str, Element] = {}
+        materials: dict[str, Element] = {}
         for material in root.getElementsByTagName("material"):
             if child_elements(material, "color"):
-                self._materials.setdefault(material.getAttribute("name"), material)
-        self.carried: dict[str, list[FloatArray]] = {}
+                materials.setdefault(material.getAttribute("name"), material)
+        for element in child_elements(root, "link"):
+            name = element.getAttribute("name")
+            self._links[names.get(name, name)] = _Link(path, element, materials)
         for joint in child_elements(root, "joint"):
             for parent in child_elements(joint, "parent"):
-                origins = self.carried.setdefault(parent.getAttribute("link"), [])
+                name = parent.getAttribute("link")
+                origins = self.carried.setdefault(names.get(name, name), [])
                 origins.append(_origin(joint)[1])
 
     def of(self, link: str, kind: str) -> tuple[list[Shape], list[str]]:
         """Give the shapes of a link, `"visual"` or `"collision"`, and the faults of others."""
         found: list[Shape] = []
         lost: list[str] = []
-        for item in child_elements(self._links[link], kind):
+        path, element, materials = self._links[link]
+        for item in child_elements(element, kind):
             given = child_elements(item, "geometry")
             shapes = [shape for geometry in given for shape in child_elements(geometry)]
             if len(given) != 1 or len(shapes) != 1:
@@ -103,7 +122,7 @@ class UrdfShapes:
                     continue
             colour, fault = None, ""
             try:
-                colour = self._colour(item)
+                colour = _colour(item, materials)
             except InputError as error:
                 fault = f"{error}; it is drawn grey"
             try:
@@ -111,23 +130,24 @@ class UrdfShapes:
             except InputError as error:
                 lost.append(str(error))
                 continue
-            placed = replace(shape, rotation=rotation, translation=translation)
+            placed = replace(shape, urdf=path, rotation=rotation, translation=translation)
             found.append(replace(placed, colour=colour, fault=fault))
         return found, lost
 
-    def _colour(self, item: Element) -> Colour | None:
-        colour = None
-        for material in child_elements(item, "material"):
-            named = self._materials.get(material.getAttribute("name"))
-            given = material if child_elements(material, "color") else named
-            if given is not None:
-                element = child_elements(given, "color")[0]
-                red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
-                colour = (red, green, blue, opacity[0] if opacity else 1.0)
-                if not all(0.0 <= part <= 1.0 for part in colour):
-                    text = shown(element.getAttribute("rgba"))
-                    raise InputError(f"color has rgba {text}; each must be from 0 to 1")
-        return colour
+
+def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
+    colour = None
+    for material in child_elements(item, "material"):
+        named = materials.get(material.getAttribute("name"))
+        given = material if child_elements(material, "color") else named
+        if given is not None:
+            element = child_elements(given, "color")[0]
+            red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
+            colour = (red, green, blue, opacity[0] if opacity else 1.0)
+            if not all(0.0 <= part <= 1.0 for part in colour):
+                text = shown(element.getAttribute("rgba"))
+                raise InputError(f"color has rgba {text}; each must be from 0 to 1")
+    return colour
 
 
 def _shape(element: Element) -> Shape:
@@ -144,7 +164,7 @@ def _shape(element: Element) -> Shape:
             scale = np.array(_numbers(element, "scale", 3))
         if not scale.all():
             raise InputError(f"mesh {shown(mesh)} has scale {shown(scale.tolist())}; none may be 0")
-    return Shape(kind, tuple(size), mesh, scale)
+    return Shape(kind, tuple(size), mesh, scale=scale)
 
 
 def _numbers(element: Element, name: str, least: int, most: int | None = None) -> list[float]:

@@ -20,8 +20,8 @@ import pinocchio as pin
 
 from knotwork.documents import parse_xml, read_text
 from knotwork.errors import InputError, RobotError
-from knotwork.robot.external_axes import Axes, add_axes, see_from
-from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, plain_text
+from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, see_from
+from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, named, plain_text
 
 # Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
 _WIDE = "1e9"
@@ -42,10 +42,10 @@ class Mimic(NamedTuple):
 
 
 class Urdf(NamedTuple):
-    """A URDF, parsed.
+    """A URDF, parsed, and what is joined to it.
 
     Attributes:
-        path: The file.
+        files: The file, then those of what is joined to it.
         model: All of its links and joints; unbounded joints are plain angles in it.
         root: Name of the root link.
         links: Names of all links, in the order of the file.
@@ -55,10 +55,11 @@ class Urdf(NamedTuple):
         types: URDF type of each joint.
         unbounded: Joints that turn without limit.
         mimics: Joints that follow another.
-        axes: Joints that were added to those of the file.
+        axes: What was joined to it.
+        added: Names of the joints that move in what was joined.
     """
 
-    path: Path
+    files: tuple[UrdfFile, ...]
     model: Any
     root: str
     links: tuple[str, ...]
@@ -68,6 +69,7 @@ class Urdf(NamedTuple):
     unbounded: frozenset[str]
     mimics: Mapping[str, Mimic]
     axes: Axes = ()
+    added: tuple[str, ...] = ()
 
 
 def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> Urdf:
@@ -76,7 +78,7 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
     Args:
         path: The file.
         robot: Name of the robot, for errors.
-        axes: Joints that are added to it.
+        axes: What is joined to it; paths of URDFs are absolute.
         seen_from: Link that is made its root; by default it stays as it is.
 
     Raises:
@@ -84,29 +86,29 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
         RobotError: It is no valid URDF; the message quotes the parser, or says what the file is
             instead.
     """
-    text = read_text(path, most=MOST_BYTES)
-    read = _kept if len(text) <= MOST_KEPT else _parsed
-    return read(text, path, robot, axes, seen_from)
+    paths = (path, *(Path(one.urdf) for _, one in axes if one.urdf is not None))
+    texts = tuple(read_text(one, most=MOST_BYTES) for one in paths)
+    read = _kept if sum(map(len, texts)) <= MOST_KEPT else _parsed
+    return read(texts, path, robot, axes, seen_from)
 
 
 @lru_cache(maxsize=32)
-def _kept(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
-    return _parsed(text, path, robot, axes, seen_from)
+def _kept(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
+    return _parsed(texts, path, robot, axes, seen_from)
 
 
-def _parsed(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
-    try:
-        document = parse_xml(text.encode(), MOST_ELEMENTS)
-    except InputError as error:
-        raise RobotError(robot, f"{path} is not a URDF: {error}") from error
-    root = _root(document, text, path, robot)
-    try:
-        base = check_tree(root)
-    except InputError as error:
-        raise RobotError(robot, f"{path} is no valid URDF: {error}") from error
+def _parsed(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
+    root, base = _tree(texts[0], path, robot)
+    own = {kind: named(root, kind) for kind in ("link", "joint")}
+    files = [UrdfFile(path, tuple((link, link) for link in own["link"]))]
     if axes:
+        placed = [(name, Path(one.urdf)) for name, one in axes if one.urdf is not None]
+        others = {
+            name: _tree(text, file, robot)
+            for (name, file), text in zip(placed, texts[1:], strict=True)
+        }
         try:
-            add_axes(root, axes, base)
+            files += add_axes(root, axes, base, others)
             base = check_tree(root)
         except InputError as error:
             raise RobotError(robot, f"external_axes: {error}") from error
@@ -116,16 +118,16 @@ def _parsed(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Ur
     if seen_from:
         see_from(root, seen_from)
         base = seen_from
-    joints = {e.getAttribute("name"): e for e in child_elements(root, "joint")}
+    joints = named(root, "joint")
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
     for name in unbounded:
-        _bound(document, joints[name])
+        _bound(joints[name])
     model = _build(plain_text(root), path, robot)
-    links = tuple(e.getAttribute("name") for e in child_elements(root, "link"))
+    links = tuple(named(root, "link"))
     carriers = set(parents.values())
     return Urdf(
-        path=path,
+        files=tuple(files),
         model=model,
         root=base,
         links=links,
@@ -135,7 +137,21 @@ def _parsed(text: str, path: Path, robot: str, axes: Axes, seen_from: str) -> Ur
         unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
         axes=axes,
+        added=tuple(n for n, kind in types.items() if n not in own["joint"] and kind != "fixed"),
     )
+
+
+def _tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
+    """Outermost element of a URDF, a tree of links, and its root link."""
+    try:
+        document = parse_xml(text.encode(), MOST_ELEMENTS)
+    except InputError as error:
+        raise RobotError(robot, f"{path} is not a URDF: {error}") from error
+    root = _root(document, text, path, robot)
+    try:
+        return root, check_tree(root)
+    except InputError as error:
+        raise RobotError(robot, f"{path} is no valid URDF: {error}") from error
 
 
 def _root(document: Document, text: str, path: Path, robot: str) -> Element:
@@ -167,7 +183,7 @@ def _mimic(joint: Element) -> Mimic | None:
     return Mimic(mimic.getAttribute("joint"), float(multiplier or 1), float(offset or 0))
 
 
-def _bound(document: Document, joint: Element) -> None:
+def _bound(joint: Element) -> None:
     """Turn an unbounded joint into a revolute one with wide limits.
 
     Pinocchio describes a continuous joint by the cosine and sine of its angle. A curve through
@@ -178,6 +194,7 @@ def _bound(document: Document, joint: Element) -> None:
     if limits:
         limit = limits[0]
     else:
+        document: Any = joint.ownerDocument
         limit = document.createElement("limit")
         limit.setAttribute("velocity", "0")
         limit.setAttribute("effort", "0")

@@ -37,6 +37,11 @@ def link_of(joint: Element, end: str) -> str:
     return elements[0].getAttribute("link") if elements else ""
 
 
+def named(root: Element, tag: str) -> dict[str, Element]:
+    """Elements right below another by name, such as the links of a URDF."""
+    return {one.getAttribute("name"): one for one in child_elements(root, tag)}
+
+
 def check_tree(root: Element) -> str:
     """Check that links and joints form one tree, and return its root link.
 

@@ -8,6 +8,7 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.errors import CornerError, PathError, RampError, SlowStretchError, StretchTimeError
 from knotwork.scenario.carriers import Carriers
@@ -16,14 +17,19 @@ from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
-from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
-from knotwork.waypoints import FloatArray
+from knotwork.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
+from knotwork.tool_paths.moving_frame import MovingFrame
+from knotwork.tool_paths.path_timing import standstill
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 AGREE = 1e-6
 """Speeds and times, and orientations [rad], may differ by this much, relative to them."""
 
 HAIRPIN = 1e-3
 """Corners within this of half a turn [rad] can't be rounded."""
+
+WAITING_SPEED, WAITING_LINE = 0.05, 1e-3
+"""Where the tool waits on what moves: what its speed is measured by [m/s], and a line there [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +248,27 @@ class PathReader:
                     "speed or time, not both",
                 )
         return timing, found
+
+
+def wait_on(
+    carrier: MovingFrame, pose: pin.SE3, first: int, begin: CartesianWaypoint, end: float
+) -> ScenarioPath:
+    """A wait in a frame that moves: a path on which the tool stays where it begins.
+
+    Args:
+        carrier: What carries the frame.
+        pose: Of the tool while that is at rest.
+        first: Index of the waypoint where the wait begins.
+        begin: That waypoint.
+        end: When the wait is over [s].
+    """
+    R, start = np.array(pose.rotation), begin.time
+    line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
+    path = ToolPath([line], OrientationCurve.constant(R, line.length))
+    motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
+    stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
+    asked = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), ACCELERATION, {})
+    return ScenarioPath(first, motion, (stretch,), asked, begin.freedom)
 
 
 def _time_key(waypoint: PathWaypoint) -> str:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from knotwork.scenario.geometry import Frames
     from knotwork.scenario.path_reader import PathReader
     from knotwork.tool_paths import TimedPath
+    from knotwork.tool_paths.moving_frame import MovingFrame
 
 START = "start"
 
@@ -49,10 +50,19 @@ class WaypointReader:
         places: Where it says it, for errors.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
+        expected: When waypoints whose time is chosen are expected to be reached [s], by index.
     """
 
-    def __init__(self, file: PlainTask, places: Places, length: float, angle: float) -> None:
+    def __init__(
+        self,
+        file: PlainTask,
+        places: Places,
+        length: float,
+        angle: float,
+        expected: Mapping[int, float],
+    ) -> None:
         self.file, self.places, self.length, self.angle = file, places, length, angle
+        self.expected = expected
         self.indices: tuple[int, ...] = ()
         self._normals: set[int] = set()
 
@@ -87,6 +97,7 @@ class WaypointReader:
         open_ = (freedom_of(one, freedoms, self.places) for one in paths)
         paths = [replace(one, freedom=free) for one, free in zip(paths, open_, strict=True)]
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
+        held: list[ScenarioPath] = []
         index: dict[int, int] = {}
         indices: list[int] = []
         waypoints: list[ScenarioWaypoint] = []
@@ -106,7 +117,8 @@ class WaypointReader:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
                 where += self.carriers.then(i, times[i], self.length)
                 open_here = freedoms[i]
-                if open_here is not None and open_here.moves and twist.vector.any():
+                rides = waypoint.wait is not None and self.carriers.of(i) is not None
+                if open_here is not None and open_here.moves and (rides or twist.vector.any()):
                     raise self.places.error(
                         ("waypoints", i, "free"),
                         "leaves the position open where the tool moves",
@@ -117,11 +129,34 @@ class WaypointReader:
             indices.append(i)
             if waypoint.wait is not None:
                 indices.append(i)
-                over = _after_wait(names[i])
-                waypoints.append(replace(made, name=over, time=times[i] + waypoint.wait))
+                over = replace(made, name=_after_wait(names[i]), time=times[i] + waypoint.wait)
+                carrier = self.carriers.of(i)
+                if carrier is not None and isinstance(made, CartesianWaypoint):
+                    begin = len(waypoints) - 1, made
+                    held.append(self._held(i, poses[i], carrier, *begin, over.time))
+                    motion = held[-1].motion
+                    pose, twist = motion.pose(over.time), motion.twist(over.time)
+                    over = replace(over, pose=pose, twist=twist)
+                waypoints.append(over)
             index[i] = len(waypoints) - 1
         self.indices = tuple(indices)
-        return tuple(waypoints), tuple(replace(one, first=index[one.first]) for one in paths)
+        held += [replace(one, first=index[one.first]) for one in paths]
+        return tuple(waypoints), tuple(sorted(held, key=lambda one: one.first))
+
+    def _held(
+        self,
+        i: int,
+        pose: pin.SE3,
+        carrier: MovingFrame,
+        first: int,
+        begin: CartesianWaypoint,
+        end: float,
+    ) -> ScenarioPath:
+        """A wait in a frame that moves; arguments as of `wait_on`."""
+        from knotwork.scenario.path_reader import wait_on
+
+        self.carriers.check_smooth(i, carrier, (begin.time, end))
+        return wait_on(carrier, pose, first, begin, end)
 
     def _state(
         self,
@@ -187,8 +222,8 @@ class WaypointReader:
             if waypoint.time is not None:
                 time = waypoint.time
                 location = (*location, "time")
-            elif (chosen := provisional_time(self.file, i)) is not None:
-                time = (before or 0.0) + chosen
+            elif (chosen := provisional_time(self.file, i, before or 0.0)) is not None:
+                time = self.expected.get(i, (before or 0.0) + chosen)
             elif isinstance(waypoint.after, float):
                 time = (before or 0.0) + waypoint.after
                 location = (*location, "after")

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
+from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.shapes import Shape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scenario import Shape
@@ -78,58 +79,66 @@ class LinkBodies(NamedTuple):
     bare: tuple[str, ...]
 
 
+# The URDF that names a mesh, and how.
+_MeshName: TypeAlias = tuple[Path, str]
+
+
 class LinkSources(NamedTuple):
     """What decides which shapes a robot's links have, and where: two that are equal give the same.
 
     Attributes:
-        urdf: The file.
-        changed: When it was written last [ns].
+        files: The URDFs.
+        changed: When each was written last [ns].
         placed: Of each link what `placed_links` says.
         packages: Folders of the robot's meshes.
         ros: Folders that ROS looks in.
-        meshes: Of each mesh of a collision shape its name, and its path and when it was written
-            last [ns]; `None` for one that is not there.
+        meshes: Of each mesh of a collision shape its URDF and name, and its path and when it was
+            written last [ns]; `None` for one that is not there.
     """
 
-    urdf: Path
-    changed: int
+    files: tuple[UrdfFile, ...]
+    changed: tuple[int, ...]
     placed: tuple[tuple[Any, ...], ...]
     packages: tuple[Path, ...]
     ros: tuple[Path, ...]
-    meshes: tuple[tuple[str, tuple[Path, int] | None], ...]
+    meshes: tuple[tuple[_MeshName, tuple[Path, int] | None], ...]
 
 
 def link_sources(robot: Robot) -> LinkSources:
     """What decides the shapes of a robot's links, as the files are now."""
-    urdf, packages, ros = robot.urdf, tuple(robot.package_paths), ros_folders()
-    changed = urdf.stat().st_mtime_ns
-    known = _collision_meshes(urdf, changed, packages, ros)
+    files, packages, ros = robot.urdf_files, tuple(robot.package_paths), ros_folders()
+    changed = tuple(file.path.stat().st_mtime_ns for file in files)
+    known = _collision_meshes(files, changed, packages, ros)
     # Looking for a mesh takes much longer than seeing that it is still where it was.
-    paths = ((name, path or _found(name, urdf, packages, ros)) for name, path in known)
+    paths = ((name, path or _found(name, packages, ros)) for name, path in known)
     meshes = tuple((name, _written(path)) for name, path in paths)
-    return LinkSources(urdf, changed, placed_links(robot), packages, ros, meshes)
+    return LinkSources(files, changed, placed_links(robot), packages, ros, meshes)
 
 
 @lru_cache(maxsize=32)
 def _collision_meshes(
-    urdf: Path, changed: int, packages: tuple[Path, ...], ros: tuple[Path, ...]
-) -> tuple[tuple[str, Path | None], ...]:
+    files: tuple[UrdfFile, ...],
+    changed: tuple[int, ...],
+    packages: tuple[Path, ...],
+    ros: tuple[Path, ...],
+) -> tuple[tuple[_MeshName, Path | None], ...]:
     """Names of the meshes of all collision shapes, each once, and where they are."""
-    given = _shapes(urdf, changed)
+    given = _shapes(files, changed)
     shapes = (shape for link in given.links for shape in given.of(link, "collision")[0])
-    names = dict.fromkeys(shape.mesh for shape in shapes if shape.kind == "mesh")
-    return tuple((name, _found(name, urdf, packages, ros)) for name in names)
+    names = dict.fromkeys((shape.urdf, shape.mesh) for shape in shapes if shape.kind == "mesh")
+    return tuple((name, _found(name, packages, ros)) for name in names)
 
 
 @lru_cache(maxsize=1)
-def _shapes(urdf: Path, changed: int) -> UrdfShapes:
+def _shapes(files: tuple[UrdfFile, ...], changed: tuple[int, ...]) -> UrdfShapes:
     """Shapes of all links; those of the last robot are kept, as they are asked for twice."""
-    return UrdfShapes(urdf)
+    return UrdfShapes(files)
 
 
-def _found(name: str, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]) -> Path | None:
+def _found(name: _MeshName, packages: tuple[Path, ...], ros: tuple[Path, ...]) -> Path | None:
+    urdf, mesh = name
     try:
-        return find_mesh(name, urdf, packages, ros)
+        return find_mesh(mesh, urdf, packages, ros)
     except InputError:
         return None
 
@@ -157,7 +166,7 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
     Raises:
         InputError: A mesh is there and can't be read whole.
     """
-    given = _shapes(sources.urdf, sources.changed)
+    given = _shapes(sources.files, sources.changed)
     bodies, missing, bare = [], [], []
     for link, joint, *numbers in sources.placed:
         if link not in given.links:
@@ -177,7 +186,7 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
             try:
                 solids.append(solid(placed, carrier))
             except InputError as error:
-                error.locate(f"{sources.urdf}: collision shape of link {link!r}")
+                error.locate(f"{shape.urdf}: collision shape of link {link!r}")
                 raise
         if solids:
             bodies.append(Body(link, "link", joint, tuple(solids), link=link))
@@ -192,8 +201,8 @@ def _placed(given: UrdfShape, sources: LinkSources) -> Shape:
     """
     placement, path = pin.SE3(given.rotation, given.translation), None
     if given.kind == "mesh":
-        known = dict(sources.meshes).get(given.mesh)
-        look = given.mesh, sources.urdf, sources.packages, sources.ros
+        known = dict(sources.meshes).get((given.urdf, given.mesh))
+        look = given.mesh, given.urdf, sources.packages, sources.ros
         path = known[0] if known is not None else find_mesh(*look)
     x, y, z = (float(factor) for factor in given.scale)
     return Shape(given.kind, given.size, placement, path, (x, y, z))

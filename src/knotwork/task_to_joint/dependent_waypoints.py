@@ -122,7 +122,10 @@ class DependentWaypoints:
         if isinstance(led, list):
             return led
         found = []
-        paths = [one for one in self.scenario.paths if one.first in group[:-1]]
+        moves = (one for one in self.scenario.paths if not one.motion.stands)
+        paths = [one for one in moves if one.first in group[:-1]]
+        if not paths:
+            raise led()
         alike = len({path.freedom for path in paths}) == 1
         chain = self.chains.of(paths[0].freedom)
         if alike and chain.robot.dof > 6 and not self.scenario.pull_to_middle:

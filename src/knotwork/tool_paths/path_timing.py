@@ -99,6 +99,17 @@ class Timing:
         return np.where(snapped, breaks[nearest], found)
 
 
+def standstill(duration: float, speed: float) -> Timing:
+    """The timing of a tool that stands where a path begins.
+
+    Args:
+        duration: How long [s].
+        speed: By which its speed is measured [m/s].
+    """
+    still = PiecewisePolynomial(np.zeros((5, 1)), np.array([0.0, duration]))
+    return Timing(still, still.x, np.zeros((1, 2)), np.array([speed]))
+
+
 def speed_profile(
     lengths: ArrayLike,
     speeds: ArrayLike,

@@ -37,6 +37,7 @@ class TimedPath:
         breaks: Times at which something begins anew, a curve, a part of the orientation, a ramp or
             a part of the weave, and both ends [s].
         full_speed: The greatest speed along the path [m/s].
+        stands: Whether the tool stays where the path begins.
 
     Raises:
         PathError: Path and timing are not of the same length, or the tool does not stand where the
@@ -65,7 +66,8 @@ class TimedPath:
             self.carrier = woven(carrier, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]), side="left")[0])
-        if abs(length - path.length) > LENGTHS * path.length:
+        self.stands = not timing.arc_length.c.any()
+        if not self.stands and abs(length - path.length) > LENGTHS * path.length:
             raise PathError(
                 f"the timing is for {length:.12g} m and the path is {path.length:.12g} m long; "
                 "both must be the same"
@@ -81,7 +83,7 @@ class TimedPath:
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
         ends = np.concatenate((timing(local, 1), timing(local, 1, side="left")))
-        self.full_speed = float(ends.max())
+        self.full_speed = float(timing.speeds[0] if self.stands else ends.max())
         self.breaks: FloatArray = self.start_time + local
         self.breaks[-1] = self.end_time
 

@@ -54,7 +54,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
     A shape that can't be drawn is a warning: the link is drawn from its collision shape, or as a
     line to the links that it carries.
     """
-    urdf, drawn = UrdfShapes(robot.urdf), _Drawn(robot)
+    urdf, drawn = UrdfShapes(robot.urdf_files), _Drawn(robot)
     frames = {f.name: f for f in robot.model.frames if f.type == pin.FrameType.BODY}
     links = [link for link in urdf.links if link in frames]
     by_link: dict[str, list[Mesh]] = {}
@@ -134,12 +134,12 @@ class _Drawn:
     def _made(self, shape: Shape) -> list[Mesh]:
         if shape.kind != "mesh":
             return [solid(shape.kind, shape.size, shape.colour or GREY)]
-        meshes = [mesh.scaled(shape.scale) for mesh in self._file(shape.mesh)]
+        meshes = [mesh.scaled(shape.scale) for mesh in self._file(shape.mesh, shape.urdf)]
         colour = shape.colour
         return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
 
-    def _file(self, name: str) -> list[Mesh]:
-        path = find_mesh(name, self._robot.urdf, self._robot.package_paths)
+    def _file(self, name: str, urdf: Path) -> list[Mesh]:
+        path = find_mesh(name, urdf, self._robot.package_paths)
         real = path.resolve()
         if real not in self._files:
             try:

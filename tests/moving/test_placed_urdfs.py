@@ -1,0 +1,335 @@
+"""A positioner with a URDF of its own: plain Pinocchio reads both URDFs, composed by hand here."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+
+import drawn
+import knotwork as kw
+from command_line import Command
+from moving.moving_truth import distance, links
+from moving.test_positioners import CELL
+from moving.test_shown import placed, scene_of, times
+
+HERE = Path(__file__).parent
+PLACE, TURNED = [0.62, 0.05, 0.06], [0.02, 0.0, 0.4]
+TURNER = {"urdf": "turner.urdf", "position": PLACE, "rpy": TURNED}
+TILT = "turner_elbow_joint"
+JOINTS = (TILT, "turn")
+HOME = {**CELL["configurations"]["home"], TILT: 0.0, "turn": 0.0}
+HOME = {name: value for name, value in HOME.items() if name not in ("tilt", "plate")}
+STEP = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.3), np.array([0.05, 0.0, 0.02]))
+CORNERS = np.array([[x, y, z] for x in (-0.18, 0.18) for y in (-0.1, 0.1) for z in (0.0, 0.03)])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the positioner, and a robot file that places it by an arm."""
+    folder = tmp_path_factory.mktemp("cell")
+    (folder / "meshes").mkdir()
+    shutil.copy(HERE / "turner.urdf", folder)
+    (folder / "meshes" / "cradle.stl").write_text(stl(), encoding="utf-8")
+    write(folder / "cell.yaml", cell())
+    return folder
+
+
+def stl() -> str:
+    """A box with `CORNERS`, as triangles of its hull."""
+    faces = np.array(
+        [
+            *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+            *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+        ]
+    )
+    text = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*CORNERS[i]) for i in face)
+        + "endloop\nendfacet\n"
+        for face in faces
+    )
+    return f"solid box\n{text}endsolid box\n"
+
+
+def cell(**axes: Any) -> dict[str, Any]:
+    return {
+        **CELL,
+        "external_axes": {"turner": TURNER, **axes},
+        "configurations": {"home": HOME},
+    }
+
+
+def write(path: Path, data: Any) -> Path:
+    path.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
+    return path
+
+
+class Composed:
+    """The arm and the positioner, each a model of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.arm = pin.buildModelFromUrdf(str(kw.load_robot("ur5").urdf))
+        self.table = pin.buildModelFromUrdf(str(folder / "turner.urdf"))
+        self.place = pin.SE3(pin.rpy.rpyToMatrix(*TURNED), np.array(PLACE))
+
+    def link(self, q: dict[str, float], name: str) -> pin.SE3:
+        """Where a link of the positioner is."""
+        data, turn = self.table.createData(), q["turn"]
+        asked = np.array([q[TILT], np.cos(turn), np.sin(turn)])
+        pin.framesForwardKinematics(self.table, data, asked)
+        return self.place * data.oMf[self.table.getFrameId(name, pin.BODY)]
+
+    def tool(self, q: dict[str, float]) -> pin.SE3:
+        data = self.arm.createData()
+        pin.framesForwardKinematics(self.arm, data, np.array([q[n] for n in self.arm.names[1:]]))
+        return data.oMf[self.arm.getFrameId("tool0")].copy()
+
+
+def task(folder: Path, **more: Any) -> dict[str, Any]:
+    """A pose passed at speed, and a path, on the plate of the positioner."""
+
+    def pose(x: float, y: float, z: float) -> dict[str, Any]:
+        return {"position": [x, y, z], "rpy": [np.pi, 0, 0]}
+
+    return {
+        "robot": str(folder / "cell.yaml"),
+        "frames": {"part": {"on": "plate", "position": [0.05, 0, 0.02], "rpy": [0, 0, 0.3]}},
+        "frame": "part",
+        "start": "home",
+        "near": "home",
+        "prefer": {TILT: 0.5, "turn": 0.3},
+        "waypoints": [
+            {"pose": pose(0, -0.1, 0.2), "after": 2, "velocity": {"linear": [0, 0.05, -0.1]}},
+            {"pose": pose(0, 0, 0.15), "after": 1, "stop": True},
+            {"along": "line", "pose": pose(0.12, 0.1, 0.15), "speed": 0.05, "stop": True},
+            {"joints": "home", "after": 3},
+        ],
+        **more,
+    }
+
+
+def named(plan: kw.Plan, t: float) -> dict[str, float]:
+    return dict(zip(plan.space.joint_names, plan.trajectory.position(t).tolist(), strict=True))
+
+
+def test_joints_limits_and_places_are_those_of_both_urdfs(folder: Path) -> None:
+    robot = kw.load_robot(folder / "cell.yaml")
+    assert robot.dof == 6
+    assert set(robot.external_axes) == set(JOINTS)
+    turned = robot.with_base("plate")
+    assert set(turned.joint_names) == {*JOINTS, *robot.joint_names}
+    low, high, fast = (
+        dict(zip(turned.joint_names, each, strict=True))
+        for each in (
+            turned.lower_position_limit,
+            turned.upper_position_limit,
+            turned.velocity_limit,
+        )
+    )
+    assert (low[TILT], high[TILT], fast[TILT]) == (-0.6, 0.7, 1.2)
+    assert (low["turn"], high["turn"], fast["turn"]) == (-np.inf, np.inf, 4.0)
+    both, random = Composed(folder), np.random.default_rng(1)
+    for _ in range(20):
+        q = random.uniform(-0.6, 0.6, turned.dof)
+        values = dict(zip(turned.joint_names, q.tolist(), strict=True))
+        asked = both.link(values, "plate").actInv(both.tool(values))
+        assert turned.forward(q).isApprox(asked, 1e-12)
+
+
+def test_one_on_another_of_the_same_names(folder: Path) -> None:
+    """What both have is called after each; a joint that mimics another follows the renamed one."""
+    text = (folder / "turner.urdf").read_text(encoding="utf-8")
+    flap = (
+        '<link name="flap"/><joint name="flap" type="revolute"><parent link="plate"/>'
+        '<child link="flap"/><axis xyz="1 0 0"/><mimic joint="turn" multiplier="2"/>'
+        '<limit lower="-9" upper="9" velocity="9" effort="9"/></joint></robot>'
+    )
+    (folder / "flap.urdf").write_text(text.replace("</robot>", flap), encoding="utf-8")
+    second = {"urdf": "flap.urdf", "in": "turner_plate", "position": [0.0, 0.1, 0.3]}
+    given = {**cell(second=second), "configurations": {}}
+    robot = kw.load_robot(write(folder / "two.yaml", given)).with_tool("second_plate")
+    joints = [f"{one}_{joint}" for one in ("turner", "second") for joint in ("elbow_joint", "turn")]
+    assert list(robot.joint_names) == joints
+    assert dict(robot.followers) == {"flap": "second_turn"}
+    assert set(robot.external_axes) == {*joints, "flap"}
+    both, q = Composed(folder), [0.2, 1.1, -0.3, 0.7]
+    here = both.link({TILT: q[0], "turn": q[1]}, "plate")
+    there = both.place.actInv(both.link({TILT: q[2], "turn": q[3]}, "plate"))
+    asked = here * pin.SE3(np.eye(3), np.array([0.0, 0.1, 0.3])) * there
+    assert robot.forward(q).isApprox(asked, 1e-12)
+
+
+def test_poses_and_paths_on_it_and_exports(folder: Path) -> None:
+    plan = kw.plan(task(folder))
+    assert plan.report.ok, plan.report
+    assert {*JOINTS} < {*plan.space.joint_names}
+    for text in (plan.trajectory.to_ros2(), plan.trajectory.to_csv()):
+        assert all(name in text for name in (*JOINTS, "elbow_joint"))
+    both = Composed(folder)
+
+    def seen(t: float) -> pin.SE3:
+        q = named(plan, t)
+        return (both.link(q, "plate") * STEP).actInv(both.tool(q))
+
+    h = 1e-5
+    speed = (seen(2.0 + h).translation - seen(2.0 - h).translation) / (2 * h)
+    assert seen(2.0).translation == pytest.approx([0, -0.1, 0.2], abs=1e-8)
+    assert speed == pytest.approx([0, 0.05, -0.1], abs=1e-5)
+    motion = plan.scenario.paths[0].motion
+    along = np.array([0.12, 0.1, 0]) / np.hypot(0.12, 0.1)
+    for t in np.linspace(motion.start_time, motion.end_time, 30).tolist():
+        pose = seen(t)
+        assert np.linalg.norm(np.cross(pose.translation - [0, 0, 0.15], along)) < 1e-4
+        assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 2e-3
+    moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
+    assert moved[[plan.space.joint_names.index(name) for name in JOINTS]].min() > 0.01
+    (row,) = plan.report.select(quantity="external_axes")
+    assert all(name in row.message for name in JOINTS)
+
+
+def shapes(both: Composed, q: dict[str, float]) -> dict[str, Any]:
+    """The collision shapes of the positioner, where they are."""
+    tilted = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.1), np.array([0, 0, -0.02]))
+    hull = coal.Box(0.36, 0.2, 0.03)
+    middle = tilted * pin.SE3(np.eye(3), np.array([0, 0, 0.015]))
+    return {
+        "turner_base_link": [(coal.Box(0.5, 0.3, 0.1), both.link(q, "base_link"))],
+        "cradle": [(hull, both.link(q, "cradle") * middle)],
+        "plate": [(coal.Cylinder(0.2, 0.02), both.link(q, "plate"))],
+    }
+
+
+@pytest.mark.parametrize("higher", [0.0, 0.2])
+def test_the_arm_is_kept_from_it(folder: Path, higher: float) -> None:
+    """Each pair's least distance; where the positioner is higher, the same motion runs into it."""
+    plan, both = kw.plan(task(folder)), Composed(folder)
+    both.place.translation[2] += higher
+    turner = {**TURNER, "position": both.place.translation.tolist()}
+    path = write(folder / "higher.yaml", cell(turner=turner))
+    report = kw.check(plan.trajectory, kw.load_scenario(task(folder, robot=str(path))))
+    arm = [plan.space.joint_names.index(name) for name in kw.load_robot("ur5").joint_names]
+
+    class Arm:
+        """The six joints alone."""
+
+        start_time, end_time = plan.trajectory.start_time, plan.trajectory.end_time
+
+        @staticmethod
+        def position(t: float) -> np.ndarray:
+            return np.asarray(plan.trajectory.position(t)[arm])
+
+    arms, least = links(Arm, pin.SE3.Identity()), dict[frozenset[str], float]()
+    for t in np.linspace(0.0, plan.trajectory.end_time, 150).tolist():
+        here, there = arms(t), shapes(both, named(plan, t))
+        for one, first in here.items():
+            for other, second in there.items():
+                pair = frozenset((one, other))
+                least[pair] = min(least.get(pair, np.inf), distance(first, second))
+    found = {frozenset(one.name.split(", ")): one for one in report.select(subject="pair")}
+    still = frozenset(("base_link", "turner_base_link"))
+    assert still not in found
+    for pair, value in least.items():
+        if pair != still:
+            one = found[pair]
+            assert value >= one.value - one.excess - 1e-6, one.message
+            assert one.value <= max(1.25 * value, value + 2e-3), one.message
+            assert one.ok == (value > 1e-6), one.message
+    assert report.ok == (not higher)
+    assert all(one.ok for one in found.values()) == (not higher)
+
+
+def test_one_that_is_off_the_chain_is_an_obstacle_where_it_is_locked(folder: Path) -> None:
+    where = {TILT: 0.5, "turn": 1.0}
+    path = write(folder / "locked.yaml", {**cell(), "locked": where})
+    swing = {"joints": {**HOME, "shoulder_pan_joint": 0.5}, "after": 2}
+    del swing["joints"][TILT], swing["joints"]["turn"]
+    plan = kw.plan({"robot": str(path), "start": "home", "waypoints": [swing]})
+    assert len(plan.space.joint_names) == 6
+    both = Composed(folder)
+    arms = links(plan.trajectory, pin.SE3.Identity())
+    plate = shapes(both, where)["plate"]
+    moments = np.linspace(0.0, 2.0, 100).tolist()
+    value = min(distance(arms(t)["wrist_3_link"], plate) for t in moments)
+    (one,) = (
+        one
+        for one in plan.report.select(subject="pair")
+        if {*one.name.split(", ")} == {"plate", "wrist_3_link"}
+    )
+    assert one.value == pytest.approx(value, abs=2e-3)
+
+
+def test_its_links_are_drawn_where_they_are(folder: Path) -> None:
+    plan = kw.plan(task(folder))
+    scene, both = scene_of(plan), Composed(folder)
+    time = times(scene)
+    for frame in (0, len(time) // 3):
+        q, joints = named(plan, float(time[frame])), placed(scene, frame)
+        points = np.concatenate(
+            [
+                drawn.vertices(mesh) @ here.rotation.T + here.translation
+                for here, parts in zip(joints, scene["shapes"], strict=False)
+                for mesh in parts
+            ]
+        )
+        cradle = both.link(q, "cradle")
+        tilted = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.1), np.array([0, 0, -0.02]))
+        for corner in CORNERS:
+            asked = (cradle * tilted).act(corner)
+            assert np.linalg.norm(points - asked, axis=1).min() < 1e-5
+
+
+WRONG = {
+    "missing": (
+        {"turner": {**TURNER, "urdf": "tuner.urdf"}},
+        r"line 4: external_axes\.turner\.urdf: .*there is no URDF file .*tuner\.urdf",
+    ),
+    "range": ({"turner": {**TURNER, "range": [0, 1]}}, r"axes\.turner: gives urdf and range; give"),
+    "turns": ({"turner": {**TURNER, "turns": [0, 0, 1]}}, r"axes\.turner: gives turns and urdf; "),
+    "nothing": ({"turner": {"position": PLACE}}, "give slides or turns, .* or urdf, a file"),
+    "still": (
+        {"turner": {**TURNER, "urdf": "still.urdf"}},
+        r"axes: turner: .*still\.urdf has no joint that moves; accepted: .*scene: objects",
+    ),
+    "broken": ({"turner": {**TURNER, "urdf": "broken.urdf"}}, r"broken\.urdf is not a URDF: "),
+    "on": (
+        {"turner": {**TURNER, "in": "tool"}},
+        "turner: in: there is no link 'tool'; did you mean 'tool0'",
+    ),
+    "ring": (
+        {"turner": {**TURNER, "in": "plate"}},
+        "external_axes: its links form a ring, turner_base_link → cradle → plate → turner_base",
+    ),
+    "clash": (
+        {"turner": TURNER, TILT: {"turns": [0, 0, 1]}},
+        f"turner: there is another joint 'elbow_joint' than that of .*, and one of the name "
+        f"'{TILT}' as well; accepted: another name for 'turner'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_positioners(folder: Path, name: str, knotwork: Command) -> None:
+    axes, words = WRONG[name]
+    (folder / "still.urdf").write_text('<robot name="s"><link name="a"/></robot>', "utf-8")
+    (folder / "broken.urdf").write_text("<robot", "utf-8")
+    path = write(folder / f"{name}.yaml", {**cell(), "external_axes": axes})
+    ran = knotwork("robots", str(path))
+    assert ran.code == 2
+    assert re.search(words, ran.err), ran.err
+
+
+def test_a_frame_on_a_link_that_is_not_there(folder: Path, knotwork: Command) -> None:
+    part = {"on": "plte", "position": [0, 0, 0]}
+    path = write(folder / "task.yaml", task(folder, frames={"part": part}))
+    ran = knotwork("plan", str(path))
+    assert ran.code == 2
+    assert "frames.part.on: " in ran.err
+    assert "did you mean 'plate'" in ran.err
