@@ -87,15 +87,23 @@ def _solutions(
 
 def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it was chosen."""
-    kind, robot = task.free.speed[i], task.space.robot
+    kind, robot, waypoint = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
         return {}
-    if robot is None or isinstance(task.scenario.waypoints[i], JointTarget):
+    if robot is None or isinstance(waypoint, JointTarget):
         return {"velocity": units.by_joint(v)}
+    if waypoint.standing:
+        robot, own = robot.at_rest
+        q, v = q[own], v[own]
     twist = robot.twist(q, v)
     if kind == "free":
-        linear, angular = twist.linear / units.length, twist.angular / units.angle
-        return {"velocity": Velocity(linear=linear, angular=angular, axes="base")}
+        scenario, axes, turn = task.scenario, "base", np.eye(3)
+        if scenario.on and not waypoint.standing:  # a frame in the base is not at rest there
+            given = scenario.task.waypoints[scenario.index[i]]
+            axes = getattr(given, "frame", None) or scenario.task.frame or "base"
+            turn = scenario.frames[axes].rotation.T
+        linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
+        return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
     return {"speed": None, "stop": True} if speed < STANDING else {"speed": speed / units.length}
 

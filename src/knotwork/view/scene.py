@@ -256,7 +256,7 @@ def _gathered(
     has_tool = robot.tcp_frame_id is not None
     asked: Sequence[CartesianWaypoint] = []
     if has_tool and scenario is not None and space is not None:
-        asked = targets(scenario, space, robot)
+        asked = targets(scenario, space, robot, curve.polynomial)
     shapes = link_shapes(robot)
     stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
