@@ -220,30 +220,32 @@ class Carriers:
             raise self.places.error(
                 (*place, "speed"),
                 f"is chosen, but frame {name!r} moves, and how depends on the time",
-                "a speed",
+                "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
             )
 
-    def check_times(self, free: FreeTimes | None, index: Sequence[int]) -> None:
-        """Refuse waypoints that are carried where their time is chosen.
+    def met(self, free: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
+        """What is chosen, with the waypoints that are carried where their time is.
 
         Args:
             free: What is chosen.
             index: For each waypoint of the scenario its index in the file.
 
         Raises:
-            DocumentError: There is one.
+            DocumentError: How long all takes is given, too.
         """
-        if free is None:
-            return
-        for i in index[free.first_untimed :]:
-            if self.of(i) is not None:
-                name = self._frame(i, self.file.waypoints[i])
-                raise self.places.error(
-                    ("waypoints", i),
-                    f"is in frame {name!r}, which moves, so that its pose depends on its time, "
-                    "and that is chosen",
-                    "time or after [s] here and at every waypoint before it, or speeds along paths",
-                )
+        if free is None or not self.any:
+            return free
+        late = [i for i in range(free.first_untimed, len(index)) if self.of(index[i]) is not None]
+        meets = tuple(sorted({*late, *free.meets}))
+        if late and free.total is not None:
+            i = index[late[0]]
+            raise self.places.error(
+                ("duration",),
+                f"is given, and when frame {self._frame(i, self.file.waypoints[i])!r}, which "
+                "moves, is met is chosen",
+                "no duration, or time or after [s] at the waypoints in that frame and before",
+            )
+        return replace(free, meets=meets)
 
 
 def _on(link: str) -> str:

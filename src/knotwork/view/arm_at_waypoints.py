@@ -6,14 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree, place_joints
-from knotwork.scenario import Scenario
-from knotwork.trajectory import JointTrajectory
 from knotwork.view.footing import footing
-from knotwork.view.links import LinkShapes
 from knotwork.view.mesh import box_corners
+from knotwork.view.shown import Shown
 from knotwork.waypoints import FloatArray
 
 MOST_STOPS = 200
@@ -55,29 +51,14 @@ class Stops:
         return kept
 
 
-def find_stops(
-    robot: Robot,
-    shapes: LinkShapes,
-    curve: PiecewisePolynomial,
-    scenario: Scenario | None,
-    trajectory: JointTrajectory,
-) -> Stops:
-    """Put the arm at the waypoints, or where none are known at both ends of the motion.
-
-    Args:
-        robot: The arm.
-        shapes: Its meshes.
-        curve: Its motion, joints in the robot's order.
-        scenario: The task.
-        trajectory: The motion, for the times of waypoints that it knows.
-    """
+def find_stops(shown: Shown) -> Stops:
+    """Put the arm at the waypoints, or where none are known at both ends of the motion."""
+    robot, curve, times = shown.robot, shown.curve, shown.times
     start, end = curve.x[[0, -1]]
-    known = scenario.times if scenario is not None else trajectory.waypoint_times
-    times = np.asarray(known if known is not None else ())
     times = times[(times >= start) & (times <= end)]
     times = times[:: len(times) // MOST_STOPS + 1] if len(times) else curve.x[[0, -1]]
     position = np.asarray(curve(times))
-    boxes = [None if one is None else box_corners(one.vertices) for one in shapes.shapes]
+    boxes = [None if one is None else box_corners(one.vertices) for one in shown.shapes.shapes]
     joints = joint_tree(robot.model)
 
     def outlines(q: FloatArray) -> FloatArray:

@@ -39,8 +39,8 @@ class ClearanceCurve(NamedTuple):
 
 def clearance_curve(
     trajectory: JointTrajectory,
-    scenario: Scenario | None,
-    space: JointSpace | None,
+    scenario: Scenario,
+    space: JointSpace,
     span: tuple[float, float],
     also: Sequence[float] = (),
 ) -> ClearanceCurve | None:
@@ -56,7 +56,7 @@ def clearance_curve(
         span: From when to when it is sampled [s].
         also: More times to sample [s].
     """
-    if scenario is None or space is None or space.robot is None or not scenario.scene.objects:
+    if space.robot is None or not scenario.scene.objects:
         return None
     motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, space.robot)

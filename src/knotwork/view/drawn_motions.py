@@ -9,10 +9,11 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
+from knotwork.task import PlainTask
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
@@ -89,9 +90,9 @@ class Motion:
 
     label: str
     trajectory: JointTrajectory
-    space: JointSpace | None
+    space: JointSpace
     marks: Marks | None
-    scenario: Scenario | None
+    scenario: Scenario
     ok: bool | None
     uses: dict[tuple[str, str], Finding]
     judged: tuple[Finding, ...]
@@ -108,7 +109,7 @@ class Motion:
 
     def units(self, degrees: bool | None) -> Units:
         """Those of the scenario, angles as chosen if they are."""
-        own = self.scenario.units if self.scenario is not None else Units()
+        own = self.scenario.units
         return own if degrees is None else replace(own, angle="deg" if degrees else "rad")
 
     def shows(self, time: float) -> bool:
@@ -117,8 +118,6 @@ class Motion:
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite where none is given."""
-        if self.space is None:
-            return -np.inf, np.inf
         i = self.space.joint_names.index(joint)
         lower, upper = self.space.bounds(quantity)
         return float(lower[i]), float(upper[i])
@@ -188,9 +187,10 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     found: Sequence[Finding] = ()
     if plan is not None:
         scenario, space, found = plan.scenario, plan.space, plan.report.findings
-    if space is not None:
-        trajectory = trajectory.reordered(space.joint_names, space.joint_units)
-        found = found or tuple(derivative_limits(space, trajectory.polynomial))
+    elif scenario is None or space is None:
+        scenario, space = asking_nothing(""), _unlimited(trajectory)
+    trajectory = trajectory.reordered(space.joint_names, space.joint_units)
+    found = found or tuple(derivative_limits(space, trajectory.polynomial))
     marks = _marks(trajectory, scenario, space, plan.joint_waypoints if plan else None)
     label = trajectory.planner or "trajectory"
     ok = bool(plan.report.ok) if plan else None
@@ -209,10 +209,22 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     )
 
 
+def asking_nothing(name: str) -> Scenario:
+    """A task for a motion that is shown without one."""
+    return Scenario(name, (), PlainTask.model_construct(waypoints=()))
+
+
+def _unlimited(motion: JointTrajectory) -> JointSpace:
+    """The joints of a motion of which no limits are known."""
+    endless = np.full(len(motion.joint_names), np.inf)
+    limits = dict.fromkeys(MAGNITUDES, endless)
+    return JointSpace(motion.joint_names, motion.joint_units, -endless, endless, limits)
+
+
 def _marks(
     trajectory: JointTrajectory,
-    scenario: Scenario | None,
-    space: JointSpace | None,
+    scenario: Scenario,
+    space: JointSpace,
     waypoints: JointWaypoints | None,
 ) -> Marks | None:
     """Waypoints as far as they are known: without a plan no joint values of poses."""
@@ -221,11 +233,11 @@ def _marks(
         own = list(waypoints.asked)
         asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
         names = [waypoints.names[i] for i in own]
-        for i in space.waits if scenario is not None and space is not None else ():
+        for i in space.waits:
             names[i + 1] = ""  # a wait has one name, where it begins
         return Marks(waypoints.time[own], tuple(names), asked)
     nothing = np.full(len(trajectory.joint_names), np.nan)
-    if scenario is not None and space is not None:
+    if scenario.waypoints:
         states = [target or JointState(nothing, nothing) for target in space.targets]
         position = np.array([state.position for state in states])
         velocity = np.array([state.velocity for state in states])

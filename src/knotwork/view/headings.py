@@ -110,8 +110,7 @@ def mark_contacts(axes: Sequence[Axes], motions: Sequence[Motion]) -> None:
 def picture_title(motions: Sequence[Motion], default: str) -> str:
     """Scenario, planner if there is but one, and whether the check failed."""
     first = motions[0]
-    name = first.scenario.name if first.scenario is not None else ""
-    (name,) = shortened([name], MOST_TITLE_LETTERS)
+    (name,) = shortened([first.scenario.name], MOST_TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
     failed = [motion.label for motion in motions if motion.ok is False]
     if failed:

@@ -9,15 +9,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.scene.model import CollisionModel
-from knotwork.units import SI, Units
+from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.packing import label, thing
 from knotwork.view.primitive_meshes import rod, sphere, triad
+from knotwork.view.shown import Shown
 from knotwork.view.targets import round_arrows, spacings, straight_arrows
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -29,35 +27,22 @@ MOST_KNOTS = 2000
 
 
 def marks(
-    asked: Sequence[CartesianWaypoint],
-    curve: PiecewisePolynomial,
-    robot: Robot,
-    scenario: Scenario | None,
-    report: Report | None,
-    size: float,
+    shown: Shown, size: float
 ) -> tuple[dict[str, Mesh], list[dict[str, Any]], dict[str, float]]:
-    """Draw the marks of a task, and of the failures of its check.
-
-    Args:
-        asked: The waypoints at the tool.
-        curve: The motion, joints in the robot's order.
-        robot: The arm.
-        scenario: The task, for its paths and units.
-        report: Of the check.
-        size: Extent of the scene [m].
+    """Draw the marks of a task, and of the failures of its check, in a scene of some size [m].
 
     Returns:
         Meshes by kind; labels; and for the legend the time in which the tool goes the length of
         straight arrows, `arrow_seconds`, and turns by round ones, `turn_seconds`.
     """
+    asked, curve, robot = shown.asked, shown.curve, shown.robot
     axis = _axis_length(asked, size)
-    units = scenario.units if scenario is not None else SI
     meshes: dict[str, Mesh] = {}
     labels: list[dict[str, Any]] = []
     seconds: dict[str, float] = {}
     if asked:
         meshes["waypoints"] = _triads([target.pose for target in asked], axis, 0.045)
-        missed = {found.name for found in report.failures} if report else ()
+        missed, units = {found.name for found in shown.failures}, shown.scenario.units
         labels += [_waypoint_label(target, units) for target in asked if target.name not in missed]
     straight, turning = straight_arrows(asked, size), round_arrows(asked, 0.75 * axis)
     if straight is not None:
@@ -66,34 +51,23 @@ def marks(
         meshes["turning asked for"], seconds["turn_seconds"] = turning
     base = robot.base_placement
     if len(curve.x) <= MOST_KNOTS:
-        along = _on_paths(curve.x, scenario)
+        along = _on_paths(curve.x, shown.scenario)
         for name, times in (("knots", curve.x[~along]), ("knots on paths", curve.x[along])):
             points = [(base * robot.forward(q)).translation for q in curve(times)]
             dots = [sphere(0.0048 * size, KNOT, 12).moved(np.eye(3), point) for point in points]
             if dots:
                 meshes[name] = merged(dots)
-    if report is not None:
-        _add_failures(meshes, labels, asked, curve, robot, report, size)
+    if shown.report is not None:
+        _add_failures(meshes, labels, shown, shown.report, size)
     return meshes, labels, seconds
 
 
-def frame_marks(
-    scenario: Scenario | None, robot: Robot, size: float, model: CollisionModel | None
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Named frames of a task, with their labels; those that move ride along.
-
-    Args:
-        scenario: The task.
-        robot: The arm.
-        size: Extent of the scene [m].
-        model: Where something moves by itself: the joints that carry it.
-    """
+def frame_marks(shown: Shown, size: float) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Named frames of a task, with their labels; those that move ride along."""
     placed: dict[int | None, list[pin.SE3]] = {}
     labels: list[dict[str, Any]] = []
-    for name, frame in scenario.frames.items() if scenario is not None else ():
-        carrier, base = None, robot.base_placement
-        if model is not None and scenario is not None and name in scenario.scene.moving:
-            carrier, base = model.riding(scenario.scene.moving[name])
+    for name, frame in shown.scenario.frames.items():
+        carrier, base = shown.carrying(shown.scenario.scene.moving.get(name))
         pose = base * frame
         placed.setdefault(carrier, []).append(pose)
         labels.append(label(name, "frame", pose.translation, f"frame {name!r}", carrier))
@@ -104,10 +78,10 @@ def frame_marks(
     return things, labels
 
 
-def _on_paths(times: FloatArray, scenario: Scenario | None) -> NDArray[np.bool_]:
+def _on_paths(times: FloatArray, scenario: Scenario) -> NDArray[np.bool_]:
     """Which times are within those of a tool path."""
     within = np.zeros(times.shape, dtype=bool)
-    for path in scenario.paths if scenario is not None else ():
+    for path in scenario.paths:
         within |= (times > path.motion.start_time) & (times < path.motion.end_time)
     return within
 
@@ -135,16 +109,15 @@ def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
 def _add_failures(
     meshes: dict[str, Mesh],
     labels: list[dict[str, Any]],
-    asked: Sequence[CartesianWaypoint],
-    curve: PiecewisePolynomial,
-    robot: Robot,
+    shown: Shown,
     report: Report,
     size: float,
 ) -> None:
     """Mark where the tool is when something fails; from there to where it should be."""
+    robot, curve = shown.robot, shown.curve
     base = robot.base_placement
     wrong: list[Mesh] = []
-    poses = {target.name: target.pose for target in asked}
+    poses = {target.name: target.pose for target in shown.asked}
     together: dict[tuple[str, str, float], list[Finding]] = {}
     for found in report.failures:
         if found.at is not None:

@@ -12,43 +12,22 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.other_robots import OtherMotion, other_motion
-from knotwork.trajectory import JointTrajectory
-from knotwork.verification.collisions import motion_model
-from knotwork.verification.motion import Motion
 from knotwork.view.drawn_joints import drawn_joint
 from knotwork.view.links import link_shapes
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.objects import HELD, TOOL, Objects, shape_mesh
 from knotwork.view.packing import label, thing
+from knotwork.view.shown import Shown
 from knotwork.waypoints import FloatArray
 
 
-def moving_model(
-    scenario: Scenario | None, robot: Robot, trajectory: JointTrajectory, space: JointSpace | None
-) -> CollisionModel | None:
-    """The collision model of a scenario in which something moves by itself, else `None`.
-
-    Raises:
-        InputError: A mesh, or another robot's scenario, is wrong.
-    """
-    if scenario is None or space is None:
-        return None
-    scene = scenario.scene
-    riding = any(one.carrier is not None for one in scene.objects)
-    if not (scene.robots or scene.moving or riding):
-        return None
-    return motion_model(Motion(trajectory, space), scenario, robot)
-
-
-def known_joints(tree: JointTree, robot: Robot) -> list[dict[str, Any]]:
-    """Describe the joints of a tree that follow the robot's, as `drawn_joints` does."""
-    first = robot.model.njoints
+def known_joints(shown: Shown) -> list[dict[str, Any]]:
+    """Describe the joints that follow the robot's, as `drawn_joints` does."""
+    if shown.model is None:
+        return []
+    tree, first = shown.model.joints, shown.robot.model.njoints
     return [drawn_joint(tree, i, f"known joint {i}") for i in range(first, len(tree.parent))]
 
 
@@ -58,17 +37,14 @@ def known_positions(model: CollisionModel | None, time: FloatArray) -> FloatArra
     return np.hstack([np.zeros((len(time), 0)), *(one(time) for one in known)])
 
 
-def other_robots(
-    model: CollisionModel | None, scenario: Scenario | None, base: pin.SE3, size: float
-) -> Objects:
+def other_robots(shown: Shown, size: float) -> Objects:
     """Links, tools and held objects of other robots."""
     things: list[dict[str, Any]] = []
     labels: list[dict[str, Any]] = []
     warnings: list[str] = []
-    if model is None or scenario is None:
-        return Objects([], [], np.zeros((0, 3)), ())
-    for given in scenario.scene.robots:
-        robot, root = model.robots[given.name]
+    model, base = shown.model, shown.robot.base_placement
+    for given in shown.scenario.scene.robots if model is not None else ():
+        robot, root = model.robots[given.name]  # type: ignore[union-attr]
         links = link_shapes(robot)
         things += [
             thing("other robots", mesh, carrier=root + joint)
@@ -98,18 +74,18 @@ def _carried(other: OtherMotion, size: float) -> Iterator[tuple[int, Mesh, tuple
             yield body.joint, merged(meshes), (body.start, body.end)
 
 
-def origins(
-    model: CollisionModel, robot: Robot, trajectory: JointTrajectory, count: int = 20
-) -> tuple[FloatArray, FloatArray]:
+def origins(shown: Shown, count: int = 20) -> tuple[FloatArray, FloatArray]:
     """Where the joints that follow the robot's are over the motion [m], shape (n, 3).
 
     Returns:
         All of them, and those of other robots alone.
     """
-    curve = trajectory.polynomial
+    model, curve = shown.model, shown.curve
+    if model is None:
+        return np.zeros((0, 3)), np.zeros((0, 3))
     time = np.linspace(curve.x[0], curve.x[-1], count)
     _, origin = model.placed(curve(time), time)
     placed = np.asarray(origin).reshape(count, -1, 3)
     theirs = [placed[:, root : root + one.model.njoints] for one, root in model.robots.values()]
     others = np.concatenate([np.zeros((0, 3)), *(one.reshape(-1, 3) for one in theirs)])
-    return placed[:, robot.model.njoints :].reshape(-1, 3), others
+    return placed[:, shown.robot.model.njoints :].reshape(-1, 3), others

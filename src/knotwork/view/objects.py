@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, Shape
+from knotwork.scenario import Shape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
-from knotwork.scene.model import CollisionModel
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merged
 from knotwork.view.packing import label, thing
 from knotwork.view.primitive_meshes import box, frame_along, rod, solid, sphere, turned
+from knotwork.view.shown import Shown
 from knotwork.waypoints import FloatArray
 
 MOST_DRAWN = 10_000
@@ -109,69 +108,47 @@ def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
     return made.placed(shape.placement)
 
 
-def scene_objects(
-    scenario: Scenario | None,
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    report: Report | None,
-    size: float,
-    model: CollisionModel | None = None,
-) -> Objects:
-    """Draw a scenario's scene: objects, tool, held objects, and the nearest points.
-
-    Args:
-        scenario: The task.
-        robot: Its robot.
-        curve: Joint positions, trailing shape (d,).
-        report: Of the check.
-        size: Of the scene [m].
-        model: Where something moves by itself: the joints that carry it.
-    """
+def scene_objects(shown: Shown, size: float) -> Objects:
+    """Draw a scenario's scene: objects, tool, held objects, and the nearest points."""
     things: list[dict[str, Any]] = []
     labels: list[dict[str, Any]] = []
     drawn: list[tuple[str, Mesh]] = []
     points = [np.zeros((0, 3))]
-    if scenario is not None:
-        times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
-        for one in scenario.scene.objects:
-            between = None if one.appears is None else [times[one.appears], None]
-            plane = one.shape.kind == "half_space"
-            carrier, placement = None, robot.base_placement
-            if model is not None and one.carrier is not None:
-                carrier, placement = model.riding(one.carrier)
-            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
-            own: dict[str, Any] = {"carrier": carrier, "between": between, "of": one.name}
-            things.append(thing(OBJECTS, mesh, around=True, **own))
-            drawn.append((f"object {one.name!r}", mesh))
-            if plane:
-                continue
-            middle = mesh.vertices.mean(axis=0)
-            labels.append(label(one.name, "object", middle, f"object {one.name!r}", carrier))
-            if carrier is not None:
-                continue
-            corners = box_corners(mesh.vertices)
-            if np.ptp(corners, axis=0).max() <= size:
-                points.append(corners)
-        for name, mesh, parts in _carried(scenario, robot, curve, size, model):
-            things += parts
-            drawn.append((name, mesh))
-    things += _hulls(robot)
-    if scenario is not None and report is not None:
-        line, distance = _closest(report, scenario, robot.base_placement, size)
+    times = {waypoint.name: waypoint.time for waypoint in shown.scenario.waypoints}
+    for one in shown.scenario.scene.objects:
+        between = None if one.appears is None else [times[one.appears], None]
+        plane = one.shape.kind == "half_space"
+        carrier, placement = shown.carrying(one.carrier)
+        mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size).placed(placement)
+        own: dict[str, Any] = {"carrier": carrier, "between": between, "of": one.name}
+        things.append(thing(OBJECTS, mesh, around=True, **own))
+        drawn.append((f"object {one.name!r}", mesh))
+        if plane:
+            continue
+        middle = mesh.vertices.mean(axis=0)
+        labels.append(label(one.name, "object", middle, f"object {one.name!r}", carrier))
+        if carrier is not None:
+            continue
+        corners = box_corners(mesh.vertices)
+        if np.ptp(corners, axis=0).max() <= size:
+            points.append(corners)
+    for name, mesh, parts in _carried(shown, times, size):
+        things += parts
+        drawn.append((name, mesh))
+    things += _hulls(shown.robot)
+    if shown.report is not None:
+        line, distance = _closest(shown.report, shown, size)
         things, labels = things + line, labels + distance
     faults = tuple(f"{name}: {mesh.fault}" for name, mesh in drawn if mesh.fault)
     return Objects(things, labels, np.concatenate(points), faults)
 
 
 def _carried(
-    scenario: Scenario,
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    size: float,
-    model: CollisionModel | None,
+    shown: Shown, times: Mapping[str, float], size: float
 ) -> Iterator[tuple[str, Mesh, list[dict[str, Any]]]]:
     """The tool's shapes, and held objects: before they are taken, carried, and left."""
-    scene, frames = scenario.scene, robot.model.frames
+    robot, curve, scene = shown.robot, shown.curve, shown.scenario.scene
+    frames = robot.model.frames
     if robot.tool_frame is None or not (scene.tool or scene.held):
         return
     frame = frames[robot.require_tool()]
@@ -180,7 +157,6 @@ def _carried(
     for shape in scene.tool:
         mesh = shape_mesh(shape, TOOL, size).placed(mount)
         yield "tool", mesh, [thing("tool shape", mesh, carrier=joint, of="tool")]
-    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     for held in scene.held:
         mesh = shape_mesh(held.shape, HELD, size)
         taken, left = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
@@ -190,12 +166,8 @@ def _carried(
         for at, frame_there, between in zip(
             (taken, left), held.carriers, ([appears, taken], [left, None]), strict=True
         ):
-            pose, rider = robot.forward(curve(at)), None
-            if model is not None and frame_there is not None:
-                rider, placement = model.riding(frame_there, at)
-                lying = mesh.placed(placement * pose)
-            else:
-                lying = mesh.placed(robot.base_placement * pose)
+            rider, placement = shown.carrying(frame_there, at)
+            lying = mesh.placed(placement * robot.forward(curve(at)))
             parts.append(thing("held", lying, carrier=rider, between=between, of=held.name))
         yield f"object {held.name!r}", mesh, parts
 
@@ -220,13 +192,13 @@ def _hulls(robot: Robot) -> list[dict[str, Any]]:
 
 
 def _closest(
-    report: Report, scenario: Scenario, base: pin.SE3, size: float
+    report: Report, shown: Shown, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """The line between the nearest points, and its label; nothing where bodies are too near.
 
     Pairs with an object come first.
     """
-    names = [one.name for one in scenario.scene.objects]
+    base, names = shown.robot.base_placement, [one.name for one in shown.scenario.scene.objects]
     pairs = [found for found in report.select(subject="pair") if len(found.points) == 2]
     if not pairs or not all(found.ok for found in pairs):
         return [], []

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from knotwork.metrics.deviation import deviation_from_path
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scene.model import CollisionModel
-from knotwork.verification import Report
 from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
+from knotwork.view.shown import Shown
 from knotwork.view.tool_curves import stretches, times_along
 from knotwork.view.tool_trace import ToolTrace
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
 SPEED_COLOURS = (
@@ -32,19 +29,15 @@ OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]
 APART, MOST_MARKS = 0.08, 3
 
 
-def speed_colours(
-    path: ToolTrace,
-    scenario: Scenario | None,
-    curve: PiecewisePolynomial,
-    asked: Sequence[CartesianWaypoint],
-) -> tuple[FloatArray, dict[str, Any]]:
+def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, Any]]:
     """Choose the colours of a path.
 
     Returns:
         The colour of each sample, shape (n, 3); and the legend: scales with their colours, and the
         given speeds as marks on them [m/s].
     """
-    along = [part for _, part, *_ in stretches(scenario, curve)]
+    asked = shown.asked
+    along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
     given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in asked)[::-1]
     # A tool that fails may be slower than it should be: the scale shows both speeds.
     high = max([float(path.speed.max()), *given])
@@ -55,9 +48,9 @@ def speed_colours(
     scale = GREYS if along else SPEED_COLOURS
     legend = {"high": high, "colours": written(scale), "marks": marks[:MOST_MARKS]}
     colours = mixed(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
-    if not along or scenario is None:
+    if not along:
         return colours, legend
-    tolerance = scenario.tolerances.path_speed
+    tolerance = shown.scenario.tolerances.path_speed
     for part in along:
         start, end = part.full_speed
         on = (path.time >= start) & (path.time <= end)
@@ -142,25 +135,17 @@ WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
 
 
 def asked_points(
-    scenario: Scenario | None, robot: Robot, size: float, model: CollisionModel | None = None
+    shown: Shown, size: float, *, at_rest: bool = False
 ) -> Iterator[tuple[int | None, list[FloatArray]]]:
-    """Points of dashes along each of the scenario's tool paths [m].
-
-    Args:
-        scenario: The task.
-        robot: The arm.
-        size: Extent of the scene [m].
-        model: Where something moves by itself: the joints that carry paths.
+    """Points of dashes along each of the scenario's tool paths [m], in a scene of some size [m].
 
     Yields:
-        The joint that carries the path, and points in its axes; without one in those of the URDF's
-        root, of a path that moves while what carries it is at rest.
+        The joint that carries the path, and points in its axes; without one, or while it is at
+        rest, in those of the URDF's root.
     """
-    for path in scenario.paths if scenario is not None else ():
+    for path in shown.scenario.paths:
         whole, dashes = path.motion.path, []
-        carrier, base = None, robot.base_placement
-        if model is not None and path.motion.seam_carrier is not None:
-            carrier, base = model.riding(path.motion.seam_carrier)
+        carrier, base = shown.carrying(None if at_rest else path.motion.seam_carrier)
         count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
         starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
@@ -170,12 +155,10 @@ def asked_points(
         yield carrier, dashes
 
 
-def asked_path_meshes(
-    scenario: Scenario | None, robot: Robot, size: float, model: CollisionModel | None = None
-) -> dict[int | None, Mesh]:
+def asked_path_meshes(shown: Shown, size: float) -> dict[int | None, Mesh]:
     """Draw the scenario's tool paths as dashed lines, by the joint that carries them."""
     parts: dict[int | None, list[Mesh]] = {}
-    for carrier, dashes in asked_points(scenario, robot, size, model):
+    for carrier, dashes in asked_points(shown, size):
         for points in dashes:
             line = line_mesh(points, np.tile(ASKED, (len(points), 1)), WIDTH * size)
             if line is not None:
@@ -183,20 +166,14 @@ def asked_path_meshes(
     return {carrier: merged(drawn) for carrier, drawn in parts.items()}
 
 
-def way_mesh(path: ToolTrace, report: Report | None, size: float) -> Mesh | None:
-    """Draw dashes where the motion found its way; `None` where it did not.
-
-    Args:
-        path: Of the tool.
-        report: Of the check, with the ways that were found.
-        size: Extent of the scene [m].
-    """
+def way_mesh(path: ToolTrace, shown: Shown, size: float) -> Mesh | None:
+    """Draw dashes where the motion found its way; `None` where it did not."""
     along = np.concatenate(
         ([0.0], np.cumsum(np.linalg.norm(np.diff(path.position, axis=0), axis=1)))
     )
     dashed = along % (2 * DASH * size) < 2 * DASHED * DASH * size
     parts: list[Mesh | None] = []
-    for found in report.select(quantity="way") if report is not None else ():
+    for found in (one for one in shown.findings if one.quantity == "way"):
         start, end = found.interval or (np.inf, -np.inf)
         on = dashed & (path.time >= start) & (path.time <= end)
         for run in np.ma.clump_unmasked(np.ma.masked_equal(on, value=False)):  # type: ignore[no-untyped-call]
@@ -206,32 +183,22 @@ def way_mesh(path: ToolTrace, report: Report | None, size: float) -> Mesh | None
     return merged(drawn) if drawn else None
 
 
-def deviation_mesh(
-    scenario: Scenario | None, robot: Robot, curve: PiecewisePolynomial, size: float
-) -> Mesh | None:
+def deviation_mesh(shown: Shown, size: float) -> Mesh | None:
     """Draw where the tool goes along paths, coloured by its distance from them.
-
-    Args:
-        scenario: The task, with the tolerance.
-        robot: The arm.
-        curve: Its motion, joints in the robot's order.
-        size: Extent of the scene [m].
 
     Returns:
         Colours from none of the tolerance to all of it, red beyond; `None` if there is no path.
     """
+    robot, curve, tolerance = shown.robot, shown.curve, shown.scenario.tolerances.path
     parts: list[Mesh | None] = []
     base = robot.base_placement
-    for path, stretch, start, end in stretches(scenario, curve):
+    for path, stretch, start, end in stretches(shown.scenario, curve):
         time = times_along(curve, start, end)
         q = curve(time)
         off, _ = deviation_from_path(robot, q, path, stretch, time)
         points = np.array([(base * robot.forward(row)).translation for row in q])
-        parts.append(line_mesh(points, _colours(off, scenario), DEVIATION_WIDTH * size))
+        share = off / tolerance
+        colours = np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))
+        parts.append(line_mesh(points, colours, DEVIATION_WIDTH * size))
     drawn = [part for part in parts if part is not None]
     return merged(drawn) if drawn else None
-
-
-def _colours(off: FloatArray, scenario: Scenario | None) -> FloatArray:
-    share = off / scenario.tolerances.path if scenario is not None else off
-    return np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))

@@ -10,14 +10,14 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.scenario import ScenarioPath
 from knotwork.scene.model import CollisionModel
-from knotwork.trajectory import JointTrajectory
 from knotwork.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.view.footing import footing
 from knotwork.view.moving_things import known_positions
 from knotwork.view.packing import packed_numbers
+from knotwork.view.shown import Shown
 from knotwork.view.tool_trace import tool_speeds
 from knotwork.waypoints import FloatArray
 
@@ -79,12 +79,12 @@ def arm_frames(
     return arm
 
 
-def waypoint_times(scenario: Scenario | None, trajectory: JointTrajectory) -> list[dict[str, Any]]:
+def waypoint_times(shown: Shown) -> list[dict[str, Any]]:
     """Give names and times of the waypoints, of a stored trajectory those that it knows."""
-    if scenario is not None:
-        return [{"name": one.name, "time": one.time} for one in scenario.waypoints]
-    times = trajectory.waypoint_times if trajectory.waypoint_times is not None else ()
-    return [{"name": str(i), "time": float(time)} for i, time in enumerate(times)]
+    given = shown.scenario.waypoints
+    names = [one.name for one in given] or [str(i) for i in range(len(shown.times))]
+    times = [one.time for one in given] or shown.times.tolist()
+    return [{"name": name, "time": time} for name, time in zip(names, times, strict=True)]
 
 
 def joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:

@@ -6,11 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
-from knotwork.verification import Finding, Report, check
+from knotwork.verification import Finding, Report
 from knotwork.verification.brief import facts, in_short
 from knotwork.verification.worst import alike, and_more
 
@@ -54,12 +51,3 @@ def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, 
         if one.bodies:
             found.append({"spans": one.spans, "joints": joints, "things": things})
     return found
-
-
-def failures(
-    trajectory: JointTrajectory, scenario: Scenario | None, space: JointSpace | None
-) -> list[str] | None:
-    """Failures of another planner's motion; `None` where there is nothing to check it by."""
-    if scenario is None:
-        return None
-    return [str(item) for item in check(trajectory, scenario, space=space).failures]

@@ -7,16 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
-from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Finding, Motion, Report
+from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import united
 from knotwork.verification.freedoms import uses
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import frame_values, limit_shares
 from knotwork.view.packing import packed_numbers
+from knotwork.view.shown import Shown
 from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
@@ -27,30 +24,16 @@ LEAST_WIDTH = 0.003
 NOTABLE = 0.01
 
 
-def strip(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    scenario: Scenario | None,
-    space: JointSpace | None,
-    report: Report | None,
-) -> dict[str, Any]:
+def strip(shown: Shown) -> dict[str, Any]:
     """Give segments, the use of limits, curves over time, failures and events.
-
-    Args:
-        robot: The arm.
-        trajectory: Its motion, joints in the robot's order.
-        scenario: The task.
-        space: Its limits.
-        report: Of the check; the use of the limits in it is shown.
 
     Returns:
         Times from the start of the motion [s].
     """
-    curve = trajectory.polynomial
+    curve, trajectory, scenario = shown.curve, shown.trajectory, shown.scenario
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = np.linspace(start, end, SAMPLES)
-    found = report.findings if report is not None else ()
-    shares = list(limit_shares(robot, curve, space, found, time)) if space is not None else []
+    shares = list(limit_shares(shown.robot, curve, shown.space, shown.findings, time))
     asked = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
@@ -59,12 +42,11 @@ def strip(
     return {
         "use": packed_numbers(use.astype("<f4")),
         "asked": asked,
-        "broken": broken_spans(report, shares, time),
-        "clearance": _clearance(trajectory, scenario, space, report),
-        "speed_limit": None if scenario is None else scenario.motion_limits.tool_speed,
+        "broken": broken_spans(shown.failures, shares, time),
+        "clearance": _clearance(shown),
+        "speed_limit": scenario.motion_limits.tool_speed,
         "curves": [
-            {**one, "time": (one["time"] - start).tolist()}
-            for one in _more_curves(robot, trajectory, scenario, space, time)
+            {**one, "time": (one["time"] - start).tolist()} for one in _more_curves(shown, time)
         ],
         "events": [[one.time - start, one.said] for one in trajectory.events],
         "segments": [
@@ -72,7 +54,7 @@ def strip(
                 one.start - start,
                 one.end - start,
                 one.name,
-                _limiting(one.start, one.end, found, shares, time),
+                _limiting(one.start, one.end, shown.findings, shares, time),
             ]
             for one in trajectory.segments
         ],
@@ -82,20 +64,19 @@ def strip(
 _Shares = list[tuple[Finding, FloatArray]]
 
 
-def broken_spans(report: Report | None, shares: _Shares, time: FloatArray) -> list[list[float]]:
+def broken_spans(
+    failures: Sequence[Finding], shares: _Shares, time: FloatArray
+) -> list[list[float]]:
     """From when to when something fails, since the start [s]: as long as it does, but visible.
 
     Args:
-        report: Of the check.
+        failures: Of the check.
         shares: Use of each limit, as `limit_shares` gives it.
         time: When that was sampled [s].
     """
     start, end = float(time[0]), float(time[-1])
     spans = [
-        span
-        for one in (report.failures if report is not None else ())
-        if one.at is not None
-        for span in one.spans or ((one.at, one.at),)
+        span for one in failures if one.at is not None for span in one.spans or ((one.at, one.at),)
     ]
     for one, share in shares:
         over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not one.ok), False]))
@@ -128,24 +109,16 @@ def _limiting(
     return f"{one.name} {one.title} {part}".lstrip()
 
 
-def _more_curves(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    scenario: Scenario | None,
-    space: JointSpace | None,
-    time: FloatArray,
-) -> Iterator[dict[str, Any]]:
+def _more_curves(shown: Shown, time: FloatArray) -> Iterator[dict[str, Any]]:
     """Speeds of links that are limited, and what paths leave open, in the units shown."""
-    if scenario is None or space is None:
-        return
-    shown, curve = scenario.units.shown, trajectory.polynomial
+    scenario, robot, curve = shown.scenario, shown.robot, shown.curve
     for one in scenario.motion_limits.frame_speeds:
-        factor, unit = shown(1.0, "m/s")
+        factor, unit = scenario.units.shown(1.0, "m/s")
         speed = frame_values(robot, one.frame, 1, *(curve(time, order) for order in range(3)))
         yield _curve(f"speed of {one.frame}", unit, time, factor * speed, [factor * one.speed])
-    for path in uses(Motion(trajectory, space), scenario, robot):
+    for path in uses(Motion(shown.trajectory, shown.space), scenario, robot):
         for (what, of), values in path.values.items() if path.subject == "path" else ():
-            factor, unit = shown(1.0, of)
+            factor, unit = scenario.units.shown(1.0, of)
             bounds = [factor * edge for edge in path.bounds[what, of] if np.isfinite(edge)]
             yield _curve(f"{what}, {path.name}", unit, path.time, factor * values, bounds)
 
@@ -157,18 +130,13 @@ def _curve(
     return {"name": name, "unit": unit, "time": time, "value": given, "limits": limits}
 
 
-def _clearance(
-    trajectory: JointTrajectory,
-    scenario: Scenario | None,
-    space: JointSpace | None,
-    report: Report | None,
-) -> dict[str, Any] | None:
+def _clearance(shown: Shown) -> dict[str, Any] | None:
     """Clearance from what stands around over time, the nearest pairs, and what is to be kept."""
-    nearest = nearest_around(report.findings) if report is not None else None
+    trajectory, scenario, nearest = shown.trajectory, shown.scenario, nearest_around(shown.findings)
     also = [] if nearest is None or nearest.time is None else [nearest.time]
     start, end = trajectory.start_time, trajectory.end_time
-    found = clearance_curve(trajectory, scenario, space, (start, end), also)
-    if found is None or scenario is None:
+    found = clearance_curve(trajectory, scenario, shown.space, (start, end), also)
+    if found is None:
         return None
     return {
         "time": (found.time - start).tolist(),

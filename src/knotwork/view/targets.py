@@ -34,7 +34,7 @@ def targets(
         elif isinstance(waypoint, CartesianWaypoint):
             pose, twist = waypoint.pose, waypoint.twist
             if waypoint.standing:
-                q = curve(waypoint.time)
+                q = curve(np.clip(waypoint.time, curve.x[0], curve.x[-1]))
                 away = robot.forward(q) * robot.tool_seen(q, standing=True).inverse()
                 turn, pose = away.rotation, away * pose
                 twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)

@@ -58,7 +58,7 @@ def _windowed(motion: Motion, asked: Window) -> Motion:
     trajectory = replace(
         motion.trajectory, polynomial=part(motion.curve, *inner), waypoint_times=None
     )
-    judged = derivative_limits(motion.space, trajectory.polynomial) if motion.space else ()
+    judged = derivative_limits(motion.space, trajectory.polynomial)
     return replace(
         motion,
         trajectory=trajectory,

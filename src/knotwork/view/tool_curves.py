@@ -19,8 +19,7 @@ from knotwork.metrics.deviation import (
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
-from knotwork.scenario import Scenario, ScenarioPath, Stretch, ToleranceSet
-from knotwork.task import Limits
+from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.curves import piecewise_values
 from knotwork.view.drawn_motions import Motion
@@ -42,7 +41,7 @@ def robot_of(motion: Motion) -> Robot:
     Raises:
         InputError: It has none, or that has no tool.
     """
-    if motion.space is None or motion.space.robot is None:
+    if motion.space.robot is None:
         raise InputError(
             "the tool can't be drawn without a robot; give a plan or a scenario that names one"
         )
@@ -53,11 +52,11 @@ def robot_of(motion: Motion) -> Robot:
 
 
 def stretches(
-    scenario: Scenario | None, curve: PiecewisePolynomial
+    scenario: Scenario, curve: PiecewisePolynomial
 ) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
     """Stretches of tool paths, and from when to when a motion is on each [s]."""
     start, end = curve.x[[0, -1]]
-    for path in scenario.paths if scenario is not None else ():
+    for path in scenario.paths:
         for stretch in path.stretches:
             low, high = max(stretch.start, start), min(stretch.end, end)
             if low < high:
@@ -164,8 +163,7 @@ def straight_deviations(motion: Motion) -> Curve:
     """Distance [m] and angle [rad] from the straight way between poses, where there is no path."""
     robot, parts = robot_of(motion), []
     task = motion.scenario
-    legs = straight_legs(task.waypoints, task.paths) if task is not None else ()
-    for before, after in legs:
+    for before, after in straight_legs(task.waypoints, task.paths):
         start, end = max(before.time, motion.curve.x[0]), min(after.time, motion.curve.x[-1])
         if start < end:
             time = np.linspace(start, end, BETWEEN + 1)
@@ -229,8 +227,7 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
     for motion in motions:
         robot_of(motion)  # an error, before anything is drawn
     scenario = motions[0].scenario
-    allowed = scenario.tolerances if scenario is not None else ToleranceSet()
-    limits = scenario.motion_limits if scenario is not None else Limits()
+    allowed, limits = scenario.tolerances, scenario.motion_limits
     off, turned, straight = path_deviations, "turned from it", straight_deviations
     speed, speed_error = limits.tool_speed, allowed.path_speed
     rows = [
@@ -252,7 +249,7 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
             curve = partial(place_rates, frame=frame, order=order)
             unit = rate_unit("m", order)
             rows.append(Row(title, unit, curve, limit=limit, judged=(quantity, frame)))
-    if scenario is not None and scenario.scene.objects:
+    if scenario.scene.objects:
         least = scenario.scene.rules.margin
         rows.append(Row("clearance", "m", clearances, limit=least, least=True))
     if limits.singular_value is not None:

@@ -109,14 +109,14 @@ def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units
     ]
     first = motions[0]
     scenario = first.scenario
-    waypoints = [one for one in scenario.waypoints if first.shows(one.time)] if scenario else []
+    waypoints = [one for one in scenario.waypoints if first.shows(one.time)]
     times = np.array([one.time for one in waypoints])
     panel = Panel(row.title, unit, factor, curves, times, zero=True)
     poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
     if row.asked and poses:
         asked = [factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
         curves[0].mark("asked", np.array([one.time for one in poses]), np.array(asked))
-    if row.asked == "linear" and scenario is not None:
+    if row.asked == "linear":
         part = scenario.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:

@@ -11,7 +11,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.verification import Report
+from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.limit_share import limit_shares
 from knotwork.waypoints import FloatArray
@@ -41,7 +41,7 @@ def tool_trace(
     robot: Robot,
     curve: PiecewisePolynomial,
     space: JointSpace | None = None,
-    report: Report | None = None,
+    failures: Sequence[Finding] = (),
     also: Sequence[float] = (),
     paths: Sequence[ScenarioPath] = (),
 ) -> ToolTrace:
@@ -51,11 +51,11 @@ def tool_trace(
         robot: The arm, with a tool.
         curve: Its motion, joints in the robot's order.
         space: Its limits.
-        report: Of the check; the times of broken limits are sampled, too.
+        failures: Of the check; the times of broken limits are sampled, too.
         also: More times to sample [s].
         paths: Those of the task.
     """
-    found = [one for one in report.failures if one.subject != "path"] if report is not None else []
+    found = [one for one in failures if one.subject != "path"]
     limits = [one for one in found if one.group in LIMITS]
     start, end = float(curve.x[0]), float(curve.x[-1])
     ends = [end for one in found for span in one.spans for end in span]

@@ -1,0 +1,135 @@
+"""`Shown`: a motion of an arm with its task and its check, as the parts of a scene need them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.scene.model import CollisionModel
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Finding, Report
+from knotwork.verification.collisions import motion_model
+from knotwork.verification.motion import Motion
+from knotwork.view.drawn_motions import asking_nothing
+from knotwork.view.footing import footing
+from knotwork.view.links import LinkShapes, link_shapes
+from knotwork.view.targets import targets
+from knotwork.view.tool_trace import ToolTrace, tool_trace
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+
+class Shown:
+    """A motion that a scene shows.
+
+    Attributes:
+        robot: The arm.
+        trajectory: Its motion, joints in the robot's order.
+        scenario: The task; of a stored motion one that asks for nothing.
+        space: Its joints and limits.
+        report: Of the check, if there was one.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        trajectory: JointTrajectory,
+        scenario: Scenario | None = None,
+        space: JointSpace | None = None,
+        report: Report | None = None,
+    ) -> None:
+        self.robot, self.report = robot, report
+        self.trajectory = self.in_order(trajectory)
+        self.scenario = scenario or asking_nothing(f"{robot.name}: stored trajectory")
+        self.space = space or JointSpace(
+            robot.joint_names,
+            robot.joint_units,
+            robot.lower_position_limit,
+            robot.upper_position_limit,
+            robot.limits,
+            robot=robot,
+        )
+
+    def in_order(self, trajectory: JointTrajectory) -> JointTrajectory:
+        """A motion with its joints in the robot's order.
+
+        Raises:
+            InputError: It is not of the robot's joints.
+        """
+        names, units = self.robot.joint_names, self.robot.joint_units
+        return trajectory.reordered(names, units, owner=f"robot {self.robot.name!r}")
+
+    @property
+    def curve(self) -> PiecewisePolynomial:
+        """Joint positions, joints in the robot's order."""
+        return self.trajectory.polynomial
+
+    @property
+    def findings(self) -> Sequence[Finding]:
+        """Those of the check."""
+        return self.report.findings if self.report is not None else ()
+
+    @property
+    def failures(self) -> Sequence[Finding]:
+        """Those of the check."""
+        return self.report.failures if self.report is not None else ()
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the waypoints, of a stored trajectory those that it knows [s], shape (n,)."""
+        known = self.scenario.waypoints or self.trajectory.waypoint_times is None
+        return self.scenario.times if known else np.asarray(self.trajectory.waypoint_times)
+
+    @cached_property
+    def shapes(self) -> LinkShapes:
+        """The meshes of the links."""
+        return link_shapes(self.robot)
+
+    @cached_property
+    def asked(self) -> Sequence[CartesianWaypoint]:
+        """The waypoints at the tool."""
+        has_tool = self.robot.tcp_frame_id is not None
+        return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
+
+    @cached_property
+    def path(self) -> ToolTrace | None:
+        """The path of the tool; `None` without a tool."""
+        if self.robot.tcp_frame_id is None:
+            return None
+        times = [target.time for target in self.asked]
+        paths = self.scenario.paths
+        return tool_trace(self.robot, self.curve, self.space, self.failures, times, paths)
+
+    @cached_property
+    def model(self) -> CollisionModel | None:
+        """The collision model, where something moves by itself.
+
+        Raises:
+            InputError: A mesh, or another robot's scenario, is wrong.
+        """
+        scene = self.scenario.scene
+        riding = any(one.carrier is not None for one in scene.objects)
+        if not (scene.robots or scene.moving or riding):
+            return None
+        return motion_model(Motion(self.trajectory, self.space), self.scenario, self.robot)
+
+    def carrying(self, frame: Any, time: float | None = None) -> tuple[int | None, Any]:
+        """The joint that carries a moving frame, and what brings poses of the base to its axes.
+
+        It is taken at rest, or at a time [s]. Without a frame, or where nothing moves by itself, it
+        is the URDF's root: `None`.
+        """
+        if self.model is None or frame is None:
+            return None, self.robot.base_placement
+        return self.model.riding(frame, time)
+
+    def at_start(self, points: FloatArray) -> FloatArray:
+        """Points of what the base frame carries where the motion begins, shape (n, 3)."""
+        start = self.curve(self.curve.x[:1])
+        return np.asarray(footing(self.robot).in_cell(start, points[None])[0])
