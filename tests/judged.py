@@ -31,13 +31,18 @@ def judged(plan: kw.Plan, given: Path | dict[str, Any]) -> list[Wrong]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         plan.save(folder)
-        numbers = folder / "scenario.yaml"  # where times were free
-        if numbers.exists():
-            given = numbers
-        task = Task.read(given) if isinstance(given, Path) else Task(given, folder)
-        still = task.arm is None or not (task.arm.moved or task.arm.ground or task.arm.on)
-        motion = Motion.read(folder / "trajectory.json")
-        return judge(task, motion, collisions=still)  # what moves is told apart in tests/moving
+        return judged_folder(folder, given)
+
+
+def judged_folder(folder: Path, given: Path | dict[str, Any]) -> list[Wrong]:
+    """What the judge finds in a plan that is saved in a folder."""
+    numbers = folder / "scenario.yaml"  # where times were free
+    if numbers.exists():
+        given = numbers
+    task = Task.read(given) if isinstance(given, Path) else Task(given, folder)
+    still = task.arm is None or not (task.arm.moved or task.arm.ground or task.arm.on)
+    motion = Motion.read(folder / "trajectory.json")
+    return judge(task, motion, collisions=still)  # what moves is told apart in tests/moving
 
 
 def judged_joints(

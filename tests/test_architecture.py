@@ -235,6 +235,7 @@ IMPORTED_BY_TESTS = {
     "what a page asks for, without the page: handles, plans that are overtaken": ("editing",),
     "a clock of the test's own": ("choosing.choice", "timing.budget"),
     "the command in this process": ("cli.main",),
+    "what is said of progress, without a clock": ("cli.progress",),
     "each old name has its test": ("errors.renamed",),
 }
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import knotwork as kw
 from command_line import Command
 from judge.task import Task
+from judged import judged_folder
 from knotwork.errors import UnknownNameError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import joint_space
@@ -53,17 +54,18 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
 
 
 @scenarios
-def test_it_passes_by_name_and_by_path_and_reports_the_branches_it_takes(
+def test_it_passes_the_judge_too_and_reports_the_branches_it_takes(
     path: Path, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """No acceleration is a spike, though in the fastest ones it changes sign in milliseconds."""
     monkeypatch.setenv("COLUMNS", "300")  # so that no cell of a table is wrapped
-    by_name = knotwork("plan", path.stem, "--json")
-    assert (by_name.code, by_name.err) == (0, "")
-    by_path = knotwork("plan", path, "--full", "--out", tmp_path)
-    assert (by_path.code, by_path.err) == (0, "")
-    assert f"PASSED {path.stem}" in by_path.out
+    ran = knotwork("plan", path.stem, "--full", "--out", tmp_path)
+    assert (ran.code, ran.err) == (0, "")
+    assert f"PASSED {path.stem}" in ran.out
     saved = json.loads((tmp_path / "report.json").read_text())
     assert saved["ok"]
+    assert not [one for one in saved["findings"] if one["quantity"].endswith("_spike")]
+    assert judged_folder(tmp_path, path) == []
     assert [one.partition(" for ")[0] for one in saved["warnings"]] == WARNINGS.get(path.stem, [])
     # where times are free, the numbers in their place say what the motion has to do when
     numbers = tmp_path / "scenario.yaml"
@@ -72,22 +74,23 @@ def test_it_passes_by_name_and_by_path_and_reports_the_branches_it_takes(
     assert knotwork("check", tmp_path, "--scenario", numbers if free else path.stem).code == 0
 
     posed = [w.name for w in kw.load_scenario(path).waypoints if isinstance(w, CartesianWaypoint)]
-    assert ("Solutions chosen" in by_path.out) == bool(posed)
-    (plan,) = json.loads(by_name.out)["plans"]
-    for report in (plan["report"], saved):
-        assert ("solutions" in report) == bool(posed)
-        if posed:
-            reports_the_branches(report["solutions"], posed, by_path.out)
-
-
-def reports_the_branches(solutions: Any, posed: list[str], printed: str) -> None:
+    assert ("Solutions chosen" in ran.out) == ("solutions" in saved) == bool(posed)
+    solutions = saved.get("solutions", {"infeasibilities": [], "choices": []})
     assert solutions["infeasibilities"] == []
-    choices = solutions["choices"]
-    assert [choice["waypoint"] for choice in choices] == posed
-    for choice in choices:
-        assert choice["reason"] in printed
-        assert choice["branch"] in printed
+    assert [choice["waypoint"] for choice in solutions["choices"]] == posed
+    for choice in solutions["choices"]:
+        assert choice["reason"] in ran.out
+        assert choice["branch"] in ran.out
         assert choice["solutions"] >= choice["branches"] >= 1
+
+
+def test_a_scenario_is_the_same_by_name_and_by_path(knotwork: Command) -> None:
+    path = SCENARIO_FILES["ur3_lid"]
+    by_name, by_path = (knotwork("plan", one, "--json") for one in ("ur3_lid", path))
+    assert (by_name.code, by_name.err) == (0, "")
+    reports = [json.loads(one.out)["plans"][0]["report"] for one in (by_name, by_path)]
+    assert reports[0] == reports[1]
+    assert "solutions" in reports[0]
 
 
 @scenarios

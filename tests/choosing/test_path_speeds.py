@@ -54,11 +54,9 @@ def keeps(task: dict[str, Any], given: list[float]) -> bool:
         return False
 
 
-@pytest.mark.parametrize("most", [None, 250])
-def test_each_stretch_has_the_greatest_speed_of_its_own(most: float | None) -> None:
+def test_each_stretch_has_the_greatest_speed_of_its_own() -> None:
     """Between two straight stretches the wrist has to turn."""
-    free = "fastest" if most is None else {"at_most": most}
-    ends = [line("a", -50, free), line("b", 50, turn=-90), line("c", 250, free)]
+    ends = [line("a", -50), line("b", 50, turn=-90), line("c", 250)]
     task = along(*ends, limits={"velocity": 60, "acceleration": 1600})
     made = kw.plan(task)
     made.report.raise_if_failed()
@@ -66,7 +64,7 @@ def test_each_stretch_has_the_greatest_speed_of_its_own(most: float | None) -> N
     assert min(found[0], found[2]) > 2.5 * found[1]
     for k in range(3):
         faster = [1.06 * speed if j == k else speed for j, speed in enumerate(found)]
-        assert not keeps(task, faster) or (most is not None and found[k] == most)
+        assert not keeps(task, faster)
 
 
 def test_a_stretch_whose_torque_is_too_high_does_not_slow_down_the_next_path() -> None:
@@ -136,8 +134,7 @@ def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
     kw.plan(task).report.raise_if_failed()
 
 
-@pytest.mark.parametrize("timed", [False, True])
-@pytest.mark.parametrize("free", [False, True])
+@pytest.mark.parametrize(("timed", "free"), [(False, True), (True, False)])
 def test_a_given_speed_that_joints_can_not_keep_is_refused(timed: bool, free: bool) -> None:
     """Be it given by a time, and whether the speed of the next stretch is chosen or not."""
     first = line("a", -50, **{"after" if timed else "speed": 2.2 if timed else 100})
@@ -208,13 +205,11 @@ def test_a_path_that_the_arm_could_not_leave_at_its_greatest_speed_is_passed_slo
     said = [str(one) for one in made.report.select(quantity="binding_limits")]
     assert any("the motion before or after bounds the speed along the path" in one for one in said)
     assert made.chosen is not None
-    found = speeds(made)[-1]
-    for speed in (0.5 * found, 0.2 * found):
-        for end in ends:
-            end["speed"] = speed
-        slower = kw.plan(task)
-        assert slower.chosen is not None
-        assert slower.chosen.duration > made.chosen.duration
+    for end in ends:
+        end["speed"] = 0.5 * speeds(made)[-1]
+    slower = kw.plan(task)
+    assert slower.chosen is not None
+    assert slower.chosen.duration > made.chosen.duration
 
 
 def test_no_at_most_is_named_that_nobody_gave(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -78,9 +78,6 @@ def test_a_fit_takes_few_points() -> None:
     assert 2.0 < counts[2] / counts[1] < 5.0
 
 
-"""Points that a fit of `ur5_deburring` by waypoints within 1e-3, 1e-4 and 1e-6 rad takes."""
-
-
 @given(hermite_data(), st.floats(1e-9, 1e-1))
 @settings(max_examples=30)
 def test_a_fit_of_what_is_exact_inserts_nothing(

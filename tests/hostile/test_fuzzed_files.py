@@ -170,7 +170,7 @@ def command(rng: random.Random, task: str) -> tuple[str, ...]:
 
 def counts() -> Iterator[Any]:
     """Of `make test` a few of the light ones; of `make test-all` every shipped scenario."""
-    yield from ((name, 6) for name in LIGHT)
+    yield from ((name, 4) for name in LIGHT)
     for name in SCENARIO_FILES:
         count = TIMES if name in LIGHT else TIMES_HEAVY
         yield pytest.param(name, count, marks=pytest.mark.exhaustive)
@@ -272,7 +272,7 @@ def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(meshes()))
-@pytest.mark.parametrize("count", first_of(2, 12))
+@pytest.mark.parametrize("count", first_of(1, 12))
 def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path) -> None:
     rng = random.Random(f"{kind} {count}")
     (tmp_path / "arm.urdf").write_text(URDF.format(kind))

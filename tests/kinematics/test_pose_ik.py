@@ -70,6 +70,9 @@ def test_every_reachable_pose_is_solved_from_home(name: str, count: int) -> None
         pose = robot.forward(sample(robot, generator))
         solution = solve_pose_ik(robot, pose, home)
         assert_solves(robot, pose, solution.q, independent=i % 10 == 0)
+        off = errors(robot.forward(solution.q), pose)
+        found = solution.position_error, solution.orientation_error
+        assert found == pytest.approx(off, abs=1e-14)
         assert solution.converged
         assert solution.distance == pytest.approx(np.linalg.norm(solution.q - home))
 
@@ -254,30 +257,15 @@ def test_the_answer_is_no_farther_than_the_nearest_of_all_solutions(name: str, p
     robot, generator = ROBOTS[name], np.random.default_rng(500)
     lower = np.maximum(robot.lower_position_limit, -np.pi)
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
-    for _ in range(poses if name != "panda" else 40):
+    for i in range(poses if name != "panda" else 40):
         q, start = generator.uniform(lower, upper, (2, robot.dof))
+        if i % 2:  # from close by a local search is the first step, and mostly the last
+            start = np.clip(q + 0.2 * generator.uniform(-1, 1, robot.dof), lower, upper)
         pose = robot.forward(q)
         answer = solve_pose_ik(robot, pose, start)
         assert_solves(robot, pose, answer.q, independent=False)
         every = np.vstack([branch.turns for branch in solve_pose_ik_all(robot, pose)])
         assert answer.distance <= np.linalg.norm(every - start, axis=1).min() + 1e-6
-
-
-@pytest.mark.parametrize("name", ["ur5", "talos_arm"])
-@pytest.mark.parametrize("away", [0.05, 0.2, 0.4])
-def test_from_close_by_no_other_solution_is_nearer(name: str, away: float) -> None:
-    """There a local search is the first step, and mostly the last."""
-    robot, generator = ROBOTS[name], np.random.default_rng(9)
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
-    for _ in range(25):
-        q = generator.uniform(lower, upper)
-        direction = generator.normal(size=robot.dof)
-        start = np.clip(q + away * direction / np.linalg.norm(direction), lower, upper)
-        pose = robot.forward(q)
-        every = np.vstack([branch.turns for branch in solve_pose_ik_all(robot, pose)])
-        nearest = float(np.linalg.norm(every - start, axis=1).min())
-        assert solve_pose_ik(robot, pose, start).distance <= nearest + 1e-6
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -297,21 +285,6 @@ def test_numbers_that_are_not_finite_are_named(bad: float, nearest: bool) -> Non
         solve_pose_ik(robot, nowhere, home, nearest=nearest)
 
 
-def test_errors_are_those_of_forward_kinematics() -> None:
-    robot, generator = ROBOTS["ur5"], np.random.default_rng(77)
-    for nearest in (True, False):
-        for _ in range(30):
-            pose = robot.forward(sample(robot, generator))
-            solution = solve_pose_ik(robot, pose, sample(robot, generator), nearest=nearest)
-            off = robot.forward(solution.q).actInv(pose)
-            assert solution.position_error == pytest.approx(
-                np.linalg.norm(off.translation), abs=1e-15
-            )
-            assert solution.orientation_error == pytest.approx(
-                np.linalg.norm(pin.log3(off.rotation)), abs=1e-14
-            )
-
-
 BAXTER = {
     "name": "baxter",
     "urdf": "example-robot-data:baxter_description/urdf/baxter.urdf",
@@ -327,27 +300,6 @@ def test_a_corner_of_the_limits_is_solved() -> None:
     pose = robot.forward(corner)
     solution = solve_pose_ik(robot, pose, np.zeros(robot.dof))
     assert_solves(robot, pose, solution.q, independent=False)
-
-
-def test_an_arm_of_a_baxter_is_solved_from_anywhere() -> None:
-    robot, generator = load_robot(BAXTER), np.random.default_rng(42)
-    for _ in range(60):
-        pose = robot.forward(sample(robot, generator))
-        start = sample(robot, generator)
-        assert_solves(robot, pose, solve_pose_ik(robot, pose, start).q, independent=False)
-        assert_solves(
-            robot, pose, solve_pose_ik(robot, pose, start, nearest=False).q, independent=False
-        )
-
-
-def test_near_a_singularity_the_nearer_twin_is_found() -> None:
-    """With the elbow almost straight two solutions are close together."""
-    q = np.array([-2.941, 2.043, 0.038, -1.089, -3.07, -2.92])
-    generator = np.random.default_rng(8)
-    for _ in range(40):
-        start = q + generator.uniform(-0.1, 0.1, 6)
-        found = solve_pose_ik(UR5, UR5.forward(q), start)
-        assert found.distance <= np.linalg.norm(q - start) + 1e-6
 
 
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], 1e-4, 1e-8))

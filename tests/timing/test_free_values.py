@@ -12,6 +12,7 @@ from timing_cases import assert_kept, random_problem
 
 from knotwork.errors import TimingError
 from knotwork.timing import Objective, Progress, TimedMotion, TimingLimits, TimingProblem, solve
+from sweeps import first_of
 
 
 @pytest.fixture(scope="module")
@@ -171,9 +172,12 @@ def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("given", ["all", "one", "total"])
-def test_times_from_the_least_on_are_found_or_refused_with_times_that_suffice(given: str) -> None:
+@pytest.mark.parametrize("count", first_of(6, 30))
+def test_times_from_the_least_on_are_found_or_refused_with_times_that_suffice(
+    given: str, count: int
+) -> None:
     refused = 0
-    for seed in range(30):
+    for seed in range(count):
         rng = np.random.default_rng([5, seed])
         asked = random_problem(seed, int(rng.integers(2, 6)), int(rng.integers(1, 5)))
         velocity, ends = np.array(asked.velocity), np.full(asked.position.shape, np.nan)

@@ -99,7 +99,7 @@ class Shown:
     def asked(self) -> Sequence[CartesianWaypoint]:
         """The waypoints at the tool."""
         has_tool = self.robot.tcp_frame_id is not None
-        return targets(self.scenario, self.space, self.robot) if has_tool else ()
+        return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
 
     @cached_property
     def path(self) -> ToolTrace | None:
