@@ -1,0 +1,72 @@
+"""All of every shipped scenario is in view at first: arm, path, waypoints, objects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.view.packing import unpacked
+from knotwork.view.page import scene_page
+from knotwork.view.show import scene_of
+from shipped import QUICK
+
+# Of all that is drawn, what lies outside of the pane, whose edges are at 1, and how far
+OUTSIDE = """() => {
+  viewer.render();
+  const root = viewer.scene_tree.find(["Knotwork"]).object;
+  root.updateWorldMatrix(true, true);
+  const found = [];
+  root.traverseVisible((one) => {
+    if (!one.isMesh) return;
+    const { position } = one.geometry.attributes;
+    let most = 0;
+    for (let i = 0; i < position.count; i++) {
+      const p = new MeshCat.THREE.Vector3().fromBufferAttribute(position, i);
+      p.applyMatrix4(one.matrixWorld).project(viewer.camera);
+      most = Math.max(most, Math.abs(p.x), Math.abs(p.y));
+    }
+    if (most > 1) found.push([one.parent?.name, position.count, most]);
+  });
+  return found;
+}"""
+SHOWN = [name for name in QUICK if not name.startswith("paper_case")]  # that has no robot
+ALWAYS = {"kinova_dispense", "ur5_turntable_rim"}  # in these the task is small
+
+
+def is_ground(thing: dict[str, Any], size: float) -> bool:
+    """Whether an object, such as a bench or a floor, is larger than arm and task together."""
+    extent = np.ptp(unpacked(thing["mesh"]).vertices, axis=0).max()
+    return thing["name"] == "objects" and bool(extent > size)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=[] if one in ALWAYS else pytest.mark.exhaustive) for one in SHOWN],
+)
+def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Path) -> None:
+    plan = kw.plan(name)
+    scene = scene_of(plan)
+    robot = plan.space.robot
+    assert robot is not None
+    known = scene["first_joint"] + robot.model.njoints  # joints of what moves by itself
+    scene["things"] = [
+        one
+        for one in scene["things"]
+        if not is_ground(one, scene["size"]) and one.get("carrier", 0) < known  # a belt leads out
+    ]
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1280, "height": 800})
+    page = scene_page(scene, autoplay=False, ghosts=False)
+    tab.goto(page.save(tmp_path / "scene.html").as_uri())
+    tab.wait_for_selector("html[data-ready=true]", state="attached")
+    for width, height in ((1280, 800), (390, 844)):
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.wait_for_function("width => innerWidth === width", arg=width)
+        for share in (0.0, 0.3, 0.6, 1.0):
+            tab.evaluate("share => knotwork.seek(share * knotwork.duration())", share)
+            assert not tab.evaluate(OUTSIDE), (width, share)
+    tab.context.close()
