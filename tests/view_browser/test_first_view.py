@@ -14,7 +14,8 @@ from knotwork.view.page import scene_page
 from knotwork.view.show import scene_of
 from shipped import QUICK
 
-# Of all that is drawn, what lies outside of the pane, whose edges are at 1, and how far
+# Of all that is drawn, what lies outside of the pane, whose edges are at 1, and how far; the
+# tip of an arrow may touch an edge
 OUTSIDE = """() => {
   viewer.render();
   const root = viewer.scene_tree.find(["Knotwork"]).object;
@@ -29,7 +30,7 @@ OUTSIDE = """() => {
       p.applyMatrix4(one.matrixWorld).project(viewer.camera);
       most = Math.max(most, Math.abs(p.x), Math.abs(p.y));
     }
-    if (most > 1) found.push([one.parent?.name, position.count, most]);
+    if (most > 1.02) found.push([one.parent?.name, position.count, most]);
   });
   return found;
 }"""

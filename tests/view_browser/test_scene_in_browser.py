@@ -142,7 +142,7 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     assert changed(with_path, without_path).sum() > 40
     tab.evaluate(HIDE, ["arm"])
     rows, _ = np.nonzero(changed(without_path, picture(tab)))
-    assert np.ptp(rows) > 50
+    assert np.ptp(rows) > 60
 
 
 def test_lines_lead_to_labels_in_windows_of_all_sizes(show: Any) -> None:

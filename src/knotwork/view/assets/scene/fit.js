@@ -51,7 +51,7 @@ function fit(points, part, pane, fov) {
 
 // Parts of the pane that may do, between its edges and those of panels
 function parts(taken, pane) {
-  const gap = 30; // for axes and arrows, too
+  const gap = 22; // for axes and arrows, too
   const edges = (first, side, sign) => [...new Set([first, ...taken.map((box) => Math.round(box[side] + sign * gap))])];
   const [lefts, tops] = [edges(gap, 2, 1), edges(gap, 3, 1)];
   const [rights, bottoms] = [edges(pane.width - gap, 0, -1), edges(pane.height - gap, 1, -1)];
