@@ -31,7 +31,7 @@ def surface(corners: Any, count: int = 60_000) -> Any:
 
 
 @pytest.mark.parametrize(
-    "name", mostly_exhaustive(WITH_TOOL, "ur5_deburring", "panda_pick_place", "ur10_weld")
+    "name", mostly_exhaustive(WITH_TOOL, "ur5_deburring", "kinova_dispense", "ur10_weld")
 )
 def test_a_tool_goes_on_from_what_carries_it(name: str) -> None:
     """Each part begins at the hand, the flange or a part before it."""
