@@ -21,27 +21,28 @@ from patience import PATIENCE
 READY = "html[data-ready=true]"
 
 
-def slower(folder: Path) -> Path:
-    """The shipped task of the planar arm in a second more."""
+def hurried(folder: Path) -> Path:
+    """The shipped task of the planar arm in too little time."""
     source = kw.load_scenario("planar2_closed_form").source
     assert source is not None
     task = kw.Task.load(source)
     first, second, *others = task.waypoints
-    waypoints = [first, second.replace(after=2.5), *others]
-    return task.replace(name="slower", waypoints=waypoints).save(folder / "slower.yaml")
+    waypoints = [first, second.replace(after=0.3), *others]
+    return task.replace(name="hurried", waypoints=waypoints).save(folder / "hurried.yaml")
 
 
 def test_two_motions_have_one_clock_and_their_difference(
     tabs: Any, knotwork: Any, tmp_path: Path
 ) -> None:
-    other = slower(tmp_path)
+    other = hurried(tmp_path)
     page = tmp_path / "both.html"
     ran = knotwork("view", "planar2_closed_form", "--beside", other, "--html", page)
     assert (ran.code, ran.err) == (0, ""), ran.err
     tab = tabs.new()
     tab.goto(page.as_uri())
     tab.wait_for_selector(READY, state="attached")
-    assert tab.locator("h1").all_inner_texts() == ["planar2_closed_form passed", "slower passed"]
+    names = ["planar2_closed_form passed 3.6 s", "hurried FAILED 2.4 s"]
+    assert tab.locator("h1").all_inner_texts() == names
     plans = [kw.plan("planar2_closed_form"), kw.plan(other)]
     first, second = plans
     robot, at = first.space.robot, 0.5 * first.trajectory.duration
@@ -50,11 +51,26 @@ def test_two_motions_have_one_clock_and_their_difference(
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
     tools = [robot.forward(one.trajectory.position(at)).translation for one in plans]
-    share = at / second.trajectory.duration
+    share = at / first.trajectory.duration  # the longer one
     value = "share => data.curves[0].value[Math.round(share * (data.time.length - 1))]"
     shown = tab.evaluate(value, share)
     assert shown == pytest.approx(np.linalg.norm(tools[0] - tools[1]), rel=0.02)
     assert "distance of the tools" in tab.inner_text("#values")
+    # one camera: a turn in one scene turns both, which are of one size
+    one, other_scene = tab.frames[1:]
+    place = "viewer.camera.position.toArray()"
+    before = one.evaluate(place)
+    assert other_scene.evaluate(place) == pytest.approx(before)
+    tab.locator("iframe").nth(1).focus()
+    other_scene.locator("body").press("Shift+ArrowRight")
+    assert other_scene.evaluate(place) != pytest.approx(before)
+    assert one.evaluate(place) == pytest.approx(other_scene.evaluate(place))
+    # why the second fails is in its head, and a click goes there
+    assert not tab.locator("section").nth(0).locator(".failures").count()
+    tab.locator("section").nth(1).locator(".failures button").first.click()
+    miss = second.report.failures[0]
+    assert miss.at is not None
+    assert tab.evaluate("clock.time") == pytest.approx(miss.at - second.trajectory.start_time)
     tab.context.close()
 
 

@@ -196,6 +196,7 @@ def _solutions(
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied
+        or waypoint.standing
     )
     if fixed:
         return np.array(chosen[None])
