@@ -130,19 +130,19 @@ class PolynomialCurve(Curve):
         span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
         going, here = np.arange(w.size), self._at(span, w, 2)
         for _ in range(ITERATIONS):
-            at, tangent, bend = here
-            off = at - points[going]
+            place, tangent, bend = here
+            off = place - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
             for _ in range(ITERATIONS):
-                *following, moved = self._moved(span[going], w[going], step)
-                there = self._at(*following, 2)
+                spans, at, moved = self._moved(span[going], w[going], step)
+                there = self._at(spans, at, 2)
                 farther = _norm(there[0] - points[going]) > before * (1 + 1e-12)
                 if not farther.any():
                     break
                 step = np.where(farther, 0.5 * step, step)
-            span[going], w[going] = following
+            span[going], w[going] = spans, at
             on = np.abs(moved) > 1e-10 * self.length
             going, here = going[on], [one[on] for one in there]
             if not going.size:
@@ -150,7 +150,7 @@ class PolynomialCurve(Curve):
         s = self._s[span] + _lengths(self._c[1][:, span], 0.0, w)
         ends = np.array([[0.0], [self.length]])
         at_end = np.abs(s - ends) <= SAME * self.length
-        return np.select(list(at_end), list(np.broadcast_to(ends, at_end.shape)), s)
+        return np.where(at_end[0], 0.0, np.where(at_end[1], self.length, s))
 
     def _moved(
         self, span: NDArray[np.intp], w: FloatArray, step: FloatArray
