@@ -117,14 +117,19 @@ function choose(i) {
   const given = data.axes.map(({ title }, k) => `${title} ${data.values[k][i]}`).join(", ");
   const moves = ["passed", "failed"].includes(data.verdict[i]);
   const words = `row ${data.row[i]}: ${given} · ${data.verdict[i]}`;
-  byId("row").textContent = moves ? `${words} · its motion is planned …` : words;
-  byId("motion").onload = ({ target }) => { // not of the empty page that was there before
-    if (chosen === i && target.contentDocument?.URL !== "about:blank") byId("row").textContent = words;
+  byId("row").textContent = moves ? `${words} · its motion is being planned …` : words;
+  // Until the motion of this row is there, none is shown: that of another row has another verdict.
+  const frame = byId("motion");
+  frame.classList.toggle("awaited", moves);
+  frame.onload = () => {
+    if (chosen !== i || !frame.contentDocument?.URL.endsWith(`motion?row=${data.row[i]}`)) return;
+    byId("row").textContent = words;
+    frame.classList.remove("awaited");
   };
   byId("why").hidden = !data.message[i];
   byId("why").textContent = data.message[i];
-  byId("motion").hidden = !moves;
-  byId("motion").src = moves ? `motion?row=${data.row[i]}` : "about:blank";
+  frame.hidden = !moves;
+  frame.src = moves ? `motion?row=${data.row[i]}` : "about:blank";
   draw();
 }
 
