@@ -129,6 +129,45 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     tabs.complaints.clear()  # of the frame that was left
 
 
+def test_a_map_that_is_one_file_has_the_motions_that_fit(
+    tabs: Any, knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pyarrow")
+    vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "waypoints[1].after": [1.5, 1.9]}
+    folder, page = tmp_path / "study", tmp_path / "map.html"
+    study = kw.sweep("planar2_closed_form", vary, out=folder, workers=0)
+    moving = [i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed")]
+    refused = study["verdict"].index("refused")
+    assert "the motions of 2 of 2 rows" in knotwork("view", folder, "-o", page).out
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1000, "height": 640})
+    tab.goto(page.as_uri())
+    inner = tab.frame_locator("#motion")
+    for row in moving[::-1]:
+        tab.evaluate("choose", row)
+        inner.locator(READY).wait_for(state="attached")
+        tab.wait_for_function(
+            "duration => "
+            "Math.abs(byId('motion').contentWindow.knotwork.duration() - duration) < 1e-6",
+            arg=kw.plan(study.scenario(row)).trajectory.duration,
+        )
+        assert tab.inner_text("#row").endswith(study["verdict"][row])
+        assert f"{study['clearance'][row]:.4g}" in tab.inner_text("#figures")
+    tab.evaluate("choose", refused)
+    assert tab.inner_text("#why") == study["message"][refused]
+    assert not tab.locator("#motion").is_visible()
+
+    monkeypatch.setattr("knotwork.view.study_map.MOST_BYTES", 1)
+    command = f"knotwork view {folder}"
+    ran = knotwork("view", folder, "-o", page)
+    assert f"the motions of 0 of 2 rows; {command} shows the others" in ran.out
+    tab.goto(page.as_uri())
+    tab.evaluate("choose", moving[0])
+    assert tab.inner_text("#row").endswith(f"it is shown by: {command}")
+    assert not tab.locator("#motion").is_visible()
+    tab.context.close()
+
+
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
     motion = kw.plan("planar2_closed_form").trajectory
     page = view_trajectory(kw.load_robot("planar2"), motion).save(tmp_path / "arm.html")

@@ -19,16 +19,7 @@ from knotwork.view.drawn_motions import (
     chosen_quantities,
     motions_of,
 )
-from knotwork.view.headings import (
-    MOST_LEGEND_LETTERS,
-    curve_legend,
-    explain_marks,
-    frame_times,
-    mark_contacts,
-    mark_segments,
-    picture_title,
-    settle,
-)
+from knotwork.view.headings import MOST_LEGEND_LETTERS, head_and_foot, picture_title
 from knotwork.view.joint_panels import Series, joint_panel
 from knotwork.view.panel import draw_panel
 from knotwork.view.style import (
@@ -99,23 +90,21 @@ def plot_joints(
     overlaid = not together and len(found) > 1
     cells = _joints_together(found, names, kinds) if together else _overlaid(found, names, kinds)
     cells = cells if together or split else list(map(list, zip(*cells, strict=True)))
-    owners = [one.label for one in found]
+    owners, columns = [one.label for one in found], len(cells[0])
+    heads = owners if together else kinds if split else names
     with settings():
         figure = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
-        head = picture_title(found, "joint motions") if title is None else title
-        if overlaid:
-            curve_legend(figure, owners, head, [one.reason for one in found])
-        else:
-            curve_legend(figure, () if split else names, head)
-        mark_segments(figure.axes[: len(cells[0])], found[0])
-        for i, one in enumerate(found):  # each has a column of its own, or shares all
-            mark_contacts(figure.axes[i :: len(found)] if together else figure.axes, [one])
-        explain_marks(figure, len(found) if overlaid else 1)
-        heads = owners if together else kinds if split else names
-        columns = len(cells[0])
-        tops, bottoms = figure.axes[:columns], figure.axes[-columns:]
-        frame_times(tops, bottoms, found, heads if columns > 1 or overlaid else ())
-        settle(figure, len(cells), grows=page is None)
+        head_and_foot(
+            figure,
+            found,
+            picture_title(found, "joint motions") if title is None else title,
+            owners if overlaid else () if split else names,
+            columns=columns,
+            titles=heads if columns > 1 or overlaid else (),
+            overlaid=overlaid,
+            apart=together,
+            grows=page is None,
+        )
     return figure
 
 

@@ -11,11 +11,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Report, check
 from knotwork.view.arm_at_waypoints import find_stops
 from knotwork.view.camera import views
 from knotwork.view.drawn_joints import drawn_joints
@@ -74,24 +70,16 @@ def _still_points(shown: Shown) -> FloatArray:
 
 
 def make_scene(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    *,
-    scenario: Scenario | None = None,
-    space: JointSpace | None = None,
-    report: Report | None = None,
+    shown: Shown,
     others: Mapping[str, JointTrajectory] | None = None,
+    *,
     warnings: Sequence[str] = (),
     before: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Compose the scene of a motion, as plain data that is ready for JSON.
 
     Args:
-        robot: The arm; its meshes are opened.
-        trajectory: The motion.
-        scenario: The task.
-        space: The task's joints and limits.
-        report: Of the check.
+        shown: The motion, the arm, whose meshes are opened, and the task.
         others: Motions of other planners, by name, shown over the first as translucent arms.
         warnings: Further ones for the page.
         before: The scene in whose place this one is shown. Of the same robot the parts `STILL` are
@@ -100,7 +88,6 @@ def make_scene(
     Raises:
         InputError: A trajectory is not of the robot's joints, or too long to be shown.
     """
-    shown = Shown(robot, trajectory, scenario, space, report)
     motions = {name: shown.in_order(one).polynomial for name, one in (others or {}).items()}
     stops, task = find_stops(shown), _task_points(shown)
     outlines = [one.reshape(-1, 3) for one in (stops.outlines, stops.passed)]
@@ -110,21 +97,15 @@ def make_scene(
     same = before is not None and still["joints"] is before["joints"]
     objects, around = scene_objects(shown, size), other_robots(shown, size)
     things, labels, legend = _task_data(shown, motions, size)
-    feet, said = footing(robot), [*warnings, *shown.shapes.warnings]
+    feet, said = footing(shown.robot), [*warnings, *shown.shapes.warnings]
     ghosts = feet.positions(stops.position[stops.distinct(size)])
     unmoved = np.zeros(len(still["joints"]) - ghosts.shape[1])  # ghosts are of the robot alone
     arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
-    units = shown.scenario.units
     return {
-        "title": shown.scenario.name,
-        "robot": robot.name,
-        "planner": trajectory.planner,
-        "description": shown.scenario.description.strip(),
-        "joint_panel": joint_panel(robot, units),
-        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
+        **_description(shown),
         **still,
         "arms": [
-            arm_frames(name, motion, robot, shown.model, shown.scenario.paths)
+            arm_frames(name, motion, shown.robot, shown.model, shown.scenario.paths)
             for name, motion in arms.items()
         ],
         "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
@@ -142,15 +123,25 @@ def make_scene(
             shown.at_start(origins(shown)[1]),
             before["view"]["from"] if same and before is not None else None,
         ),
-        **verdict(report, robot, feet.count),
+        **verdict(shown.report, shown.robot, feet.count),
         "others": [
-            {
-                "name": name,
-                "failures": list(map(str, check(one, shown.scenario, space=space).failures)),
-            }
+            {"name": name, "failures": list(map(str, shown.judged(one).failures))}
             for name, one in (others or {}).items()
         ],
         "warnings": [*said, *objects.warnings, *around.warnings, *unread],
+    }
+
+
+def _description(shown: Shown) -> dict[str, Any]:
+    """What is shown, and its units."""
+    scenario, units = shown.scenario, shown.scenario.units
+    return {
+        "title": scenario.name,
+        "robot": shown.robot.name,
+        "planner": shown.trajectory.planner,
+        "description": scenario.description.strip(),
+        "joint_panel": joint_panel(shown.robot, units),
+        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
     }
 
 

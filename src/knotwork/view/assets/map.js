@@ -117,15 +117,34 @@ function choose(i) {
   const given = data.axes.map(({ title }, k) => `${title} ${data.values[k][i]}`).join(", ");
   const moves = ["passed", "failed"].includes(data.verdict[i]);
   const words = `row ${data.row[i]}: ${given} · ${data.verdict[i]}`;
+  const known = Object.entries(data.figures).filter(([, values]) => values[i] !== null);
+  byId("figures").textContent = known.map(([name, values]) => `${name} ${+values[i].toPrecision(4)}`).join(" · ");
+  byId("why").hidden = !data.message[i];
+  byId("why").textContent = data.message[i];
+  draw();
+  if (data.command) return inFile(i, moves, words);
   byId("row").textContent = moves ? `${words} · its motion is planned …` : words;
   byId("motion").onload = ({ target }) => { // not of the empty page that was there before
     if (chosen === i && target.contentDocument?.URL !== "about:blank") byId("row").textContent = words;
   };
-  byId("why").hidden = !data.message[i];
-  byId("why").textContent = data.message[i];
   byId("motion").hidden = !moves;
   byId("motion").src = moves ? `motion?row=${data.row[i]}` : "about:blank";
-  draw();
+}
+
+// A map without a server has some motions, or none: one page shows them all.
+function inFile(i, moves, words) {
+  const motion = data.motions[data.row[i]];
+  byId("row").textContent = motion || !moves ? words : `${words} · its motion is not in this file; it is shown by: ${data.command}`;
+  const frame = byId("motion");
+  frame.hidden = !motion;
+  if (!motion) return;
+  if (!frame.srcdoc) frame.srcdoc = data.page;
+  const show = () => {
+    if (chosen !== i) return;
+    if (frame.contentDocument?.documentElement?.dataset.ready === "true") frame.contentWindow.knotwork.renew(motion);
+    else setTimeout(show, 100);
+  };
+  show();
 }
 
 byId("map").addEventListener("click", (event) => {
