@@ -16,7 +16,7 @@ from knotwork.view.arm_at_waypoints import find_stops
 from knotwork.view.camera import views
 from knotwork.view.footing import drawn_joints, footing
 from knotwork.view.images import image_addresses
-from knotwork.view.marks import frame_marks, marks
+from knotwork.view.marks import frame_marks, marks, standing_marks
 from knotwork.view.mesh import coarse
 from knotwork.view.moving_things import known_joints, origins, other_robots
 from knotwork.view.objects import scene_objects
@@ -205,8 +205,8 @@ def _task_data(
         thing("path asked for", mesh, lit=False, carrier=carrier)
         for carrier, mesh in asked_path_meshes(shown, size).items()
     ]
-    frames, names = frame_marks(shown, size)
-    things, labels = [*things, *frames], [*labels, *names]
+    for more, names in (standing_marks(shown, size), frame_marks(shown, size)):
+        things, labels = [*things, *more], [*labels, *names]
     legend = {**speeds, **seconds, "broken": bool(path.broken.any()), "way": "way" in meshes}
     if "deviation" in meshes:
         legend["moving"] = any(one.motion.seam_carrier is not None for one in shown.scenario.paths)
