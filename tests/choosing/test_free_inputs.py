@@ -44,10 +44,16 @@ CASES = [
     ),
     (
         joints(
-            {**ONE, "stop": True, "after": "fastest", "name": "on"}, {"joints": {"a": 2}, "time": 9}
+            {**ONE, "stop": True, "after": "fastest"}, {"joints": {"a": 2}, "time": 9}, duration=12
         ),
-        "waypoints[2].time: the time since 0 can't be given, because the time to 'on' before it is "
-        "chosen (after: the time since the waypoint before",
+        "duration: is given, and the time at waypoint 3 is, too, after chosen ones (one of them",
+    ),
+    (
+        joints(
+            {**ONE, "stop": True, "after": "fastest", "name": "on"},
+            {"joints": {"a": 2}, "time": 0.4, "name": "late"},
+        ),
+        "waypoints[2].time: 'late' is reached at ",
     ),
     (joints(ONE | {"after": 1}, times="fastest"), "times: fastest, but every waypoint gives its"),
     (

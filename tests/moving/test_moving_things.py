@@ -196,12 +196,6 @@ def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
         ),
         (("waypoints", 2, "speed"), 0.01, "waypoints[2] (at "),
         (("waypoints", 2, "speed"), {"at_most": 0.1}, "is chosen, but frame 'tray' moves"),
-        (
-            ("waypoints", 0, "after"),
-            "fastest",
-            "is in frame 'tray', which moves, so that its pose depends on its time, and that is "
-            "chosen (time or after [s] here and at every waypoint before it",
-        ),
         (("waypoints", 1, "frame"), "base", "does not move with waypoint 3, to which the path"),
         (
             ("scene",),

@@ -2,6 +2,14 @@
 
 from knotwork.choosing.choice import ChosenTimes, choose_times
 from knotwork.choosing.freezing import frozen_text, saved_text
+from knotwork.choosing.meeting import with_times_met
 from knotwork.choosing.task import with_optimal_knots
 
-__all__ = ["ChosenTimes", "choose_times", "frozen_text", "saved_text", "with_optimal_knots"]
+__all__ = [
+    "ChosenTimes",
+    "choose_times",
+    "frozen_text",
+    "saved_text",
+    "with_optimal_knots",
+    "with_times_met",
+]

@@ -46,6 +46,7 @@ class ChosenTimes:
         status: `"optimal"`; `"stopped"` where the budget ended first; or `"resting"` where no
             start led to a solution and the arm comes to rest between waypoints.
         binding: Where which limit is met.
+        met: Names of waypoints whose times were chosen before, as frames that move are met there.
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
             [rad/s³ or m/s³].
         objective: Value of each term that has a weight, by name.
@@ -61,6 +62,7 @@ class ChosenTimes:
     binding: tuple[Binding, ...]
     objective: dict[str, float]
     segments: tuple[TimedMotion, ...] = ()
+    met: tuple[str, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
 
     @property

@@ -42,7 +42,8 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
         for place, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.index[i]]
             if place and free.duration[i - 1]:
-                changes["after"] = float(motion.time[place] - motion.time[place - 1])
+                after = float(motion.time[place] - motion.time[place - 1])
+                changes |= {"time": None, "after": after}
             q = positions[segment.rows[place]]
             changes |= _speed(task, i, q, motion.velocity[place], units)
     optimal = scenario.task.knots == "optimal"
@@ -87,15 +88,24 @@ def _solutions(
 
 def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
     """Speed or velocity at a waypoint where it was chosen."""
-    kind, robot = task.free.speed[i], task.space.robot
+    kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
         return {}
-    if robot is None or isinstance(task.scenario.waypoints[i], JointTarget):
+    if robot is None or isinstance(there, JointTarget):
         return {"velocity": units.by_joint(v)}
+    if there.standing:
+        robot, own = robot.at_rest
+        q, v = q[own], v[own]
     twist = robot.twist(q, v)
     if kind == "free":
-        linear, angular = twist.linear / units.length, twist.angular / units.angle
-        return {"velocity": Velocity(linear=linear, angular=angular, axes="base")}
+        twist -= there.twist  # that of its frame: a velocity of the file is seen from there
+        scenario, axes, turn = task.scenario, "base", np.eye(3)
+        if scenario.on and not there.standing:  # the base of the file moves, seen from there
+            given = scenario.task.waypoints[scenario.index[i]]
+            axes = getattr(given, "frame", None) or scenario.task.frame or "base"
+            turn = scenario.frames[axes].rotation.T
+        linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
+        return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
     return {"speed": None, "stop": True} if speed < STANDING else {"speed": speed / units.length}
 

@@ -25,7 +25,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
         space: The joints and their limits.
     """
     yield _of_motion("duration", _duration(chosen), chosen.duration)
-    shortest = f"{chosen.lower_bound:.6g} s"
+    shortest = f"{chosen.lower_bound:.6g} s{_met(chosen)}"
     what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "that does this"
     message = f"no motion {what} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
@@ -80,11 +80,19 @@ def _duration(chosen: ChosenTimes) -> str:
             f"(lower bound {chosen.lower_bound:.6g} s)"
         )
     if chosen.gap < 1e-6:
-        return f"times chosen: {chosen.duration:.6g} s in all, which was given or can't be less"
+        least = "which was given or can't be less"
+        return f"times chosen: {chosen.duration:.6g} s in all, {least}{_met(chosen)}"
     return (
         f"times chosen: {chosen.duration:.6g} s, {100 * chosen.gap:.1f} % above the lower bound "
-        f"{chosen.lower_bound:.6g} s"
+        f"{chosen.lower_bound:.6g} s{_met(chosen)}"
     )
+
+
+def _met(chosen: ChosenTimes) -> str:
+    """When frames that move are met, in words: the lower bound takes that as it is."""
+    at = {one.name: one.time for one in chosen.scenario.waypoints}
+    met = [f"{name!r} met at {at[name]:.6g} s" for name in chosen.met]
+    return f" with {', '.join(met)}" if met else ""
 
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:

@@ -109,6 +109,8 @@ def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
+    if shown.standing:
+        return
     at = scenario.places.given(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.task.waypoints[i])
     pose = pin.SE3(turn, around * np.array(waypoint.pose.position))

@@ -211,26 +211,38 @@ def _with_chosen_times(
     warm: Plan | None,
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
-    from knotwork.choosing import choose_times
+    from knotwork.choosing import choose_times, with_times_met
     from knotwork.choosing.task import knots_of, with_ways
     from knotwork.timing import Progress
     from knotwork.timing.budget import Watch
 
-    time = Watch(budget=budget)
+    time, names = Watch(budget=budget), [one.name for one in scenario.waypoints]
+    met = tuple(names[i] for i in free.meets if free.duration[i - 1])
+
+    def left() -> float | None:
+        return None if budget is None else max(time.left(), 1e-3)
+
+    if free.meets:
+
+        def at_expected_times(one: Scenario) -> ChosenTimes:
+            return choose_times(one, one.free or free, budget=left(), progress=progress)
+
+        scenario = with_times_met(scenario, at_expected_times)
+        if scenario.free is None:
+            return best_of_sequences(*_planned(scenario, planner, knots))
+        free = scenario.free
 
     def timed(solution: TaskSolution | None, seconds: float | None) -> Plan:
         before = None if warm is None else warm.chosen
         chosen = choose_times(
             scenario, free, budget=seconds, progress=progress, solution=solution, warm=before
         )
+        chosen = replace(chosen, met=met)
         if progress is not None:
             took, steps = time.now() - time.begun, sum(one.iterations for one in chosen.segments)
             value = sum(chosen.objective.values())
             progress(Progress(steps, took, value, 0.0, 1.0, chosen.duration, "check"))
         return _planned(chosen.scenario, planner, knots, chosen)[0]
-
-    def left() -> float | None:
-        return None if budget is None else max(time.left(), 1e-3)
 
     def another(solution: TaskSolution) -> Plan | None:
         return timed(solution, left()) if time.left() > 0.0 else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,10 @@ import numpy as np
 from knotwork.documents import Location, Places
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
+
+MOST_BEFORE, SHORTEST = 20, 1e-3
+"""So many waypoints at most share what is left before a time that is given; each gets this at least
+[s]."""
 
 _Fault = tuple[bool, Location, str, str]
 """Whether there is one, where it is, what is wrong, and what is accepted."""
@@ -40,10 +45,27 @@ def clear_way(file: PlainTask, i: int) -> FreeWay | None:
     return FreeWay(ClearWay.model_fields["tries"].default, 0.0) if given else None
 
 
-def provisional_time(file: PlainTask, i: int) -> float | None:
-    """Time to a waypoint until it is chosen [s]; `None` if it is given."""
+def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
+    """Time to a waypoint until it is chosen [s]; `None` if it is given.
+
+    Before a waypoint whose time is given it is a part of what is left.
+
+    Args:
+        file: What the file says, in SI.
+        i: Index of the waypoint.
+        before: When the one before it is passed [s].
+    """
     least = least_time(file, i)
-    return None if least is None else max(least, PROVISIONAL_TIME)
+    if least is None:
+        return None
+    longest, parts = max(least, PROVISIONAL_TIME), 1
+    for one in file.waypoints[i : i + MOST_BEFORE]:
+        if one.time is not None:
+            return min(longest, max(one.time - before, MOST_BEFORE * SHORTEST) / parts)
+        given = one.after if isinstance(one.after, float) else 0.0
+        before += given + (one.wait or 0.0)
+        parts += not given
+    return longest
 
 
 def given_speed(speed: float | str | AtMost | None, provisional: float) -> float | None:
@@ -101,7 +123,20 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
         total=file.duration,
         optimal_knots=_optimal_knots(file),
     )
+    late = [
+        i
+        for i in range(free.first_untimed, len(index))
+        if index[i] != index[i - 1] and file.waypoints[index[i]].time is not None
+    ]
+    free.duration[[i - 1 for i in late]] = True
+    free = replace(free, meets=tuple(late))
     _refuse(places, _misused(file, free))
+    if late and file.duration is not None:
+        raise places.error(
+            ("duration",),
+            f"is given, and the time at waypoint {index[late[0]] + 1} is, too, after chosen ones",
+            "one of them",
+        )
     return free if free.anything else None
 
 
@@ -157,10 +192,10 @@ def _misplaced(file: PlainTask) -> Iterator[_Fault]:
             "no time here, or start: where the motion begins",
         )
         yield (
-            waypoint.time is not None and bool(free),
+            along and waypoint.time is not None and bool(free),
             (*place, "time"),
             f"the time since 0 can't be given, because the time to {free} before it is chosen",
-            "after: the time since the waypoint before [s], or after: fastest",
+            "speed, or after: the time since the waypoint before [s]",
         )
         yield (
             along and waypoint.way is not None,

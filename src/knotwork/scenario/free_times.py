@@ -51,6 +51,8 @@ class FreeTimes:
             `"peak_acceleration"`.
         total: Duration of the whole motion that is given [s], or `None`.
         optimal_knots: Knots are chosen where times are given, too.
+        meets: Waypoints, by index, whose pose or duration is known once times before are: they are
+            in frames that move, or have a time since 0.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).free.duration
@@ -66,6 +68,7 @@ class FreeTimes:
     objective: Mapping[str, float] = field(default_factory=dict)
     total: float | None = None
     optimal_knots: bool = False
+    meets: tuple[int, ...] = ()
 
     @property
     def anything(self) -> bool:

@@ -57,28 +57,32 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
     return resolved(documents.validate(Task, document), document.places)
 
 
-def resolved(task: Task, places: Places | None = None) -> Scenario:
+def resolved(
+    task: Task, places: Places | None = None, expected: Mapping[int, float] | None = None
+) -> Scenario:
     """Resolve a task: see `load_scenario`.
 
     Args:
         task: What is asked, in its own units.
         places: Where its parts stand in the file that it came from, for messages.
+        expected: When waypoints whose time is chosen are expected to be reached [s], by their index
+            in the task.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
     >>> resolved(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
-    return _Resolver(*expanded(task, places or Places())).scenario()
+    return _Resolver(*expanded(task, places or Places()), expected or {}).scenario()
 
 
 class _Resolver:
     """Resolves one task; the steps share its units, frames and places."""
 
-    def __init__(self, task: PlainTask, places: Places) -> None:
+    def __init__(self, task: PlainTask, places: Places, expected: Mapping[int, float]) -> None:
         self.task, self.places = task, places
         self.length, self.angle = si_factors(self.task.units)
         self.file = with_waits(in_si(self.task, self.length, self.angle))
-        self.reader = WaypointReader(self.file, places, self.length, self.angle)
+        self.reader = WaypointReader(self.file, places, self.length, self.angle, expected)
 
     def scenario(self) -> Scenario:
         file, source = self.file, self.places.file
@@ -96,7 +100,7 @@ class _Resolver:
         waypoints, paths = self.reader.waypoints()
         free = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
-            self.reader.carriers.check_times(free, self.reader.indices)
+            free = self.reader.carriers.met(free, self.reader.indices)
         units = Units(file.units.length, file.units.angle)
         events = EventReader(file, self.places, units, waypoints, paths, self.reader.indices)
         return Scenario(

@@ -50,10 +50,19 @@ class WaypointReader:
         places: Where it says it, for errors.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
+        expected: When waypoints whose time is chosen are expected to be reached [s], by index.
     """
 
-    def __init__(self, file: PlainTask, places: Places, length: float, angle: float) -> None:
+    def __init__(
+        self,
+        file: PlainTask,
+        places: Places,
+        length: float,
+        angle: float,
+        expected: Mapping[int, float],
+    ) -> None:
         self.file, self.places, self.length, self.angle = file, places, length, angle
+        self.expected = expected
         self.indices: tuple[int, ...] = ()
         self._normals: set[int] = set()
 
@@ -115,7 +124,8 @@ class WaypointReader:
                         "leaves the position open where the tool moves",
                         "position where it stops: stop: true",
                     )
-                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here)
+                stands = bool(self.file.frames) and self.carriers.stands(i)
+                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here, stands)
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:
@@ -213,8 +223,8 @@ class WaypointReader:
             if waypoint.time is not None:
                 time = waypoint.time
                 location = (*location, "time")
-            elif (chosen := provisional_time(self.file, i)) is not None:
-                time = (before or 0.0) + chosen
+            elif (chosen := provisional_time(self.file, i, before or 0.0)) is not None:
+                time = self.expected.get(i, (before or 0.0) + chosen)
             elif isinstance(waypoint.after, float):
                 time = (before or 0.0) + waypoint.after
                 location = (*location, "after")

@@ -19,8 +19,8 @@ from knotwork.kinematics.sequence.candidates import (
     nearest_candidate,
 )
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
-from knotwork.kinematics.sequence.step_costs import Cost, Layer, likely_durations
+from knotwork.kinematics.sequence.nearness import weights
+from knotwork.kinematics.sequence.step_costs import Cost, Layer
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
@@ -101,7 +101,6 @@ class Search:
         self.free_velocity = {i for i, kind in enumerate(kinds) if kind != "given"}
         self.revolute = joint_axes(robot).revolute
         self.rules = step_rules(scenario, chains, self.speeds, self.free_velocity, avoided)
-        self.samples = SAMPLES
         self._collide: dict[int, FloatArray] = {}
         self.candidates: list[Candidates | None] = []
         self.layers: list[Layer] = []
@@ -117,7 +116,9 @@ class Search:
         result: list[Candidates | None] = [None] * len(self.given)
         for chain in self.chains:
             for i, one in self._found(chain).items():
-                result[i] = chain.among_all(one, self.robot)
+                others = self.space.solutions.get(i)
+                others = self._reference(i) if others is None else others
+                result[i] = chain.among_all(one, self.robot, others)
         self.candidates = self.dependent.completed(result)
         if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
             self.obstacles.check_start(self.given[0])
@@ -191,42 +192,13 @@ class Search:
             tied = c is not None and first < i
             self.rows.append(self.rows[first] if tied else allowed(self.scenario, self.robot, i, c))
         self.layers = [self._layer(i) for i in range(len(self.given))]
-        if self.robot.dof <= 6 or self.near is not None:
-            return choose_sequence(self.layers, self.durations, self.rules)
-        from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
-
-        return choose_with_intervals(
-            self.layers, self.durations, self.rules, self.samples, self._interval_cost
-        )
+        return choose_sequence(self.layers, self.durations, self.rules)
 
     def feasible_if_free(self) -> bool:
         """Whether some choice in any branch is within the velocity limits."""
         free = Search(replace(self.scenario, branch="free"), self.space, self.chains)
         chosen = free.choose(self.candidates)
         return not (chosen.cost.impossible or chosen.cost.infeasible)
-
-    def _interval_cost(self, interval: Any, start: Any, end: Any) -> Cost:
-        """Extra cost of a step: what its travel and the weights of its ends do not count.
-
-        With travel T, time h, and the mean n and the most m of the nearness to limits and
-        singularities on the way, that makes T (1 + n) + h m in all.
-        """
-        layers = self.layers
-        first = np.concatenate([[0], np.cumsum([len(layer.q) for layer in layers])])
-        q = np.concatenate([layer.q for layer in layers])
-        v = np.concatenate([layer.velocity for layer in layers if layer.velocity is not None])
-        near = np.concatenate([layer.weight for layer in layers]) - 1.0
-        a, b = first[interval] + start, first[interval + 1] + end
-        move = q[b] - q[a]
-        fixed = np.array([layer.fixed for layer in layers])[interval + 1]
-        move -= np.where(self.rules.unbounded & ~fixed[:, None], whole_turns(move), 0.0)
-        h = likely_durations(self.rules, self.durations[interval], interval, move)
-        here, there = (q[a], v[a]), (q[a] + move, v[b])
-        mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples)
-        most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
-        travel = self.rules.travel(interval, move)
-        open_ = np.array([layer.before is None for layer in layers])[interval + 1]
-        return Cost(beyond=beyond * open_, travel=(travel * mean + h * most) * open_)
 
     @property
     def durations(self) -> FloatArray:
@@ -317,7 +289,6 @@ class Search:
                 moved,
                 None if self.near is None else self.near[own],
                 home(self.space)[own] if self.given[0] is None else None,
-                self.samples,
                 frozenset(self.free_velocity),
             )
             refined[:, own] = refine_sequence(chain.robot, given, refined[:, own], velocity[:, own])

@@ -44,6 +44,8 @@ def step_rules(
         limit=limit,
         weights=robot.weights,
         unbounded=unbounded(robot),
+        lower=np.where(robot.virtual, -np.inf, robot.lower_position_limit),
+        upper=np.where(robot.virtual, np.inf, robot.upper_position_limit),
         avoided=branch == "keep" or moving,
         forbidden=branch == "fixed",
         untimed=None if free is None else free.untimed,

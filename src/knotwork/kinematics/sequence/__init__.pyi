@@ -2,8 +2,6 @@ from .candidates import Candidates as Candidates
 from .candidates import find_candidates as find_candidates
 from .choice import Sequence as Sequence
 from .choice import choose_sequence as choose_sequence
-from .lazy_choice import choose_with_intervals as choose_with_intervals
-from .nearness import interval_nearness as interval_nearness
 from .nearness import weights as weights
 from .null_space_refinement import Given as Given
 from .null_space_refinement import refine_sequence as refine_sequence

@@ -152,15 +152,3 @@ def way_to(states: list[Reached], row: int) -> list[int]:
         rows.append(int(state.came[rows[-1]]))
     rows.reverse()
     return rows
-
-
-def positions_of(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> FloatArray:
-    """Positions of a sequence, joints without limits at the turn they come to the short way."""
-    q = np.array([layer.q[k] for layer, k in zip(layers, index, strict=True)])
-    for i in range(1, len(q)):
-        before = layers[i].before
-        if before is not None:
-            q[i] = q[i - 1] + layers[i].q[index[i]] - before[index[i]]
-        elif not layers[i].fixed:
-            q[i] = np.where(rules.unbounded, q[i] - whole_turns(q[i] - q[i - 1]), q[i])
-    return q

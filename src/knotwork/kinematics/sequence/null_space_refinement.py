@@ -11,8 +11,8 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import difference, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
-from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Rules, likely_durations
+from knotwork.kinematics.sequence.nearness import weights
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Cost, Layer, Rules, step_costs
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -20,8 +20,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 SWEEPS = 12
 # Steps tried along the self-motion [rad or m], either way, besides those towards the neighbours.
 STEPS = (0.3, 0.08, 0.02)
-# Smaller gains and moves end it [s], [rad or m].
-SMALLEST_GAIN = 1e-6
+# Smaller moves end it [rad or m].
 SMALLEST_MOVE = 1e-3
 
 
@@ -35,7 +34,6 @@ class Given:
         waypoints: Those that may be moved by self-motion; `None` for those that may not.
         near: Configuration to be near at all of them, shape (d,), or `None` for least travel.
         origin: Configuration that the travel to the first counts from, shape (d,), or `None`.
-        samples: Times between two waypoints at which intervals are evaluated.
         free_velocity: Waypoints whose speed is chosen later, by index.
     """
 
@@ -44,7 +42,6 @@ class Given:
     waypoints: Sequence[CartesianWaypoint | None]
     near: FloatArray | None = None
     origin: FloatArray | None = None
-    samples: int = SAMPLES
     free_velocity: frozenset[int] = frozenset()
 
 
@@ -54,11 +51,8 @@ def refine_sequence(
     """Move each waypoint along its self-motion to where the whole motion is better.
 
     Every other waypoint, then the others, and again: each tries steps along its self-motion, and
-    towards its neighbours, and takes the best. The cubics to and from the neighbours, evaluated at
-    `samples` times each, are compared: with travel T, time h, and the mean n and the most m of
-    the nearness to limits and singularities on the way, T (1 + n) + h m. As in the choice of the
-    sequence, joint speeds beyond their limits count before that, then violations halfway, then
-    positions beyond limits.
+    towards its neighbours, and takes the best, by what the steps from and to the neighbours cost in
+    the choice of the sequence.
 
     Args:
         robot: The robot.
@@ -119,14 +113,11 @@ class _Refinement:
         J = self.chain.jacobians(q)
         v, _ = solve_velocities(self.robot, J, self.twists[self.number[owner]])
         v[np.isin(owner, list(self.given.free_velocity))] = 0.0
-        *before, travel = self._costs(owner, q, v, J)
         moved = 0.0
         for i in chosen:
             rows = np.flatnonzero(owner == i)
-            keys = [np.round(level[rows], 9) for level in (travel, *reversed(before))]
-            best = rows[int(np.lexsort(keys)[0])]
-            better = any(level[best] < level[rows[0]] - 1e-9 for level in before)
-            if better or travel[best] < travel[rows[0]] - SMALLEST_GAIN:
+            best = rows[int(self._costs(i, q[rows], v[rows], J[rows]).first_least())]
+            if best != rows[0]:
                 moved = max(moved, float(np.abs(q[best] - self.q[i]).max()))
                 self.q[i], self.v[i] = q[best], v[best]
                 self.changed[i] = self.count
@@ -159,50 +150,30 @@ class _Refinement:
             beside.append(self.given.origin)
         return np.asarray(np.mean(beside, axis=0) - self.q[i])
 
-    def _costs(
-        self, owner: Any, q: FloatArray, v: FloatArray, J: FloatArray
-    ) -> tuple[FloatArray, ...]:
-        """Cost of each candidate, its neighbours as they are.
-
-        Returns:
-            How much is infeasible, mid-interval violations, positions beyond limits [rad or m] and
-            weighted travel [s], shape (n,) each, the first to count before the others.
-        """
-        at_waypoint = (np.abs(v) / self.limit).max(axis=1)
-        infeasible = np.where(at_waypoint > AT_LIMIT, at_waypoint, 0.0)
-        violation, outside, travel = np.zeros((3, len(q)))
-        weight = weights(self.robot, q, J)
-        nearness = 0.5 * (1.0 + weight)
+    def _costs(self, i: int, q: FloatArray, v: FloatArray, J: FloatArray) -> Cost:
+        """Cost of candidates at a waypoint, its neighbours as they are, shape (m,) each."""
+        speed = (np.abs(v) / self.limit).max(axis=1)
+        weight, away = weights(self.robot, q, J), np.zeros(len(q))
         if self.given.near is not None:
-            gap = difference(q, self.given.near, self.chain.revolute)
-            away = np.linalg.norm(gap / self.rules.scale, axis=1)
-            return infeasible, violation, outside, away * nearness
-        if self.given.origin is not None:
+            away = difference(q, self.given.near, self.chain.revolute)
+            away = np.linalg.norm(away / self.rules.scale, axis=1)
+        elif self.given.origin is not None and i == 0:
             away = np.linalg.norm((q - self.given.origin) / self.rules.scale, axis=1)
-            travel += np.where(owner == 0, away * nearness, 0.0)
-        # Intervals to both neighbours at once.
-        owners = np.tile(np.arange(len(q)), 2)
-        beside = np.concatenate([owner - 1, owner + 1])
-        there = np.flatnonzero((beside >= 0) & (beside < len(self.q)))
-        rows, other = owners[there], beside[there]
-        first = np.minimum(owner[rows], other)
-        onward = (other > owner[rows])[:, None]
-        ends = (q[rows], self.q[other]), (v[rows], self.v[other])
-        (q0, q1), (v0, v1) = ((np.where(onward, a, b), np.where(onward, b, a)) for a, b in ends)
-        move = q1 - q0
-        h = likely_durations(self.rules, self.durations[first], first, move)
-        at_ends = weight[rows], weights(self.robot, self.q)[other]
-        mean, most, off = interval_nearness(
-            self.robot, (q0, v0), (q1, v1), h, self.given.samples, at_ends
-        )
-        way = self.rules.travel(first, move) * (1.0 + mean) + h * most
-        fastest = (np.abs(move) / self.limit).max(axis=1) / h
-        middle = 1.5 * move / h[:, None] - 0.25 * (v0 + v1)
-        halfway = (np.abs(middle) / self.limit).max(axis=1)
-        if self.rules.untimed is not None:
-            fastest[self.rules.untimed[first]] = halfway[self.rules.untimed[first]] = 0.0
-        np.add.at(outside, rows, off)
-        np.add.at(travel, rows, way)
-        np.add.at(infeasible, rows, np.where(fastest > AT_LIMIT, fastest, 0.0))
-        np.add.at(violation, rows, np.where(halfway > AT_LIMIT, halfway, 0.0))
-        return infeasible, violation, outside, travel
+        excess = np.where(speed > AT_LIMIT, speed, 0.0)
+        cost = Cost(infeasible=excess, travel=0.5 * (1.0 + weight) * away)
+        if self.given.near is not None:
+            return cost
+        own = self._layer(q, v, weight)
+        for k in (i - 1, i):
+            if 0 <= k < len(self.durations):
+                end = k if k < i else i + 1
+                beside = self._layer(self.q[end, None], self.v[end, None])
+                ends = (beside, own) if k < i else (own, beside)
+                steps, _ = step_costs(self.rules, *ends, float(self.durations[k]), k)
+                cost = cost.plus(steps.take((0,) if k < i else (slice(None), 0)))
+        return cost
+
+    def _layer(self, q: FloatArray, v: FloatArray, weight: FloatArray | None = None) -> Layer:
+        """Configurations as a layer of a sequence, at the turns that they have."""
+        weight = weights(self.robot, q) if weight is None else weight
+        return Layer(q, Cost(), weight, np.empty((len(q), 0)), fixed=True, velocity=v)

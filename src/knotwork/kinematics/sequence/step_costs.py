@@ -21,8 +21,8 @@ RELATIVE_TIE = 1e-14
 SAME_STEP = 1e-6
 # A bound is widened by this, absolute and relative, so that equal costs are within it.
 WIDER = 1e-6
-# No motion is taken to last less [s], however little there is to do.
-SHORTEST = 0.05
+# Where between two waypoints cubics are compared with position limits.
+PLACES = (0.25, 0.5, 0.75)
 # Where the slowest joint counts, travel of all joints counts by this part beside it.
 BESIDE = 0.1
 
@@ -38,11 +38,11 @@ class Cost(NamedTuple):
         collisions: Candidates that collide, and steps on which the motion was found to.
         infeasible: Joint speeds beyond their limits, on average over an interval or at a waypoint:
             the sum of how many times the limit.
-        violation: Mid-interval velocity violations: intervals where a joint is within its limit on
-            average, but a cubic is beyond it halfway. Each counts 2 − 1/u at u times the limit.
+        violation: Mid-interval violations: intervals where a cubic is beyond a velocity limit
+            halfway, at u times it 2 − 1/u, or beyond a position limit at `PLACES`, 1 and by how
+            much [rad or m].
         changes: Changes of branch where they are to be avoided.
         distance: From the configuration to be near [s].
-        beyond: How far joints are beyond position limits between waypoints [rad or m].
         travel: Weighted travel [s].
     """
 
@@ -52,7 +52,6 @@ class Cost(NamedTuple):
     violation: Any = 0.0
     changes: Any = 0.0
     distance: Any = 0.0
-    beyond: Any = 0.0
     travel: Any = 0.0
 
     def plus(self, other: Cost) -> Cost:
@@ -166,6 +165,7 @@ class Rules(NamedTuple):
         speed: What joint speeds are measured by [rad/s or m/s], shape (d,): the velocity limits,
             and something else where there is none.
         limit: Velocity limits [rad/s or m/s], shape (d,), infinite where there is none.
+        lower, upper: Position limits likewise [rad or m].
         unbounded: Joints that turn without limit, shape (d,).
         avoided: Intervals in which a change of branch is to be avoided: all or none, or shape
             (n - 1,).
@@ -184,6 +184,8 @@ class Rules(NamedTuple):
     speed: FloatArray
     limit: FloatArray
     unbounded: BoolArray
+    lower: Any = -np.inf
+    upper: Any = np.inf
     avoided: bool | BoolArray = False
     forbidden: bool = False
     colliding: tuple[CollidingStep, ...] = ()
@@ -200,7 +202,7 @@ class Rules(NamedTuple):
 
     def of(self, joints: Any) -> Rules:
         """The same of some of the joints, by index."""
-        keys = ("speed", "limit", "unbounded", "weights", "ramp")
+        keys = ("speed", "limit", "unbounded", "lower", "upper", "weights", "ramp")
         values = np.broadcast_arrays(*(getattr(self, key) for key in keys))
         return self._replace(**{k: one[joints] for k, one in zip(keys, values, strict=True)})
 
@@ -218,23 +220,6 @@ def least_time(share: FloatArray, ramp: Any) -> FloatArray:
     """Time from rest to rest [s]: a distance over the greatest speed, reached in a ramp [s]."""
     longer = share + ramp * (share > 0.0)
     return np.asarray(np.where(share < ramp, 2.0 * np.sqrt(share * ramp), longer))
-
-
-def likely_durations(
-    rules: Rules, durations: FloatArray, interval: Any, move: FloatArray
-) -> FloatArray:
-    """How long motions last [s], shape (k,): where that is chosen later, as a cubic at its limits.
-
-    Args:
-        rules: What steps cost.
-        durations: Those given, shape (k,).
-        interval: The interval of each, shape (k,).
-        move: How far the joints move [rad or m], shape (k, d).
-    """
-    if rules.untimed is None:
-        return durations
-    least = 1.5 * (np.abs(move) / rules.speed).max(axis=1)
-    return np.where(rules.untimed[interval], np.maximum(least, SHORTEST), durations)
 
 
 class Reached(NamedTuple):
@@ -316,12 +301,15 @@ def _step_costs(
     travel *= 0.5 * (start.weight[:, None] + layer.weight[None, :])
     infeasible: Any = 0.0
     violation: Any = 0.0
-    if rules.untimed is not None and rules.untimed[interval]:
+    untimed = rules.untimed is not None and bool(rules.untimed[interval])
+    if untimed:
         fastest[:] = halfway[:] = 0.0
     if (beyond := fastest > AT_LIMIT).any():
         infeasible = np.where(beyond, fastest, 0.0)
     if (beyond := halfway > AT_LIMIT).any():
         violation = np.where(beyond, 2.0 - 1.0 / np.maximum(halfway, 1.0), 0.0)
+    if not untimed:
+        violation = violation + _outside_between(rules, start, layer, duration)
     avoided = bool(np.ravel(rules.avoided)[interval if np.ndim(rules.avoided) else 0])
     cost = Cost(infeasible=infeasible, violation=violation, travel=travel)
     if avoided or rules.forbidden:
@@ -332,6 +320,25 @@ def _step_costs(
         elif changed.any():
             cost = cost._replace(changes=changed.astype(float))
     return cost, turns
+
+
+def _outside_between(rules: Rules, start: Layer, layer: Layer, duration: float) -> Any:
+    """What it costs that cubics are beyond a position limit on the way; 0 or shape (l, m)."""
+    v0, v1 = start.velocity, layer.velocity
+    if v0 is None or v1 is None:
+        return 0.0
+    outside = np.zeros((len(start.q), len(layer.q)))
+    _, lower, upper = np.broadcast_arrays(rules.speed, rules.lower, rules.upper)
+    # at rest at both ends a cubic stays between them
+    moving = v0.any(axis=0) | v1.any(axis=0)
+    for j in np.flatnonzero(moving & np.isfinite(lower) & np.isfinite(upper)):
+        for s in PLACES:
+            r, h = 1.0 - s, duration * s * (1.0 - s)
+            before = (1.0 + 2.0 * s) * r**2 * start.q[:, j] + h * r * v0[:, j]
+            after = (1.0 + 2.0 * r) * s**2 * layer.q[:, j] - h * s * v1[:, j]
+            q = np.add.outer(before, after)
+            np.maximum(outside, np.maximum(q - upper[j], lower[j] - q), out=outside)
+    return np.where(outside > TIE, 1.0 + outside, 0.0) if outside.any() else 0.0
 
 
 def _steps_along(

@@ -1,0 +1,191 @@
+"""Times at which frames that move are met: where a pose is depends on when the arm gets there.
+
+The least times to the poses are chosen with the poses where they are at times that are expected;
+these times are expected next, until both agree. An arm is faster than what it meets, so that each
+round comes nearer. The times are then given numbers, a little longer.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from knotwork.choosing.choice import ChosenTimes
+from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
+from knotwork.scenario import FreeTimes, Scenario, resolved
+from knotwork.task import PlainTask
+from knotwork.timing.rounding import rounded_up
+from knotwork.waypoints import FloatArray
+
+ROUNDS = 20
+"""Rounds in which times come to agree."""
+
+AGREE = 1e-3
+"""Times agree within this [s]."""
+
+LONGER = 1.002
+"""Times are longer than the least ones by this factor, and by `AGREE`."""
+
+GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
+"""The motion to the first frame that is met is expected to last one of these at first [s]."""
+
+Choose = Callable[[Scenario], ChosenTimes]
+
+
+def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
+    """The scenario with numbers for all times and speeds up to the last that frames depend on.
+
+    Args:
+        scenario: A task whose free times are followed by poses in frames that move, or by a time
+            since 0.
+        choose: Chooses what a scenario leaves free, frames being where they are expected.
+
+    Raises:
+        InputError: A time that is given is too soon, or the times don't come to agree.
+    """
+    scenario, chosen = _begun(scenario, choose)
+    for _ in range(ROUNDS):
+        expected, found = scenario.provisional_times, _times(scenario, chosen)
+        met = list(_free(scenario).meets)
+        if np.abs(found - expected)[met].max() <= AGREE:
+            return _given(scenario, chosen)
+        task = scenario.task.with_waypoints(_speeds(scenario, chosen))
+        scenario = _expected(scenario, task, _by_waypoint(scenario, found))
+        if scenario.free is None or not scenario.free.meets:
+            return scenario
+        chosen = choose(scenario)
+    i = met[0]
+    error = TimingError(
+        f"{scenario.waypoints[i].name!r} moves on, and after {ROUNDS} rounds it is met at "
+        f"{found[i]:.6g} s where it is as at {expected[i]:.6g} s; accepted: time or after [s] here "
+        "and before",
+        limit="rounds",
+    )
+    error.locate(scenario.where("waypoints", scenario.index[i]))
+    raise error
+
+
+def _free(scenario: Scenario) -> FreeTimes:
+    if scenario.free is None:
+        raise TypeError("nothing is free")
+    return scenario.free
+
+
+def _expected(scenario: Scenario, task: PlainTask, expected: Mapping[int, float]) -> Scenario:
+    """Another task in place of a scenario's, with expected times [s] by waypoint of the task."""
+    made = resolved(task, scenario.places, expected)
+    return replace(made, under_way=scenario.under_way)
+
+
+def _begun(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
+    """The scenario with the first times that are expected, and what is chosen with them.
+
+    Raises:
+        InputError: Nothing is.
+    """
+    free, (first, *_) = _free(scenario), _free(scenario).meets
+    k, failed = scenario.index[first], None
+    task, before = _alone(scenario, choose, first)
+    start = before.get(k - 1, float(scenario.provisional_times[first - 1]))
+    spans: list[float | None] = [None]
+    time = scenario.task.waypoints[k].time
+    if time is not None and time <= start:
+        sooner = task.with_waypoints({k: {"time": None, "after": "fastest"}})
+        chosen = choose(_expected(scenario, sooner, {**before, k: start + GUESSES[0]}))
+        raise _too_soon(scenario, first, time, float(chosen.scenario.times[first]))
+    if time is None and free.duration[first - 1]:
+        spans = [max(span, float(free.at_least[first - 1])) for span in GUESSES]
+    for span in dict.fromkeys(spans):
+        expected = before if span is None else {**before, k: start + span}
+        try:
+            begun = _expected(scenario, task, expected)
+            return begun, choose(begun)
+        except (OutOfReachError, FollowingError) as error:
+            error.add(
+                "frames are where they are at the times that are expected: after: {fastest: true, "
+                "at_least: seconds} waits until they are in reach"
+            )
+            failed = failed or error
+    raise failed or TypeError("there are guesses")
+
+
+def _alone(scenario: Scenario, choose: Choose, first: int) -> tuple[PlainTask, dict[int, float]]:
+    """What comes before a waypoint, planned alone: the task with its speeds, and its times [s].
+
+    The task as it is, and no times, if nothing is free there, or it is no task by itself.
+    """
+    free, task = _free(scenario), scenario.task
+    if free.first_untimed < first:
+        part = task.replace(waypoints=task.waypoints[: scenario.index[first]])
+        try:
+            alone = resolved(part, scenario.places)
+            chosen = choose(alone)
+        except InputError:
+            return task, {}
+        changes = _speeds(scenario, chosen, first - 1)
+        return task.with_waypoints(changes), _by_waypoint(alone, chosen.scenario.times)
+    return task, {}
+
+
+def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
+    """Times [s] by waypoint of the task; of one with a wait, when it begins."""
+    return dict(zip(scenario.index[::-1], times[::-1].tolist(), strict=True))
+
+
+def _speeds(scenario: Scenario, chosen: ChosenTimes, last: int | None = None) -> dict[int, Any]:
+    """Speeds chosen along paths up to a waypoint, or to the last that is met, for the task."""
+    free, known = _free(scenario), chosen.scenario.task.waypoints
+    last = free.meets[-1] if last is None else last
+    places = [scenario.index[i] for i in free.path_speed if i <= last]
+    return {k: {"speed": known[k].speed} for k in places}  # type: ignore[union-attr]
+
+
+def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
+    """When the waypoints are passed in a motion of least times [s], shape (n,).
+
+    Raises:
+        InputError: One is passed later than is given.
+    """
+    found = np.array(chosen.scenario.times)
+    for i in _free(scenario).meets:
+        k = scenario.index[i]
+        time = scenario.task.waypoints[k].time
+        if time is None or k == scenario.index[i - 1]:
+            continue
+        if found[i] > time:
+            raise _too_soon(scenario, i, time, float(found[i]))
+        found[i:] += time - found[i]
+    return found
+
+
+def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputError:
+    error = InputError(
+        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(least):.6g} s at the soonest "
+        f"that was found, not at {time:g} s; accepted: a later time, or after: fastest"
+    )
+    error.locate(scenario.where("waypoints", scenario.index[i], "time"))
+    return error
+
+
+def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
+    """The scenario with numbers in place of what is free up to the last waypoint that is met."""
+    free, task, known = _free(scenario), scenario.task, chosen.scenario.task.waypoints
+    last, spans = free.meets[-1], np.diff(chosen.scenario.times)
+    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
+    changes.update(_speeds(scenario, chosen))
+    for i in range(1, last + 1):
+        k = scenario.index[i]
+        if free.duration[i - 1] and task.waypoints[k].time is None:
+            span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREE
+            changes[k]["after"] = rounded_up(span if waits else LONGER * span + AGREE, 6)
+        if getattr(known[k], "near", None) is not None:
+            changes[k]["near"] = known[k].near  # type: ignore[union-attr]
+    whole: dict[str, Any] = {}
+    if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
+        whole = {"times": None, "objective": None}
+        whole |= {"knots": "optimal"} if free.optimal_knots else {}
+    return _expected(scenario, task.with_waypoints(changes).replace(**whole), {})

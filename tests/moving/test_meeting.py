@@ -1,0 +1,147 @@
+"""Frames that move are met at times that are chosen, or given after chosen ones; by Pinocchio."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from moving.test_moving_things import DOWN, belt, in_tray, refused
+
+HIGH, LOW = ({"position": [0, 0, z], **DOWN} for z in (0.15, 0.05))
+NAMES = ("over", "low", "up")
+
+
+def picking(first: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """To a place over the belt, down, a wait, up, and home."""
+    return belt(
+        **{
+            "near": "home",
+            "waypoints": [
+                {"name": "over", "pose": HIGH, "stop": True, **first},
+                {"name": "low", "along": "line", "pose": LOW, "speed": 0.1, "wait": 0.3},
+                {"name": "up", "along": "line", "pose": HIGH, "speed": 0.1, "stop": True},
+                {"joints": "home", "after": "fastest"},
+            ],
+            **more,
+        }
+    )
+
+
+def check_places(plan: kw.Plan, velocity: Any = (0, 0, 0)) -> dict[str, float]:
+    """The tool is where the waypoints are in the tray at their times; gives these."""
+    assert plan.report.ok, plan.report
+    at = {one.name: one.time for one in plan.scenario.waypoints}
+    for name, pose in zip(NAMES, (HIGH, LOW, HIGH), strict=True):
+        found, moving = in_tray(plan, at[name])
+        assert found.translation == pytest.approx(pose["position"], abs=2e-6)
+        if name != "over" or velocity is not None:
+            assert moving == pytest.approx(
+                np.array(velocity if name == "over" else (0, 0, 0)), abs=1e-4
+            )
+    return at
+
+
+@pytest.mark.parametrize("along", [0.2, -0.2, 0.3])
+def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
+    task = picking({"after": "fastest"})
+    task["frames"]["belt"]["moves"] = {"linear": [0, along, 0]}
+    task["frames"]["belt"]["position"] = [0.4, -0.5 if along > 0 else 0.2, 0.1]
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+    (over,) = (one.time for one in plan.scenario.waypoints if one.name == "over")
+    assert f"'over' met at {over:.6g} s" in str(plan.report.select(quantity="chosen_times")[0])
+    for part, possible in ((0.97, False), (1.03, True)):
+        given = {"after": part * over}
+        task["waypoints"][0] |= given
+        try:
+            ok = kw.plan({**task, "knots": "optimal"}).report.ok
+        except kw.errors.InputError:
+            ok = False
+        assert ok is possible
+
+
+def test_places_on_a_belt_that_turns_are_met() -> None:
+    at = check_places(kw.plan(picking({"after": "fastest"})))
+    assert at["low"] - at["over"] < 2.0
+
+
+def test_a_time_after_chosen_ones_is_kept() -> None:
+    """The arm does something as fast as it can, and is over the part when that comes by."""
+    task = picking({"time": 3.0})
+    aside = {"position": [0.4, 0.2, 0.3], **DOWN}
+    task["waypoints"].insert(
+        0, {"name": "aside", "frame": "base", "pose": aside, "after": "fastest", "stop": True}
+    )
+    at = check_places(kw.plan(task))
+    assert at["over"] == 3.0
+    assert at["aside"] < 1.5
+    task["waypoints"][1]["time"] = 0.5
+    message = refused(task)
+    assert "waypoints[1].time: 'over' is reached at" in message
+    soonest = float(message.split("reached at ")[1].split(" s")[0])
+    task["waypoints"][1]["time"] = 1.1 * soonest
+    assert check_places(kw.plan(task))["over"] == 1.1 * soonest
+
+
+def test_a_time_after_chosen_ones_in_frames_that_stand() -> None:
+    one, other = ({"position": [0.4, y, 0.3], **DOWN} for y in (-0.2, 0.2))
+    task = {
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": [
+            {"pose": one, "after": "fastest", "stop": True},
+            {"pose": other, "time": 4, "stop": True},
+            {"joints": "home", "after": "fastest"},
+        ],
+    }
+    plan = kw.plan(task)
+    assert plan.report.ok
+    assert plan.scenario.times[2] == 4.0
+
+
+def test_a_velocity_that_is_chosen_on_a_belt_is_that_of_the_tool() -> None:
+    task = picking({"after": 2.0})
+    task["waypoints"] = [
+        {"name": "by", "pose": HIGH, "after": 1.5, "velocity": "free"},
+        {"name": "at", "pose": LOW, "after": 1.0, "stop": True},
+        {"joints": "home", "after": "fastest"},
+    ]
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+
+
+def test_a_speed_that_is_chosen_before_a_belt_is_met() -> None:
+    task = picking({"after": "fastest"})
+    a, b = ({"position": [0.4, y, 0.3], **DOWN} for y in (0.1, 0.3))
+    task["waypoints"][:0] = [
+        {"name": "a", "frame": "base", "pose": a, "after": "fastest", "stop": True},
+        {"frame": "base", "along": "line", "pose": b, "speed": "fastest", "stop": True},
+    ]
+    check_places(kw.plan(task))
+
+
+def test_what_is_written_with_numbers_is_the_same_motion(tmp_path: Any) -> None:
+    plan = kw.plan(picking({"after": "fastest"}))
+    again = kw.plan(plan.scenario.task)
+    assert again.report.ok
+    times = np.linspace(0.0, plan.trajectory.end_time, 50)
+    assert again.trajectory.position(times) == pytest.approx(plan.trajectory.position(times))
+
+
+def test_what_can_not_be_met_is_refused() -> None:
+    task = picking({"after": "fastest"})
+    task["frames"]["belt"]["position"] = [0.4, -3.0, 0.1]
+    message = refused(task)
+    assert "(at 1 s frame 'tray' is at" in message
+    assert "after: {fastest: true, at_least: seconds} waits until they are in reach" in message
+    task["frames"]["belt"]["moves"] = {"linear": [0, 0.2, 0]}
+    task["waypoints"][0]["after"] = {"fastest": True, "at_least": 13.0}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    assert plan.scenario.waypoints[1].time == pytest.approx(13.0, abs=1e-9)
+    assert "duration: is given, and when frame 'tray', which moves, is met is chosen" in refused(
+        {**picking({"after": "fastest"}), "duration": 9.0}
+    )
