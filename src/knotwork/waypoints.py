@@ -184,7 +184,8 @@ class PoseFreedom:
 class CartesianWaypoint:
     """A pose the tool must reach at a time, with the velocity it must have there.
 
-    Everything is in the axes of the robot's base frame, at the tool centre point (TCP).
+    Everything is in the axes of the robot's base frame, or of what stands still, at the tool centre
+    point (TCP).
 
     Attributes:
         name: Name of the waypoint.
@@ -193,6 +194,7 @@ class CartesianWaypoint:
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Where the waypoint was defined, for messages.
         freedom: What the pose leaves open, or `None`.
+        standing: Whether it is in the axes of `Robot.standing_frame` where the base frame moves.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
@@ -210,6 +212,7 @@ class CartesianWaypoint:
     twist: pin.Motion
     where: str = ""
     freedom: PoseFreedom | None = None
+    standing: bool = False
 
     def __post_init__(self) -> None:
         import pinocchio as pin

@@ -138,4 +138,23 @@ def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_pa
     task = two_arms(tmp_path, delay=0.5)
     task["limits"] = {"acceleration": 5}
     task["waypoints"] = [{**way, "pose": {"position": [0.4, 0.3, 0.3], **DOWN}}]
-    assert "finds no way among what moves: its times are not known yet" in refused(task)
+    assert "finds no way among what moves by itself, and that does left; accepted" in refused(task)
+
+
+def test_a_frame_that_moves_nothing_is_in_no_way() -> None:
+    """Beside an empty belt a way is found; what rides on it is named, and no way proposed."""
+    wall = {"box": [0.4, 0.04, 0.5], "position": [0.5, 0.0, 0.1]}
+    here, there = ({"position": [0.5, y, 0.15], **DOWN} for y in (-0.3, 0.3))
+    task: dict[str, Any] = {
+        "robot": "ur5",
+        "frames": {"belt": {"position": [0, 2, 0], "moves": {"linear": [0, 0.01, 0]}}},
+        "scene": {"margin": 0.005, "objects": {"wall": wall}},
+        "waypoints": [{"pose": here}, {"pose": there, "way": "clear"}],
+    }
+    assert kw.plan(task).report.ok
+    task["scene"]["objects"]["wall"] = {**wall, "in": "belt", "position": [0.5, -2.0, 0.1]}
+    assert "and that does wall; accepted: no way here" in refused(task)
+    task["waypoints"][1] = {"pose": there, "after": 3}
+    report = kw.plan(task).report
+    assert not report.ok
+    assert "way: clear" not in str(report)

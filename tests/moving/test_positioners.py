@@ -217,9 +217,8 @@ def test_what_can_not_carry_poses_is_refused() -> None:
     assert "no joint moves tool frame 'tool0' relative to base frame 'tool0'" in on({"on": "tool0"})
     mixed = on_table()
     mixed["waypoints"][1]["frame"] = "base"
-    assert (
-        "is in frame 'base', in the base, and the poses before it are in frame 'part', on link"
-        in (refused(mixed))
+    assert "is the end of a path that touches the base, and other poses are on link 'plate'" in (
+        refused(mixed)
     )
     axes = on_table()
     axes["waypoints"][0]["velocity"]["in"] = "base"

@@ -93,11 +93,19 @@ def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) 
         return {}
     if robot is None or isinstance(there, JointTarget):
         return {"velocity": units.by_joint(v)}
+    if there.standing:
+        robot, own = robot.at_rest
+        q, v = q[own], v[own]
     twist = robot.twist(q, v)
     if kind == "free":
         twist -= there.twist  # that of its frame: a velocity of the file is seen from there
-        linear, angular = twist.linear / units.length, twist.angular / units.angle
-        return {"velocity": Velocity(linear=linear, angular=angular, axes="base")}
+        scenario, axes, turn = task.scenario, "base", np.eye(3)
+        if scenario.on and not there.standing:  # the base of the file moves, seen from there
+            given = scenario.task.waypoints[scenario.index[i]]
+            axes = getattr(given, "frame", None) or scenario.task.frame or "base"
+            turn = scenario.frames[axes].rotation.T
+        linear, angular = turn @ twist.linear / units.length, turn @ twist.angular / units.angle
+        return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))
     return {"speed": None, "stop": True} if speed < STANDING else {"speed": speed / units.length}
 

@@ -145,15 +145,11 @@ def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> Piecewise
 
 
 def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
-    """What is there during a segment, by provisional times; it has to be the same all along."""
-    if task.collision_model.known:
-        raise task.located(
-            InputError(
-                "finds no way among what moves: its times are not known yet; accepted: waypoints "
-                "with times, or nothing that moves in frames and scene"
-            ),
-            segment.waypoints[-1],
-        )
+    """What is there during a segment, by provisional times; it has to be the same all along.
+
+    Raises:
+        InputError: It is not, or something moves by itself.
+    """
     times = task.waypoints.time[segment.rows]
     middles = (0.5 * (times[:-1] + times[1:])).tolist()
     found = [at_time(task.collision_model, when) for when in middles]
@@ -166,6 +162,16 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
                 ),
                 i,
             )
+    own = task.space.robot.model.njoints if task.space.robot is not None else 0
+    bodies = (found[0].bodies[k] for pair in found[0].pairs for k in (pair.first, pair.second))
+    if moving := dict.fromkeys(one.name.split("/")[0] for one in bodies if one.joint >= own):
+        raise task.located(
+            InputError(
+                f"finds no way among what moves by itself, and that does {', '.join(moving)}; "
+                "accepted: no way here, and waypoints past it with times or after: fastest"
+            ),
+            segment.waypoints[-1],
+        )
     return found[0]
 
 
@@ -190,6 +196,7 @@ def _solutions(
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied
+        or waypoint.standing
     )
     if fixed:
         return np.array(chosen[None])

@@ -28,6 +28,7 @@ from knotwork.task.units import si_factors
 from knotwork.view.edit_server import EditServer
 from knotwork.view.scene import make_scene
 from knotwork.view.show import scene_of
+from knotwork.view.shown import Shown
 from knotwork.waypoints import FloatArray, read_only
 
 Asked = Mapping[str, Any]
@@ -236,7 +237,7 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     timed = replace(scenario, free=None)  # with the provisional times
     rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
-    return make_scene(robot, motion, scenario=timed, space=joint_space(timed))
+    return make_scene(Shown(robot, motion, timed, joint_space(timed)))
 
 
 def _axes(data: Any) -> dict[str, Any]:

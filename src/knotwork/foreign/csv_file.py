@@ -23,7 +23,7 @@ from knotwork.foreign.header import (
     own_column,
     own_joint,
 )
-from knotwork.foreign.table import QUANTITIES, PointTable
+from knotwork.foreign.table import QUANTITIES, Joints, PointTable
 from knotwork.waypoints import FloatArray
 
 MOST_BYTES = 500_000_000
@@ -85,14 +85,7 @@ class Rows:
         return values
 
 
-def read_csv(
-    path: Path,
-    joint_names: Sequence[str],
-    joint_units: Sequence[str],
-    *,
-    start_time: float = 0.0,
-    owner: str = "the scenario",
-) -> PointTable:
+def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
     """Read a CSV file.
 
     Columns are divided by commas, semicolons, tabs or, where there are none of these, by spaces.
@@ -101,11 +94,9 @@ def read_csv(
 
     Args:
         path: The file.
-        joint_names: The joints there are; the columns may have any order.
-        joint_units: `"rad"` or `"m"` for each.
+        joints: The joints there are; the columns may have any order.
         start_time: Added to times named `time_from_start`, and to the sums of those named
             `time_step` [s].
-        owner: What the joints are of, for errors.
 
     Raises:
         DocumentError: The file can't be read, has no headings, a column that is not understood, a
@@ -113,12 +104,12 @@ def read_csv(
     """
     rows = read_rows(path)
     if all(map(_is_number, rows.headings)):
-        accepted = f"a line above the numbers, with time and {', '.join(joint_names)}"
+        accepted = f"a line above the numbers, with time and {', '.join(joints.names)}"
         raise rows.error(rows.head, None, "has no headings", accepted)
-    columns = _columns(rows, joint_names, joint_units, owner)
+    columns = _columns(rows, joints)
     count = len(rows.lines)
     time = np.empty(count)
-    values = {quantity: np.full((count, len(joint_names)), np.nan) for quantity in QUANTITIES}
+    values = {quantity: np.full((count, len(joints.names)), np.nan) for quantity in QUANTITIES}
     where: dict[tuple[str, int | None], int] = {}
     for i, content in enumerate(columns):
         if rows.headings[i] in LABELS and not content.quantity:
@@ -136,7 +127,7 @@ def read_csv(
         index = where.get((quantity, joint)) if quantity else None
         return lambda message, accepted: rows.error(line, index, message, accepted)
 
-    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
+    return PointTable(joints, time, values, has, place)
 
 
 def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
@@ -227,36 +218,34 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _columns(
-    rows: Rows, joint_names: Sequence[str], joint_units: Sequence[str], owner: str
-) -> list[Column]:
+def _columns(rows: Rows, joints: Joints) -> list[Column]:
     # line breaks of every kind are read as \n
-    names = [re.sub("\r\n?", "\n", name) for name in joint_names]
+    names = [re.sub("\r\n?", "\n", name) for name in joints.names]
     read = own_column if any(own_joint(cell) in names for cell in rows.headings) else column
     unknown, problems, columns = 0, list[Problem](), list[Column]()
     taken: set[tuple[str, int | None]] = set()
     for i, cell in enumerate(rows.headings):
         try:
-            content = read(cell, names, joint_units)
+            content = read(cell, names, joints.units)
         except HeadingError as error:
             of = ""
             if isinstance(error, UnknownHeadingError):
-                unknown, of = unknown + 1, f" of {owner}"
+                unknown, of = unknown + 1, f" of {joints.owner}"
             message = f"{error}{of}"
             problems.append(Problem(rows.head, f"column {i + 1}", message, error.accepted))
             continue
         if content.quantity and (content.quantity, content.joint) in taken:
             what = content.quantity
             if content.joint is not None:
-                what = f"the {what} of joint {joint_names[content.joint]!r}"
+                what = f"the {what} of joint {joints.names[content.joint]!r}"
             message = f"{what} is given twice"
             problems.append(Problem(rows.head, f"column {i + 1}", message))
         columns.append(content)
         taken.add((content.quantity, content.joint))
     if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
         accepted = f"its joints are {', '.join(names)}"
-        raise rows.error(rows.head, None, f"no column is a joint of {owner}", accepted)
-    lacks = [Problem(rows.head, "", message) for message in _missing(columns, joint_names)]
+        raise rows.error(rows.head, None, f"no column is a joint of {joints.owner}", accepted)
+    lacks = [Problem(rows.head, "", message) for message in _missing(columns, joints.names)]
     if problems or lacks:
         raise DocumentError(rows.path, problems or lacks)
     return columns

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, did_you_mean
 from knotwork.foreign.point_units import KEYS, UNUSED_IN_POINT, check_units
-from knotwork.foreign.table import QUANTITIES, PointTable
+from knotwork.foreign.table import QUANTITIES, Joints, PointTable
 
 NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
@@ -52,14 +52,7 @@ _UNUSED = (
 _ROWS = tuple(key for keys in KEYS.values() for key in keys)
 
 
-def read_points(
-    document: Document,
-    joint_names: Sequence[str],
-    joint_units: Sequence[str],
-    *,
-    start_time: float = 0.0,
-    owner: str = "the scenario",
-) -> PointTable:
+def read_points(document: Document, joints: Joints, start_time: float) -> PointTable:
     """Read points from a mapping.
 
     Either as ROS 2 has them, `joint_names` and `points` with `positions`, `velocities`,
@@ -69,19 +62,17 @@ def read_points(
 
     Args:
         document: The mapping. Times are in s, or `{sec, nanosec}`.
-        joint_names: The joints there are; the file may list them in any order.
-        joint_units: `"rad"` or `"m"` for each.
+        joints: The joints there are; the file may list them in any order.
         start_time: Added to times named `time_from_start` [s].
-        owner: What the joints are of, for errors.
 
     Raises:
         DocumentError: Something is missing, unknown, of the wrong shape, or no number; a joint is
             missing or given twice.
     """
     outer, (data, at) = _inside(document)
-    given = _names(document, data, at, joint_names, owner)
-    order = [given.index(name) for name in joint_names]
-    units = [(name, joint_units[joint_names.index(name)]) for name in given]
+    given = _names(document, data, at, joints)
+    order = [given.index(name) for name in joints.names]
+    units = [(name, joints.units[joints.names.index(name)]) for name in given]
     rows, rows_at = _rows(document, data, at)
     for part, where in (*outer, (data, at)):
         check_units(document, part, where, units)
@@ -98,7 +89,7 @@ def read_points(
         for i in np.flatnonzero(has[name]):
             table[i] = _numbers(document, rows[i][name], len(given))
         values[name] = table[:, order]
-    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
+    return PointTable(joints, time, values, has, place)
 
 
 class _Entry(NamedTuple):
@@ -158,27 +149,21 @@ def _refuse_unknown(
             raise document.error((*at, key), fault, "a file without it, or with an empty one")
 
 
-def _names(
-    document: Document,
-    data: Mapping[str, Any],
-    at: Location,
-    joint_names: Sequence[str],
-    owner: str,
-) -> list[str]:
+def _names(document: Document, data: Mapping[str, Any], at: Location, joints: Joints) -> list[str]:
     """Joints in the order of the file: those that there are, each once."""
     key = next((key for key in _NAMES if isinstance(data.get(key), list)), None)
     if key is None:
         raise document.error((*at, "joint_names"), "is missing and must be a list of joint names")
     given, where = data[key], (*at, key)
-    accepted = f"each of {', '.join(joint_names)} once, in any order"
+    accepted = f"each of {', '.join(joints.names)} once, in any order"
     for i, name in enumerate(given):
         if not isinstance(name, str):
             raise document.error((*where, i), f"{name!r} is no joint name", "text")
         if name in given[:i]:
             raise document.error((*where, i), f"joint {name!r} is given twice", accepted)
-        if name not in joint_names:
-            raise document.error((*where, i), f"{owner} has no joint {name!r}", accepted)
-    for name in joint_names:
+        if name not in joints.names:
+            raise document.error((*where, i), f"{joints.owner} has no joint {name!r}", accepted)
+    for name in joints.names:
         if name not in given:
             raise document.error(where, f"joint {name!r} is missing", accepted)
     return list(given)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from pydantic import Field
 
 from knotwork.documents import Document, Finite, StrictModel, validate
 from knotwork.errors import InputError
+from knotwork.foreign.table import Joints
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 
@@ -21,38 +20,34 @@ class _Polynomials(StrictModel):
     joint_names: list[str] | None = None
 
 
-def read_polynomials(
-    document: Document, joint_names: Sequence[str], joint_units: Sequence[str], owner: str
-) -> JointTrajectory:
+def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
     """Read a matrix of polynomials a segment, one column, a row for each joint.
 
     Args:
         document: `breaks`, and `polynomials` by segment, row and column, coefficients from the
             lowest power on, in the time since the segment's break. Rows are in the order of
             `joint_names` where there are such, else in that of the joints.
-        joint_names: The joints there are.
-        joint_units: `"rad"` or `"m"` for each.
-        owner: What the joints are of, for errors.
+        joints: The joints there are.
 
     Raises:
         DocumentError: It has another shape, other joints, or no increasing breaks.
     """
     given = validate(_Polynomials, document)
-    names = list(joint_names) if given.joint_names is None else given.joint_names
-    if sorted(names) != sorted(joint_names):
-        accepted = f"each of {', '.join(joint_names)} once, in any order"
-        raise document.error(("joint_names",), f"is not those of {owner}", accepted)
-    segments, size = given.polynomials, len(joint_names)
+    names = list(joints.names) if given.joint_names is None else given.joint_names
+    if sorted(names) != sorted(joints.names):
+        accepted = f"each of {', '.join(joints.names)} once, in any order"
+        raise document.error(("joint_names",), f"is not those of {joints.owner}", accepted)
+    segments, size = given.polynomials, len(joints.names)
     if len(segments) != len(given.breaks) - 1:
         fault = f"holds {len(segments)} segments"
         raise document.error(("polynomials",), fault, f"{len(given.breaks) - 1}, between breaks")
     degree = max((len(c) for one in segments for row in one for c in row), default=0)
     coefficients = np.zeros((max(degree, 1), len(segments), size))
-    places = [list(joint_names).index(name) for name in names]
+    places = [joints.names.index(name) for name in names]
     for i, segment in enumerate(segments):
         if len(segment) != size or any(len(row) != 1 for row in segment):
             shape = f"{len(segment)} rows of {sorted({len(row) for row in segment})} columns"
-            accepted = f"{size} rows, one for each joint of {owner}, of one column"
+            accepted = f"{size} rows, one for each joint of {joints.owner}, of one column"
             raise document.error(("polynomials", i), f"has {shape}", accepted)
         for j, (row,) in enumerate(segment):
             coefficients[coefficients.shape[0] - len(row) :, i, places[j]] = row[::-1]
@@ -63,6 +58,5 @@ def read_polynomials(
     order = "" if given.joint_names else ", rows in the order of the joints"
     file = document.file.name if document.file is not None else ""
     what = f"{len(segments)} polynomials of degree {len(coefficients) - 1}{order}"
-    return JointTrajectory(
-        tuple(joint_names), curve, joint_units=tuple(joint_units), planner=f"{file} (Drake), {what}"
-    )
+    planner = f"{file} (Drake), {what}"
+    return JointTrajectory(joints.names, curve, joint_units=joints.units, planner=planner)

@@ -15,7 +15,7 @@ from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.csv_file import MOST_BYTES, read_csv
 from knotwork.foreign.points import read_points
 from knotwork.foreign.polynomials import read_polynomials
-from knotwork.foreign.table import to_trajectory
+from knotwork.foreign.table import Joints, to_trajectory
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import FORMAT
 from knotwork.trajectory import JointTrajectory
@@ -65,19 +65,19 @@ def read_trajectory(
     >>> trajectory.position(0.5), faults
     (array([0.25]), [])
     """
-    path = Path(path)
+    path, joints = Path(path), Joints(tuple(joint_names), tuple(joint_units), owner)
     if _suffix(path) in CSV:
-        table = read_csv(path, joint_names, joint_units, start_time=span[0], owner=owner)
+        table = read_csv(path, joints, span[0])
         return to_trajectory(table, f"{path.name} (CSV)"), []
     document = _document(path)
     if _content(document) == "polynomials":
-        return read_polynomials(document, joint_names, joint_units, owner), []
+        return read_polynomials(document, joints), []
     kind = "ROS 2" if _suffix(path) in YAML else "NumPy" if _suffix(path) == NUMPY else "JSON"
     if kind == "JSON" and _content(document) != "points":
         stored = storage.trajectory_from_dict(document)
         fault = storage.knot_disagreement(document, stored)
         return stored, [] if fault is None else [fault]
-    table = read_points(document, joint_names, joint_units, start_time=span[0], owner=owner)
+    table = read_points(document, joints, span[0])
     trajectory = to_trajectory(table, f"{path.name} ({kind})")
     return _continued(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
 

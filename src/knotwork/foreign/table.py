@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +26,26 @@ QUANTITIES = DERIVATIVES[:3]
 _CURVES = ("straight lines", "cubics", "quintics")
 
 
+class Joints(NamedTuple):
+    """The joints that a file is to move, in any order.
+
+    Attributes:
+        names: Names, length d.
+        units: `"rad"` or `"m"` for each.
+        owner: What they are of, for errors.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    owner: str
+
+
 @dataclass(frozen=True, eq=False)
 class PointTable:
     """Points of named joints, in SI.
 
     Attributes:
-        joint_names: Names, length d.
-        joint_units: `"rad"` or `"m"` for each.
+        joints: The joints.
         time: Times [s], shape (n,).
         values: By the name of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in the
             rows that lack it.
@@ -39,8 +53,7 @@ class PointTable:
         place: Says where in the file a value stands.
     """
 
-    joint_names: tuple[str, ...]
-    joint_units: tuple[str, ...]
+    joints: Joints
     time: FloatArray
     values: Mapping[str, FloatArray]
     has: Mapping[str, NDArray[np.bool_]]
@@ -87,7 +100,7 @@ def _refuse_not_finite(table: PointTable) -> None:
         wrong = np.argwhere(~np.isfinite(values) & table.has[quantity][:, None])
         if wrong.size:
             row, joint = (int(i) for i in wrong[0])
-            name = table.joint_names[joint]
+            name = table.joints.names[joint]
             message = f"the {quantity} of joint {name!r} is {values[row, joint]}"
             raise table.place(row, quantity, joint)(message, "a finite number")
 
@@ -113,7 +126,7 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
         np.where(table.has[name][:, None], table.values[name], 0.0) for name in QUANTITIES
     )
     size = 2 * (int(kinds.max()) + 1)
-    c = np.zeros((size, table.time.size - 1, len(table.joint_names)))
+    c = np.zeros((size, table.time.size - 1, len(table.joints.names)))
     for kind in sorted(set(kinds.tolist())):
         made = two_point_coefficients(table.time, derivatives[: kind + 1])
         of_kind = kinds == kind
@@ -126,8 +139,8 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
         )
     joined = " and ".join(_CURVES[kind] for kind in sorted(set(kinds.tolist())))
     return JointTrajectory(
-        table.joint_names,
+        table.joints.names,
         PiecewisePolynomial(c, table.time),
-        joint_units=table.joint_units,
+        joint_units=table.joints.units,
         planner=f"{source}, {table.time.size} points joined by {joined}",
     )

@@ -1,25 +1,5 @@
 """Figures of a motion: at the joints, and of the tool along its path."""
 
-from knotwork.metrics.joint_motion import (
-    Peak,
-    acceleration_jump,
-    end_acceleration,
-    integral_of_square,
-    peak,
-    position_miss,
-    squared_effort,
-    velocity_fluctuation,
-    velocity_miss,
-)
+import lazy_loader
 
-__all__ = [
-    "Peak",
-    "acceleration_jump",
-    "end_acceleration",
-    "integral_of_square",
-    "peak",
-    "position_miss",
-    "squared_effort",
-    "velocity_fluctuation",
-    "velocity_miss",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -78,6 +78,7 @@ def straight_legs(
         if i not in along
         and isinstance(before, CartesianWaypoint)
         and isinstance(after, CartesianWaypoint)
+        and not (before.standing or after.standing)
     ]
 
 

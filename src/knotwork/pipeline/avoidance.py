@@ -297,7 +297,7 @@ def _named(plan: Any, ends: Sequence[int]) -> str:
 
 def _proposal(plan: Any, ends: Sequence[int]) -> str:
     """Which motions could find their way, in words; empty where none could."""
-    if not ends:
+    if not ends or plan.scenario.scene.moves:
         return ""
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
     passed = plan.chosen and any(plan.chosen.asked.free.speed[i] == "free" for i in ends)

@@ -1,19 +1,5 @@
 """A motion with another timing on the same path, and stops; no robot, no scenario."""
 
-from knotwork.retiming.clock import Profile, checked_profile, inverse_time
-from knotwork.retiming.composition import composed, cubic_through
-from knotwork.retiming.ramps import slower_ramps
-from knotwork.retiming.stops import first_rest, joint_stop, keeps_limits, stop_on_path
+import lazy_loader
 
-__all__ = [
-    "Profile",
-    "checked_profile",
-    "composed",
-    "cubic_through",
-    "first_rest",
-    "inverse_time",
-    "joint_stop",
-    "keeps_limits",
-    "slower_ramps",
-    "stop_on_path",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -226,8 +227,24 @@ class Robot(ChainKinematics):
         """
         given = self._given
         urdf = read_urdf(self.urdf, self.name, given.urdf.axes, link)
-        standing = self.standing_frame
+        standing = None if link == self.standing_frame else self.standing_frame
         return Robot(replace(given, urdf=urdf, base_frame=link, standing=standing))
+
+    @cached_property
+    def at_rest(self) -> tuple[Robot, list[int]]:
+        """The robot seen from what stands still, and which of the joints move its tool there."""
+        robot = self.with_base(self.standing_frame) if self.base_moves else self
+        return robot, [self.joint_names.index(name) for name in robot.joint_names]
+
+    def tool_seen(self, q: FloatArray, *, standing: bool) -> Any:
+        """Pose of the TCP in the base frame, or in the axes of what stands still, `pin.SE3`.
+
+        Args:
+            q: Joint positions [rad or m], shape (d,).
+            standing: Whether the second is meant.
+        """
+        robot, own = self.at_rest if standing else (self, slice(None))
+        return robot.forward(q[own])
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
         """The chain with joints of a task after the TCP, which move its frame on.

@@ -47,26 +47,36 @@ class Carriers:
 
     @cached_property
     def link(self) -> str:
-        """Link of the robot that carries all poses, else the file's frame; empty for the base.
+        """Link of the robot that carries poses, else the file's frame; empty for the base.
 
         Raises:
-            DocumentError: They are on several.
+            DocumentError: They are on several links.
         """
         posed = [
             (i, self._frame(i, one))
             for i, one in enumerate(self.file.waypoints)
             if not isinstance(one, JointWaypoint)
         ]
-        links = [self.frames.moving[name].link for _, name in posed]
-        for (i, name), link in zip(posed, links, strict=True):
-            if link != links[0]:
+        if not posed:
+            return self.frames.moving[self.file.frame or "base"].link
+        first, *others = [one for one in posed if self.frames.moving[one[1]].link] or posed
+        found = self.frames.moving[first[1]].link
+        for i, name in others:
+            link = self.frames.moving[name].link
+            if link != found:
                 raise self.places.error(
                     ("waypoints", i),
-                    f"is in frame {name!r}, {_on(link)}, and the poses before it are in frame "
-                    f"{posed[0][1]!r}, {_on(links[0])}",
-                    "poses in frames on one link",
+                    f"is in frame {name!r}, {_on(link)}, and poses before it are in frame "
+                    f"{first[1]!r}, {_on(found)}",
+                    "poses in frames on one link or in the base",
                 )
-        return links[0] if links else self.frames.moving[self.file.frame or "base"].link
+        return found
+
+    def stands(self, i: int) -> bool:
+        """Whether the pose of a waypoint stands in the base while joints carry others."""
+        if i < 0 or not self.link or isinstance(self.file.waypoints[i], JointWaypoint):
+            return False
+        return not self.frames.moving[self._frame(i, self.file.waypoints[i])].link
 
     def of(self, i: int) -> MovingFrame | None:
         """What carries the pose of a waypoint; `None` if it stands or is given by joint values."""
@@ -169,13 +179,27 @@ class Carriers:
         """
         place: Location = ("waypoints", i)
         own, asked = self.of(i), waypoint.orientation_in
+        link = self.frames.moving[self._frame(i, waypoint)].link
+        if self.stands(i) and own is not None:
+            raise self.places.error(
+                place,
+                f"is in frame {self._frame(i, waypoint)!r}, which moves, while other poses are "
+                f"{_on(self.link)}",
+                "a frame that stands still, or a task without the other poses",
+            )
+        if isinstance(waypoint, PathWaypoint) and (self.stands(i) or self.stands(i - 1)):
+            raise self.places.error(
+                place,
+                f"is the end of a path that touches the base, and other poses are {_on(self.link)}",
+                f"a path whose waypoints are all {_on(self.link)}, or poses without along",
+            )
         axes = getattr(getattr(waypoint, "velocity", None), "axes", None)
         for name, *key in ((asked, "orientation_in"), (axes, "velocity", "in")):
             known = self.frames.moving.get(name or "")
-            if known is not None and known.link != self.link:
+            if known is not None and known.link != link:
                 raise self.places.error(
                     (*place, *key),
-                    f"frame {name!r} is {_on(known.link)}, and the pose {_on(self.link)}",
+                    f"frame {name!r} is {_on(known.link)}, and the pose {_on(link)}",
                     "a frame that stands still where the pose does",
                 )
         if not self.any:

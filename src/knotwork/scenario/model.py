@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -81,6 +81,7 @@ class JointTarget:
     joints: JointValues
     velocity: JointValues | None
     where: str = ""
+    standing: ClassVar[bool] = False
 
 
 ScenarioWaypoint = CartesianWaypoint | JointTarget

@@ -146,6 +146,13 @@ class Scene:
     rules: CollisionRules = CollisionRules()
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
+    @property
+    def moves(self) -> bool:
+        """Whether anything that may collide moves by itself."""
+        carriers = [one.carrier for one in self.objects if not one.visual]
+        carriers += [carrier for one in self.held for carrier in one.carriers]
+        return bool(self.robots) or any(one is not None and one.moves for one in carriers)
+
     def asks(self) -> bool:
         """Whether anything of the scenario has to be checked besides the robot's own links."""
         objects = any(not one.visual for one in self.objects)

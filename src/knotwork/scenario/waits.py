@@ -32,7 +32,10 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
         else position
         for one, position in zip(scenario.waypoints, positions, strict=True)
     ]
+    stands = [one.standing for one in scenario.waypoints]
     for i, (here, there) in enumerate(pairwise(places)):
+        if stands[i] != stands[i + 1]:
+            continue
         if i in moved or here is None or there is None or here.shape != there.shape:
             continue
         if np.abs(here - there).max() <= SAME:

@@ -124,7 +124,8 @@ class WaypointReader:
                         "leaves the position open where the tool moves",
                         "position where it stops: stop: true",
                     )
-                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here)
+                stands = bool(self.file.frames) and self.carriers.stands(i)
+                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here, stands)
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:

@@ -74,7 +74,13 @@ class Hold(NamedTuple):
     gone: float = math.inf
 
 
-def hold_between(take: int, leave: int, times: Sequence[float], poses: Sequence[Any]) -> Hold:
+def hold_between(
+    take: int,
+    leave: int,
+    times: Sequence[float],
+    poses: Sequence[Any],
+    standing: Sequence[bool] = (),
+) -> Hold:
     """When an object is held between two waypoints, and when the tool may be near it.
 
     The tool comes from the waypoint before it takes the object, and is gone at the one after it
@@ -85,9 +91,12 @@ def hold_between(take: int, leave: int, times: Sequence[float], poses: Sequence[
         leave: Place of the waypoint where it is left.
         times: When each waypoint is reached [s].
         poses: Of the TCP at the waypoints, `pin.SE3` in the base frame.
+        standing: Which of them are in the axes of what stands still instead; by default none.
     """
 
     def elsewhere(k: int, other: int) -> bool:
+        if standing and standing[k] != standing[other]:
+            return True
         return bool(np.abs(poses[k].translation - poses[other].translation).max() > SAME_PLACE)
 
     coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
@@ -105,16 +114,14 @@ def collision_model(
         scenario: The task.
         robot: Its robot, with its tool.
         times: When each waypoint is reached [s], for objects that appear or are held.
-        poses: Of the TCP at the waypoints, `pin.SE3` in the base frame, for those that are held.
+        poses: Of the TCP at the waypoints, `pin.SE3` in the axes of each, for those that are held.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
     scene, place = scenario.scene, {one.name: i for i, one in enumerate(scenario.waypoints)}
-    holds = {
-        one.name: hold_between(place[one.take], place[one.leave], times, poses)
-        for one in scene.held
-    }
+    seen = times, poses, [one.standing for one in scenario.waypoints]
+    holds = {one.name: hold_between(place[one.take], place[one.leave], *seen) for one in scene.held}
     things: list[SceneObject | HeldObject] = [*scene.objects, *scene.held]
     since = {one.name: times[place[one.appears]] for one in things if one.appears is not None}
     return _Builder(robot, scene, scenario.places, holds, since).model()

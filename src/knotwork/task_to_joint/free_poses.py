@@ -47,17 +47,21 @@ class Chain(NamedTuple):
     size: int
     amid: Robot
 
-    def put(self, values: FloatArray) -> FloatArray:
-        """Its values (..., d) among zeros for all other joints, shape (..., size)."""
-        result = np.zeros((*values.shape[:-1], self.size))
+    def put(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
+        """Its values (..., d) among those of all other joints, shape (..., size)."""
+        result = np.zeros((*values.shape[:-1], self.size)) + others
         result[..., self.columns] = values
         return result
 
-    def among_all(self, candidates: Candidates, whole: Robot) -> Candidates:
-        """Candidates as those of the arm with the virtual joints of all freedoms."""
+    def among_all(self, candidates: Candidates, whole: Robot, others: FloatArray) -> Candidates:
+        """Candidates as those of the arm with the virtual joints of all freedoms.
+
+        Joints that do not move the tool as the pose sees it, those of a table, are as in `others`.
+        """
         if self.robot is whole:
             return candidates
-        q, velocity = self.put(candidates.q), self.put(candidates.velocity)
+        others = np.where(whole.virtual, 0.0, others)
+        q, velocity = self.put(candidates.q, others), self.put(candidates.velocity)
         return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(whole, q))
 
 
@@ -97,25 +101,30 @@ class Chains:
             joints += own
         self.arm, d, size = robot, robot.dof, robot.dof + len(joints)
         self.whole = robot.with_virtual_joints(*joints) if joints else robot
-        self._of: dict[PoseFreedom | None, Chain] = {}
-        for freedom, own in of.items():
-            columns = [*range(d), *(d + joints.index(one) for one in own)]
-            chain = robot if not own else robot.with_virtual_joints(*own)
+        self._of: dict[tuple[bool, PoseFreedom | None], Chain] = {}
+        seen = {(False, freedom) for freedom in of} | {(one.standing, one.freedom) for one in poses}
+        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*of].index(key[1]))):
+            arm, moving = robot.at_rest if stands else (robot, list(range(d)))
+            own = of[freedom]
+            columns = [*moving, *(d + joints.index(one) for one in own)]
+            chain = arm if not own else arm.with_virtual_joints(*own)
             chain = self.whole if len(columns) == size else chain
             narrow = [_halved(joint) for joint in own]
-            amid = chain if narrow == own else robot.with_virtual_joints(*narrow)
-            self._of[freedom] = Chain(chain, np.array(columns), size, amid)
+            amid = chain if narrow == own else arm.with_virtual_joints(*narrow)
+            self._of[stands, freedom] = Chain(chain, np.array(columns), size, amid)
 
     def __iter__(self) -> Iterator[Chain]:
         return iter(self._of.values())
 
     def of(self, freedom: PoseFreedom | None) -> Chain:
-        """The one for what a pose leaves open."""
-        return self._of[freedom]
+        """The one for what a pose leaves open, seen from the base."""
+        return self._of[False, freedom]
 
     def at(self, waypoint: object) -> Chain:
         """The one at a waypoint: the arm alone where joint positions are given."""
-        return self.of(waypoint.freedom if isinstance(waypoint, CartesianWaypoint) else None)
+        if not isinstance(waypoint, CartesianWaypoint):
+            return self.of(None)
+        return self._of[waypoint.standing, waypoint.freedom]
 
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: Chains) -> JointSpace:
@@ -199,11 +208,12 @@ def _solutions(
     found = {}
     for i, q in given.items():
         waypoint, chain = scenario.waypoints[i], chains.at(scenario.waypoints[i])
-        own: list[float] = []
+        found[i] = longer(q, chain.size - len(q))
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
-            left = _left(chains.arm.forward(q), waypoint.pose, waypoint.freedom.torch)
-            own = [left[one.unit, one.axis] for one in chain.robot.virtual_joints]
-        found[i] = chain.put(np.append(q, own))
+            tool = chain.robot.forward(found[i][chain.columns])
+            left = _left(tool, waypoint.pose, waypoint.freedom.torch)
+            virtual = chain.columns[chain.robot.virtual]
+            found[i][virtual] = [left[one.unit, one.axis] for one in chain.robot.virtual_joints]
     return found
 
 

@@ -116,7 +116,9 @@ class Search:
         result: list[Candidates | None] = [None] * len(self.given)
         for chain in self.chains:
             for i, one in self._found(chain).items():
-                result[i] = chain.among_all(one, self.robot)
+                others = self.space.solutions.get(i)
+                others = self._reference(i) if others is None else others
+                result[i] = chain.among_all(one, self.robot, others)
         self.candidates = self.dependent.completed(result)
         if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
             self.obstacles.check_start(self.given[0])

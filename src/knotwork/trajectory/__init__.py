@@ -1,16 +1,5 @@
 """Motions of named joints: `JointTrajectory`, its samples and its exports."""
 
-from knotwork.trajectory.events import Event, Load, Segment
-from knotwork.trajectory.joint_trajectory import Continuity, JointTrajectory, Jump
-from knotwork.trajectory.sampling import Knots, Samples
+import lazy_loader
 
-__all__ = [
-    "Continuity",
-    "Event",
-    "JointTrajectory",
-    "Jump",
-    "Knots",
-    "Load",
-    "Samples",
-    "Segment",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

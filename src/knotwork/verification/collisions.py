@@ -97,7 +97,8 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
     held = bool(scenario.scene.held)
-    poses = [robot.forward(motion.curve(time)) for time in times] if held else []
+    stops = zip(times, scenario.waypoints, strict=True) if held else ()
+    poses = [robot.tool_seen(motion.curve(t), standing=one.standing) for t, one in stops]
     return collision_model(scenario, robot, times, poses)
 
 

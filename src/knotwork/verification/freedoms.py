@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -60,16 +60,16 @@ def uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Used]:
             if path.freedom is not None and _in(motion, t):
                 name = f"{waypoints[path.first].name} to {waypoints[path.last].name}"
                 poses = path.motion.state(t)[:2]
-                used = _sampled(motion, robot, "path", name, path.freedom, t, poses)
+                seen = [robot.forward(q) for q in motion.curve(t)]
+                used = _sampled("path", name, path.freedom, t, poses, seen)
                 made.append(used._replace(path=path))
         yield from _one_angle(made)
     for i, one in enumerate(waypoints):
         if isinstance(one, CartesianWaypoint) and one.freedom is not None and i not in on_paths:
-            pose = one.position[None], one.rotation[None]
-            asked = ("waypoint", one.name, one.freedom, np.array([one.time]), pose)
-            yield from _one_angle(
-                [_sampled(motion, robot, *asked)] if _in(motion, asked[3]) else []
-            )
+            t, pose = np.array([one.time]), (one.position[None], one.rotation[None])
+            if _in(motion, t):
+                seen = [robot.tool_seen(motion.curve(one.time), standing=one.standing)]
+                yield from _one_angle([_sampled("waypoint", one.name, one.freedom, t, pose, seen)])
 
 
 def _in(motion: Motion, times: FloatArray) -> bool:
@@ -77,16 +77,14 @@ def _in(motion: Motion, times: FloatArray) -> bool:
 
 
 def _sampled(
-    motion: Motion,
-    robot: Robot,
     subject: str,
     name: str,
     freedom: PoseFreedom,
     times: FloatArray,
     asked: tuple[FloatArray, FloatArray],
+    found: list[Any],
 ) -> Used:
     place, back = asked[0], asked[1].transpose(0, 2, 1)
-    found = [robot.forward(q) for q in motion.curve(times)]
     turned = back @ np.array([pose.rotation for pose in found])
     off = np.array([pose.translation for pose in found]) - place
     apart = (back @ off[:, :, None])[:, :, 0]

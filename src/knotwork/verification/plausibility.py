@@ -47,7 +47,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
     chosen = {name for run in scenario.task.chosen or () for name in run.velocities}
     on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
-        if i in on_path:
+        if i in on_path or first.standing or second.standing:
             continue
         if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
             yield from _one_place(first, second, chosen)

@@ -38,6 +38,40 @@ LEAST_SPAN = 0.003
 SEGMENTS = ("tool path", "way", "wait")
 
 
+def head_and_foot(
+    figure: Figure,
+    motions: Sequence[Motion],
+    title: str,
+    curves: Sequence[str],
+    *,
+    columns: int = 1,
+    titles: Sequence[str] = (),
+    overlaid: bool = False,
+    apart: bool = False,
+    grows: bool = True,
+) -> None:
+    """Write all that is around drawn panels, and mark what is of all of them.
+
+    Args:
+        figure: The picture.
+        motions: The motions drawn.
+        title: Of the picture.
+        curves: Names of the curves, in the order of colours.
+        columns: Number of panels next to each other.
+        titles: Of the columns, if any.
+        overlaid: The curves are motions, whose failures are named.
+        apart: Each motion has a column of its own.
+        grows: As for `settle`.
+    """
+    curve_legend(figure, curves, title, [one.reason for one in motions] if overlaid else ())
+    mark_segments(figure.axes[:columns], motions[0])
+    for i, one in enumerate(motions):
+        mark_contacts(figure.axes[i :: len(motions)] if apart else figure.axes, one)
+    explain_marks(figure, len(motions) if overlaid else 1)
+    frame_times(figure.axes[:columns], figure.axes[-columns:], motions, titles)
+    settle(figure, len(figure.axes) // columns, grows=grows)
+
+
 def frame_times(
     tops: Sequence[Axes],
     bottoms: Sequence[Axes],
@@ -94,17 +128,16 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
                 top.plot(times, [1.0] * len(times), gid=gid, **LOOKS[kind], **upright)
 
 
-def mark_contacts(axes: Sequence[Axes], motions: Sequence[Motion]) -> None:
+def mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
     """Mark over the whole height of panels when bodies are too near to one another."""
-    for axis, motion in product(axes, motions):
-        low, high = (float(at) for at in motion.curve.x[[0, -1]])
-        least = 0.5 * LEAST_SPAN * (high - low)
-        for start, end in motion.contacts:
-            if start <= high and end >= low:
-                span = [max(start - least, low), min(end + least, high)]
-                look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0}
-                upright = axis.get_xaxis_transform()
-                axis.fill_between(span, 0.0, 1.0, transform=upright, gid="contact", **look)
+    low, high = (float(at) for at in motion.curve.x[[0, -1]])
+    least = 0.5 * LEAST_SPAN * (high - low)
+    look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0}
+    shown = [one for one in motion.contacts if one[0] <= high and one[1] >= low]
+    for axis, (start, end) in product(axes, shown):
+        span = [max(start - least, low), min(end + least, high)]
+        upright = axis.get_xaxis_transform()
+        axis.fill_between(span, 0.0, 1.0, transform=upright, gid="contact", **look)
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:

@@ -11,17 +11,12 @@ from typing import Any
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Report, check
 from knotwork.view.arm_at_waypoints import find_stops
 from knotwork.view.camera import views
-from knotwork.view.drawn_joints import drawn_joints
-from knotwork.view.footing import footing
+from knotwork.view.footing import drawn_joints, footing
 from knotwork.view.images import image_addresses
-from knotwork.view.marks import frame_marks, marks
+from knotwork.view.marks import frame_marks, marks, standing_marks
 from knotwork.view.mesh import coarse
 from knotwork.view.moving_things import known_joints, origins, other_robots
 from knotwork.view.objects import scene_objects
@@ -74,24 +69,16 @@ def _still_points(shown: Shown) -> FloatArray:
 
 
 def make_scene(
-    robot: Robot,
-    trajectory: JointTrajectory,
-    *,
-    scenario: Scenario | None = None,
-    space: JointSpace | None = None,
-    report: Report | None = None,
+    shown: Shown,
     others: Mapping[str, JointTrajectory] | None = None,
+    *,
     warnings: Sequence[str] = (),
     before: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Compose the scene of a motion, as plain data that is ready for JSON.
 
     Args:
-        robot: The arm; its meshes are opened.
-        trajectory: The motion.
-        scenario: The task.
-        space: The task's joints and limits.
-        report: Of the check.
+        shown: The motion, the arm, whose meshes are opened, and the task.
         others: Motions of other planners, by name, shown over the first as translucent arms.
         warnings: Further ones for the page.
         before: The scene in whose place this one is shown. Of the same robot the parts `STILL` are
@@ -100,7 +87,6 @@ def make_scene(
     Raises:
         InputError: A trajectory is not of the robot's joints, or too long to be shown.
     """
-    shown = Shown(robot, trajectory, scenario, space, report)
     motions = {name: shown.in_order(one).polynomial for name, one in (others or {}).items()}
     stops, task = find_stops(shown), _task_points(shown)
     outlines = [one.reshape(-1, 3) for one in (stops.outlines, stops.passed)]
@@ -110,25 +96,11 @@ def make_scene(
     same = before is not None and still["joints"] is before["joints"]
     objects, around = scene_objects(shown, size), other_robots(shown, size)
     things, labels, legend = _task_data(shown, motions, size)
-    feet, said = footing(robot), [*warnings, *shown.shapes.warnings]
-    ghosts = feet.positions(stops.position[stops.distinct(size)])
-    unmoved = np.zeros(len(still["joints"]) - ghosts.shape[1])  # ghosts are of the robot alone
-    arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
-    units = shown.scenario.units
+    feet, said = footing(shown.robot), [*warnings, *shown.shapes.warnings]
     return {
-        "title": shown.scenario.name,
-        "robot": robot.name,
-        "planner": trajectory.planner,
-        "description": shown.scenario.description.strip(),
-        "joint_panel": joint_panel(robot, units),
-        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
+        **_description(shown),
         **still,
-        "arms": [
-            arm_frames(name, motion, robot, shown.model, shown.scenario.paths)
-            for name, motion in arms.items()
-        ],
-        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
-        "first_joint": feet.count,
+        **_arms(shown, motions, stops.position[stops.distinct(size)], len(still["joints"])),
         "things": feet.carrying([*things, *objects.things, *around.things]),
         "labels": feet.carrying(_merged([*labels, *objects.labels, *around.labels])),
         "waypoints": waypoint_times(shown),
@@ -142,15 +114,43 @@ def make_scene(
             shown.at_start(origins(shown)[1]),
             before["view"]["from"] if same and before is not None else None,
         ),
-        **verdict(report, robot, feet.count),
+        **verdict(shown.report, shown.robot, feet.count),
         "others": [
-            {
-                "name": name,
-                "failures": list(map(str, check(one, shown.scenario, space=space).failures)),
-            }
+            {"name": name, "failures": list(map(str, shown.judged(one).failures))}
             for name, one in (others or {}).items()
         ],
         "warnings": [*said, *objects.warnings, *around.warnings, *unread],
+    }
+
+
+def _arms(
+    shown: Shown, motions: Mapping[str, PiecewisePolynomial], copies: FloatArray, joints: int
+) -> dict[str, Any]:
+    """The moving arms, and where copies of the first one stand, of a number of joints each."""
+    feet = footing(shown.robot)
+    ghosts = feet.positions(copies)
+    unmoved = np.zeros(joints - ghosts.shape[1])  # ghosts are of the robot alone
+    arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
+    return {
+        "arms": [
+            arm_frames(name, motion, shown.robot, shown.model, shown.scenario.paths)
+            for name, motion in arms.items()
+        ],
+        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
+        "first_joint": feet.count,
+    }
+
+
+def _description(shown: Shown) -> dict[str, Any]:
+    """What is shown, and its units."""
+    scenario, units = shown.scenario, shown.scenario.units
+    return {
+        "title": scenario.name,
+        "robot": shown.robot.name,
+        "planner": shown.trajectory.planner,
+        "description": scenario.description.strip(),
+        "joint_panel": joint_panel(shown.robot, units),
+        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
     }
 
 
@@ -205,8 +205,8 @@ def _task_data(
         thing("path asked for", mesh, lit=False, carrier=carrier)
         for carrier, mesh in asked_path_meshes(shown, size).items()
     ]
-    frames, names = frame_marks(shown, size)
-    things, labels = [*things, *frames], [*labels, *names]
+    for more, names in (standing_marks(shown, size), frame_marks(shown, size)):
+        things, labels = [*things, *more], [*labels, *names]
     legend = {**speeds, **seconds, "broken": bool(path.broken.any()), "way": "way" in meshes}
     if "deviation" in meshes:
         legend["moving"] = any(one.motion.seam_carrier is not None for one in shown.scenario.paths)

@@ -11,6 +11,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, scene_page
 from knotwork.view.scene import make_scene
+from knotwork.view.shown import Shown
 
 
 def view_plan(
@@ -53,15 +54,8 @@ def scene_of(
             f"scenario {plan.scenario.name!r} names no robot, so there is no arm to show: only "
             "plots can be drawn, with `knotwork plot`; or name a robot in the scenario"
         )
-    return make_scene(
-        robot,
-        plan.trajectory,
-        scenario=plan.scenario,
-        space=plan.space,
-        report=plan.report,
-        others=others,
-        before=before,
-    )
+    shown = Shown(robot, plan.trajectory, plan.scenario, plan.space, plan.report)
+    return make_scene(shown, others, before=before)
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True) -> Page:
@@ -90,7 +84,7 @@ def scene_of_trajectory(
     Raises:
         InputError: The trajectory is not of the robot's joints, or can't be shown.
     """
-    return make_scene(robot, trajectory, warnings=_tool_warnings(robot), before=before)
+    return make_scene(Shown(robot, trajectory), warnings=_tool_warnings(robot), before=before)
 
 
 def _tool_warnings(robot: Robot) -> list[str]:

@@ -14,7 +14,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Finding, Report
+from knotwork.verification import Finding, Report, check
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.motion import Motion
 from knotwork.view.drawn_motions import asking_nothing
@@ -65,6 +65,10 @@ class Shown:
         names, units = self.robot.joint_names, self.robot.joint_units
         return trajectory.reordered(names, units, owner=f"robot {self.robot.name!r}")
 
+    def judged(self, trajectory: JointTrajectory) -> Report:
+        """The check of another motion for the same task."""
+        return check(trajectory, self.scenario, space=self.space)
+
     @property
     def curve(self) -> PiecewisePolynomial:
         """Joint positions, joints in the robot's order."""
@@ -95,7 +99,7 @@ class Shown:
     def asked(self) -> Sequence[CartesianWaypoint]:
         """The waypoints at the tool."""
         has_tool = self.robot.tcp_frame_id is not None
-        return targets(self.scenario, self.space, self.robot) if has_tool else ()
+        return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
 
     @cached_property
     def path(self) -> ToolTrace | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory
 from knotwork.view.drawn_motions import PlanLike
-from knotwork.view.page import Page, asset, frame, json_in_html, rendered
-from knotwork.view.show import view_plan
+from knotwork.view.page import Page, asset, frame, json_in_html, rendered, scene_page
+from knotwork.view.show import scene_of
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 400
@@ -20,7 +20,7 @@ SAMPLES = 400
 
 
 def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
-    """Put two motions on a page, each in a scene of its own.
+    """Put two motions on a page, each in a scene of its own, seen by one camera.
 
     Args:
         plans: Two of them, of one robot.
@@ -29,15 +29,29 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
     Raises:
         InputError: One has no robot, or they are of different ones.
     """
-    scenes = [view_plan(one, embedded=True, autoplay=False) for one in plans]
+    scenes = [scene_of(one) for one in plans]
+    view = _one_view(scenes)
+    pages = [scene_page({**one, **view}, embedded=True, autoplay=False) for one in scenes]
     parts = {"style": asset("beside.css"), "script": asset("beside.js")}
     parts["json"] = json_in_html(_difference(plans))
-    for key, scene, name in zip(("first", "second"), scenes, names, strict=True):
-        parts[key] = frame(scene.html, height="100%", name=name)
+    for key, page, name in zip(("first", "second"), pages, names, strict=True):
+        parts[key] = frame(page.html, height="100%", name=name)
     title = " and ".join(names)
-    text = rendered("beside.html", parts, title=title, shown=list(zip(names, plans, strict=True)))
-    warnings = dict.fromkeys(line for scene in scenes for line in scene.warnings)
+    text = rendered("beside.html", parts, title=title, shown=list(zip(names, scenes, strict=True)))
+    warnings = dict.fromkeys(line for page in pages for line in page.warnings)
     return Page(title, text, tuple(warnings))
+
+
+def _one_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The first view of all scenes: from where the first one is seen, with all of each in it."""
+    whole, work = ([scene[key] for scene in scenes] for key in ("view", "work"))
+
+    def joined(views: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        points = [point for view in views for point in view["points"]]
+        return {"from": whole[0]["from"], "points": points}
+
+    near = all(scene["near"] for scene in scenes)
+    return {"view": joined(whole), "work": joined(work) if all(work) else None, "near": near}
 
 
 def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:

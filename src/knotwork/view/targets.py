@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
@@ -15,10 +17,13 @@ from knotwork.view.primitive_meshes import arrow, frame_along, tube
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
-def targets(scenario: Scenario, space: JointSpace, robot: Robot) -> list[CartesianWaypoint]:
+def targets(
+    scenario: Scenario, space: JointSpace, robot: Robot, curve: PiecewisePolynomial
+) -> list[CartesianWaypoint]:
     """Find the tool pose and velocity that each waypoint asks for, in the URDF root's axes.
 
-    A wait is there once, where it begins.
+    A wait is there once, where it begins. What stands still while joints move the base is where it
+    is at its time.
     """
     base = robot.base_placement
     found = []
@@ -29,8 +34,14 @@ def targets(scenario: Scenario, space: JointSpace, robot: Robot) -> list[Cartesi
             pose, twist = robot.forward(state.position), robot.twist(state.position, state.velocity)
         elif isinstance(waypoint, CartesianWaypoint):
             pose, twist = waypoint.pose, waypoint.twist
+            if waypoint.standing:
+                q = curve(np.clip(waypoint.time, curve.x[0], curve.x[-1]))
+                away = robot.forward(q) * robot.tool_seen(q, standing=True).inverse()
+                turn, pose = away.rotation, away * pose
+                twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)
         turned = pin.Motion(base.rotation @ twist.linear, base.rotation @ twist.angular)
-        found.append(CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned))
+        made = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
+        found.append(replace(made, standing=waypoint.standing))
     return found
 
 

@@ -12,17 +12,9 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motions_of
-from knotwork.view.headings import (
-    curve_legend,
-    explain_marks,
-    frame_times,
-    mark_contacts,
-    mark_segments,
-    picture_title,
-    settle,
-)
-from knotwork.view.panel import Curve, Level, Panel, draw_panel
-from knotwork.view.style import checked_size, new_figure, rounded, settings
+from knotwork.view.headings import head_and_foot, picture_title
+from knotwork.view.panel import Curve, Level, Panel, draw_grid
+from knotwork.view.style import checked_size, rounded, settings
 from knotwork.view.time_window import WHOLE, Window, windowed
 from knotwork.view.tool_curves import Curve as Samples
 from knotwork.view.tool_curves import Row, full_speeds, speed_errors, stretches, tool_rows
@@ -83,20 +75,11 @@ def plot_tool(
         if any(len(time) for time, _ in measured(row.curve))
     ]
     with settings():
-        figure = new_figure(len(panels), 1, page)
-        figure.subplots(len(panels), 1, sharex=True)
-        for axis, panel in zip(figure.axes, panels, strict=True):
-            draw_panel(axis, panel, panel.span(), len(panels), 1)
-        figure.align_ylabels()
+        figure = draw_grid([[panel] for panel in panels], page)
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
-        several = found if len(found) > 1 else []
-        reasons = [one.reason for one in several]
-        curve_legend(figure, [one.label for one in several], heading, reasons)
-        mark_segments(figure.axes[:1], found[0])
-        mark_contacts(figure.axes, found)
-        explain_marks(figure)
-        frame_times(figure.axes[:1], figure.axes[-1:], found)
-        settle(figure, len(panels), grows=page is None)
+        several = len(found) > 1
+        curves = [one.label for one in found] if several else ()
+        head_and_foot(figure, found, heading, curves, overlaid=several, grows=page is None)
     return figure
 
 

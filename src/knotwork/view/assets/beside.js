@@ -21,19 +21,41 @@ function show() {
   }));
 }
 
+// Where each curve has its greatest value, and zero, in the canvas
+const ROOM = { top: 18, bottom: 18 };
+const LEAST = 1e-3; // of a range, in the units shown: less is not drawn as a difference
+
 function draw() {
   const canvas = byId("curves");
   const [width, height, fine] = [canvas.clientWidth, canvas.clientHeight, window.devicePixelRatio || 1];
   Object.assign(canvas, { width: width * fine, height: height * fine });
   const pen = canvas.getContext("2d");
   pen.scale(fine, fine);
-  data.curves.forEach(({ value }, i) => {
-    const most = Math.max(...value) || 1;
-    pen.strokeStyle = getComputedStyle(document.documentElement).getPropertyValue(["--one", "--two"][i]);
-    pen.lineWidth = 1.6;
+  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+  const across = (time) => KNOB + (time / data.duration) * (width - 2 * KNOB);
+  const up = (share) => height - ROOM.bottom - share * (height - ROOM.top - ROOM.bottom);
+  const line = (points, paint, wide) => {
+    Object.assign(pen, { strokeStyle: paint, lineWidth: wide });
     pen.beginPath();
-    value.forEach((one, k) => pen.lineTo(KNOB + (k / (value.length - 1)) * (width - 2 * KNOB), height - 3 - (one / most) * (height - 8)));
+    points.forEach(([x, y]) => pen.lineTo(x, y));
     pen.stroke();
+  };
+  const say = (text, x, y, paint, side) => {
+    Object.assign(pen, { fillStyle: paint, font: "11px system-ui, sans-serif", textAlign: side });
+    pen.fillText(text, x, y);
+  };
+  for (const share of [0, 1]) line([[KNOB, up(share)], [width - KNOB, up(share)]], colour(share ? "--line" : "--ink"), 1);
+  const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => across(one) - KNOB >= 60) ?? data.duration;
+  for (let k = 0; k * step <= data.duration; k++) {
+    const x = across(k * step);
+    line([[x, up(0)], [x, up(0) + 3]], colour("--ink"), 1);
+    say(`${+(k * step).toPrecision(4)}${k ? "" : " s"}`, x, height - 3, colour("--ink"), k ? "center" : "left");
+  }
+  data.curves.forEach(({ value, unit }, i) => {
+    const most = Math.max(...value, LEAST);
+    const [paint, x, side] = [colour(["--one", "--two"][i]), i ? width - KNOB : KNOB, i ? "right" : "left"];
+    line(value.map((one, k) => [across(data.time[k]), up(one / most)]), paint, 1.6);
+    say(`${most.toPrecision(3)} ${unit}`, x, ROOM.top - 5, paint, side);
   });
 }
 
@@ -64,13 +86,40 @@ function seek(time) {
 
 const ready = (frame) => frame.contentDocument?.documentElement?.dataset.ready === "true";
 
+// What turns or moves the view in one scene does so in the other.
+function shareCamera() {
+  const viewers = frames.map((frame) => frame.contentWindow.viewer);
+  const follow = (one, other) => {
+    other.camera.position.copy(one.camera.position);
+    other.controls.target.copy(one.controls.target);
+    other.controls.update();
+    other.set_dirty();
+  };
+  const place = ({ camera, controls }) => [...camera.position.toArray(), ...controls.target.toArray()].join();
+  viewers.forEach((one, i) => one.controls.addEventListener("change", () => {
+    if (place(one) !== place(viewers[1 - i])) follow(one, viewers[1 - i]);
+  }));
+  follow(...viewers);
+}
+
+// A failure is gone to, in the scene whose it is.
+document.querySelectorAll("section").forEach((section, i) => section.addEventListener("click", ({ target }) => {
+  const at = Number(target.closest("[data-at]")?.dataset.at ?? NaN);
+  if (Number.isNaN(at)) return;
+  seek(at - data.starts[i]);
+  frames[i].contentWindow.postMessage({ knotworkSeek: at, knotworkFrame: true }, "*");
+}));
+
 // The scenes have a clock of their own, which this one takes the place of.
 function prepare(frame) {
   if (!ready(frame)) return setTimeout(() => prepare(frame), 100);
   const inside = frame.contentDocument;
   inside.getElementById("bar").style.display = "none";
   frame.contentWindow.dispatchEvent(new Event("resize"));
-  if (frames.every(ready)) document.documentElement.dataset.ready = "true";
+  if (frames.every(ready)) {
+    shareCamera();
+    document.documentElement.dataset.ready = "true";
+  }
   return show();
 }
 

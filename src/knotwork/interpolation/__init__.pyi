@@ -1,0 +1,10 @@
+from .hermite import ModifiedHermiteSpline as ModifiedHermiteSpline
+from .knots import BalancedKnots as BalancedKnots
+from .options import Planner as Planner
+from .options import PlannerOptions as PlannerOptions
+from .registry import PLANNERS as PLANNERS
+from .registry import get_planner as get_planner
+from .registry import planner_and_rule as planner_and_rule
+from .registry import rules as rules
+from .specs import PLANNER_SPECS as PLANNER_SPECS
+from .specs import PlannerSpec as PlannerSpec

@@ -1,0 +1,9 @@
+from .joint_motion import Peak as Peak
+from .joint_motion import acceleration_jump as acceleration_jump
+from .joint_motion import end_acceleration as end_acceleration
+from .joint_motion import integral_of_square as integral_of_square
+from .joint_motion import peak as peak
+from .joint_motion import position_miss as position_miss
+from .joint_motion import squared_effort as squared_effort
+from .joint_motion import velocity_fluctuation as velocity_fluctuation
+from .joint_motion import velocity_miss as velocity_miss

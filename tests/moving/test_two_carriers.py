@@ -1,0 +1,245 @@
+"""A part is fetched at a place beside a positioner, and worked on there, in one task."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import drawn
+import knotwork as kw
+from moving.moving_truth import links, sampled
+from moving.test_held_on_belts import SIZE
+from moving.test_moving_things import refused
+from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, task
+from moving.test_shown import placed, scene_of, times
+
+__all__ = ["folder"]
+PICK, PLACE = 4.5, 10.0
+OFFSET = pin.SE3(np.eye(3), np.array([0, 0, 0.036]))
+BESIDE, ON_PART = [0.25, -0.45, 0.2], [0.0, 0.0, 0.25]
+
+
+def pose(position: list[float], **more: Any) -> dict[str, Any]:
+    given = {"position": [*position], "rpy": [np.pi, 0, 0]}
+    return {"pose": given, "after": 1.5, "stop": True, **more}
+
+
+def fetch(folder: Path, **more: Any) -> dict[str, Any]:
+    """A box is taken in the cell, put on the plate, and a line is followed there."""
+    over = [0.25, -0.45, 0.3]
+    line = {"along": "line", "speed": 0.05, "stop": True, "after": None}
+    box = {
+        "from": "pick",
+        "to": "place",
+        "box": SIZE,
+        "position": [0, 0, 0.036],
+        "allow": ["plate"],
+    }
+    waypoints = [
+        pose(over, frame="base", name="over", after=3),
+        pose(BESIDE, frame="base", name="pick"),
+        pose(over, frame="base", name="away"),
+        pose(ON_PART, name="place", after=4.0),
+        pose([0.0, -0.1, 0.35], name="off"),
+        {**pose([0.1, -0.05, 0.35], name="end"), **line},
+        pose(over, frame="base", name="back", after=4),
+    ]
+    waypoints = [{k: v for k, v in one.items() if v is not None} for one in waypoints]
+    tool = {"offset": {"position": [0, 0, 0.1]}, "holds": {"box": box}}
+    return task(folder, tool=tool, waypoints=waypoints, **more)
+
+
+def tcp(both: Composed, q: dict[str, float]) -> pin.SE3:
+    return both.tool(q) * pin.SE3(np.eye(3), np.array([0, 0, 0.1]))
+
+
+def part(both: Composed, q: dict[str, float]) -> pin.SE3:
+    return both.link(q, "plate") * STEP
+
+
+def test_each_pose_is_met_where_it_stands(folder: Path) -> None:
+    plan = kw.plan(fetch(folder))
+    assert plan.report.ok, plan.report
+    both = Composed(folder)
+    down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
+    for one, given in zip(plan.scenario.waypoints[1:], fetch(folder)["waypoints"], strict=True):
+        q = named(plan, one.time)
+        seen = tcp(both, q)
+        if given.get("frame") != "base":
+            seen = part(both, q).actInv(seen)
+        else:
+            assert (q[TILT], np.sin(q["turn"] / 2)) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert seen.translation == pytest.approx(np.array(given["pose"]["position"]), abs=1e-8)
+        assert abs(pin.log3(seen.rotation.T @ down)).max() < 1e-7
+        assert plan.trajectory.velocity(one.time) == pytest.approx(np.zeros(8), abs=1e-9)
+    turned = np.ptp([named(plan, t)["turn"] for t in np.linspace(0, plan.trajectory.end_time, 50)])
+    assert turned > 0.1
+
+
+def test_near_says_where_the_positioner_is_meanwhile(folder: Path) -> None:
+    where = {**HOME, TILT: 0.3, "turn": -0.4}
+    plan = kw.plan(
+        task(
+            folder,
+            waypoints=[
+                pose(BESIDE, frame="base", near=where, name="beside"),
+                pose([0.0, 0.0, 0.25], name="on"),
+            ],
+        )
+    )
+    assert plan.report.ok, plan.report
+    q, both = named(plan, 1.5), Composed(folder)
+    assert (q[TILT], q["turn"]) == pytest.approx((0.3, -0.4), abs=1e-9)
+    assert both.tool(q).translation == pytest.approx(np.array(BESIDE), abs=1e-8)
+
+
+def test_speeds_and_free_turns_beside_it(folder: Path) -> None:
+    """The tool passes at speed, and turns about its axis as it likes, seen from the cell."""
+    passing = pose(BESIDE, frame="base", velocity={"linear": [0.05, 0.02, -0.03]}, name="by")
+    del passing["stop"]
+    tool = {"free": {"turn": "z"}}
+    plan = kw.plan(task(folder, tool=tool, waypoints=[passing, pose([0, 0, 0.3], name="on")]))
+    assert plan.report.ok, plan.report
+    both, h = Composed(folder), 1e-5
+    before, here, after = (both.tool(named(plan, 1.5 + s)) for s in (-h, 0.0, h))
+    assert here.translation == pytest.approx(np.array(BESIDE), abs=1e-8)
+    assert here.rotation[:, 2] == pytest.approx(np.array([0, 0, -1]), abs=1e-7)
+    speed = (after.translation - before.translation) / (2 * h)
+    assert speed == pytest.approx(np.array([0.05, 0.02, -0.03]), abs=1e-5)
+    assert plan.report.select(quantity="free", name="by")
+
+
+def test_chosen_times_and_speeds_are_the_same_once_written_down(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Velocities that are chosen, at a pose in the cell and at one on the plate."""
+    free = {"velocity": "free", "after": "fastest"}
+    given = fetch(folder, limits={"acceleration": 10})
+    given["waypoints"] = [{**one, "after": "fastest"} for one in given["waypoints"]]
+    del given["waypoints"][5]["after"]
+    given["waypoints"].insert(4, pose([0.05, -0.05, 0.3], name="by"))
+    for i in (2, 4):
+        del given["waypoints"][i]["stop"]
+        given["waypoints"][i] |= free
+    plan = kw.plan(given)
+    assert plan.report.ok, plan.report
+    plan.freeze(tmp_path / "frozen.yaml")
+    again = kw.plan(tmp_path / "frozen.yaml")
+    assert again.report.ok, again.report
+    both, h = Composed(folder), 1e-6
+    for one in again.scenario.waypoints:
+        q = plan.trajectory.position(one.time)
+        assert again.trajectory.position(one.time) == pytest.approx(q, abs=1e-9)
+        if one.name in ("away", "by"):
+            assert np.linalg.norm(one.linear) > 0.01
+            seen = []
+            for s in (-h, h):
+                values = named(plan, one.time + s)
+                carrier = pin.SE3.Identity() if one.standing else both.link(values, "plate")
+                seen.append(carrier.actInv(tcp(both, values)).translation)
+            assert one.linear == pytest.approx((seen[1] - seen[0]) / (2 * h), abs=1e-4)
+
+
+def test_a_place_that_is_moved_fails_and_the_part_does_not(folder: Path) -> None:
+    plan = kw.plan(fetch(folder))
+    beside = fetch(folder)
+    beside["waypoints"][1]["pose"]["position"][0] += 2e-5
+    failed = kw.check(plan.trajectory, kw.load_scenario(beside)).failures
+    assert {(one.quantity, one.name) for one in failed} == {("position", "pick")}
+    part = {"on": "plate", "position": [0.05, 2e-5, 0.02], "rpy": [0, 0, 0.3]}
+    moved = kw.load_scenario(fetch(folder, frames={"part": part}))
+    names = {one.name for one in kw.check(plan.trajectory, moved).failures}
+    assert {"place", "off", "end"} <= names
+    assert not names & {"over", "pick", "away", "back"}
+
+
+def box(plan: kw.Plan, both: Composed, t: float) -> pin.SE3:
+    """Where the box is: in the cell, in the tool, on the plate."""
+    if t < PICK:
+        return tcp(both, named(plan, PICK)) * OFFSET
+    if t < PLACE:
+        return tcp(both, named(plan, t)) * OFFSET
+    left = part(both, named(plan, PLACE)).actInv(tcp(both, named(plan, PLACE)) * OFFSET)
+    return part(both, named(plan, t)) * left
+
+
+def test_the_part_that_is_fetched_is_where_it_lies(folder: Path) -> None:
+    """In the proof that the arm is clear of it, and in the page."""
+    plan, both = kw.plan(fetch(folder)), Composed(folder)
+    known = {one.name: one.time for one in plan.scenario.waypoints}
+    assert (known["pick"], known["place"]) == (PICK, PLACE)
+    arm = [plan.space.joint_names.index(name) for name in kw.load_robot("ur5").joint_names]
+
+    class Arm:
+        """The six joints alone."""
+
+        start_time, end_time = plan.trajectory.start_time, plan.trajectory.end_time
+
+        @staticmethod
+        def position(t: float) -> np.ndarray:
+            return np.asarray(plan.trajectory.position(t)[arm])
+
+    rows = sampled(
+        links(Arm, pin.SE3.Identity()),
+        lambda t: {"box": [(coal.Box(*SIZE), box(plan, both, t))]},
+        np.linspace(0.0, plan.trajectory.end_time, 150),
+    )
+    for (link, _), row in rows.items():
+        found = [
+            one
+            for one in plan.report.select(subject="pair")
+            if {*one.name.split(", ")} == {link, "box"} and one.value is not None
+        ]
+        if link in ("shoulder_link", "upper_arm_link", "forearm_link"):
+            assert row.min() >= min(one.value - one.excess for one in found) - 1e-6, link
+            nearest = min(one.value for one in found)
+            assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
+    scene = scene_of(plan)
+    time = times(scene)
+    held = [one for one in scene["things"] if one["name"] == "held"]
+    for t in (0.5, 4.0, 7.0, 10.7, 15.0):
+        k = int(np.searchsorted(time, t))
+        (here,) = (
+            one
+            for one in held
+            if (one["between"][0] is None or t >= one["between"][0])
+            and (one["between"][1] is None or t < one["between"][1])
+        )
+        at = placed(scene, k)[here.get("carrier", 0)]
+        corners = drawn.vertices(here["mesh"]) @ at.rotation.T + at.translation
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        assert middle == pytest.approx(box(plan, both, float(time[k])).translation, abs=1e-3)
+    labels = {one["text"]: one for one in scene["labels"] if one["kind"] == "waypoint"}
+    for name, asked in (("pick", BESIDE), ("place", None)):
+        for k in (0, len(time) // 2, len(time) - 1):
+            at = placed(scene, k)[labels[name].get("carrier", 0)].act(np.array(labels[name]["at"]))
+            here = part(both, named(plan, float(time[k]))).act(np.array(ON_PART))
+            assert at == pytest.approx(here if asked is None else np.array(asked), abs=1e-5)
+
+
+def test_what_is_not_possible_beside_it_is_said(folder: Path) -> None:
+    given = fetch(folder)
+    given["waypoints"][5]["frame"] = "base"
+    said = refused(given)
+    assert (
+        "waypoints[5]: is the end of a path that touches the base, and other poses are on link"
+        in (said)
+    )
+    given = fetch(folder)
+    given["frames"]["belt"] = {"position": BESIDE, "moves": {"linear": [0, 0.1, 0]}}
+    given["waypoints"][0]["frame"] = "belt"
+    assert (
+        "waypoints[0]: is in frame 'belt', which moves, while other poses are on link 'plate'"
+        in (refused(given))
+    )
+    given = fetch(folder)
+    given["frames"]["cradle"] = {"on": "cradle", "position": [0, 0, 0.2]}
+    given["waypoints"][6]["frame"] = "cradle"
+    assert "is in frame 'cradle', on link 'cradle', and poses before it are in frame 'part'" in (
+        refused(given)
+    )
