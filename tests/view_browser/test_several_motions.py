@@ -96,7 +96,8 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "rate": [100, 200]}
     study = kw.sweep("planar2_closed_form", vary, out=tmp_path / "study", workers=0)
     refused = study["verdict"].index("refused")
-    shown = next(i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed"))
+    moving = [i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed")]
+    shown = moving[0]
     command = [sys.executable, "-u", "-m", "knotwork", "view", str(tmp_path / "study"), "--no-open"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
@@ -110,6 +111,11 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
             tab.wait_for_selector("#row:text('row 0:')")  # nothing is blank before a click
             for box in tab.locator(".tools select").all():  # what is chosen is read whole
                 assert box.evaluate("one => one.scrollWidth <= one.clientWidth + 1")
+            axes = [tab.locator("#across"), tab.locator("#up")]
+            first, second = (one.input_value() for one in axes)
+            axes[0].select_option(second)  # one variable never has both axes
+            assert [one.input_value() for one in axes] == [second, first]
+            axes[1].select_option(second)
             for row in (shown, refused):
                 x, y = tab.evaluate("row => layout().place(row)", row)
                 tab.locator("#map").click(position={"x": x, "y": y})
@@ -118,6 +124,19 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
                     tab.frame_locator("#motion").locator(READY).wait_for(state="attached")
             assert tab.inner_text("#why") == study["message"][refused]
             assert not tab.locator("#motion").is_visible()
+            # that of another row is not seen while the one that is chosen is planned
+            held: list[Any] = []
+            tab.route("**/motion?row=*", lambda route: held.append(route))
+            for row in moving:
+                x, y = tab.evaluate("row => layout().place(row)", row)
+                tab.locator("#map").click(position={"x": x, "y": y})
+                tab.wait_for_selector(f"#row:text('row {row}:'):text('being planned')")
+                assert not tab.locator("#motion").is_visible()
+                while not held:
+                    tab.evaluate("0")  # the request is told between calls
+                held.pop().continue_()
+                tab.locator("#motion").wait_for()
+                assert "being planned" not in tab.inner_text("#row")
             for query in ("row=99", "row=-1", "row=../etc", ""):
                 with pytest.raises(urllib.error.HTTPError):
                     urllib.request.urlopen(f"{address}motion?{query}")
@@ -127,6 +146,45 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
             _, err = process.communicate(timeout=PATIENCE)
     assert not err
     tabs.complaints.clear()  # of the frame that was left
+
+
+def test_a_map_that_is_one_file_has_the_motions_that_fit(
+    tabs: Any, knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pyarrow")
+    vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "waypoints[1].after": [1.5, 1.9]}
+    folder, page = tmp_path / "study", tmp_path / "map.html"
+    study = kw.sweep("planar2_closed_form", vary, out=folder, workers=0)
+    moving = [i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed")]
+    refused = study["verdict"].index("refused")
+    assert "the motions of 2 of 2 rows" in knotwork("view", folder, "-o", page).out
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1000, "height": 640})
+    tab.goto(page.as_uri())
+    inner = tab.frame_locator("#motion")
+    for row in moving[::-1]:
+        tab.evaluate("choose", row)
+        inner.locator(READY).wait_for(state="attached")
+        tab.wait_for_function(
+            "duration => "
+            "Math.abs(byId('motion').contentWindow.knotwork.duration() - duration) < 1e-6",
+            arg=kw.plan(study.scenario(row)).trajectory.duration,
+        )
+        assert tab.inner_text("#row").endswith(study["verdict"][row])
+        assert f"{study['clearance'][row]:.4g}" in tab.inner_text("#figures")
+    tab.evaluate("choose", refused)
+    assert tab.inner_text("#why") == study["message"][refused]
+    assert not tab.locator("#motion").is_visible()
+
+    monkeypatch.setattr("knotwork.view.study_map.MOST_BYTES", 1)
+    command = f"knotwork view {folder}"
+    ran = knotwork("view", folder, "-o", page)
+    assert f"the motions of 0 of 2 rows; {command} shows the others" in ran.out
+    tab.goto(page.as_uri())
+    tab.evaluate("choose", moving[0])
+    assert tab.inner_text("#row").endswith(f"it is shown by: {command}")
+    assert not tab.locator("#motion").is_visible()
+    tab.context.close()
 
 
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:

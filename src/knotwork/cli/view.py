@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,7 @@ from knotwork.view.page_server import LiveServer, PageServer
 from knotwork.view.picture_files import checked_page_path
 from knotwork.view.show import scene_of, scene_of_trajectory
 from knotwork.view.side_by_side import side_by_side
-from knotwork.view.study_map import MapServer
+from knotwork.view.study_map import MapServer, map_page
 
 Made = Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]]
 """The scene of a motion and the motion, from those that were made before the source changed."""
@@ -100,7 +101,8 @@ def view(
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
     TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder, or another tool's
     CSV, JSON or ROS 2 YAML. The folder of a study, as `knotwork sweep` writes it, is shown as a
-    map: a click on a row shows its motion, or why there is none.
+    map: a click on a row shows its motion, or why there is none. With --html the map is one file,
+    with as many motions as fit into 8 MB.
 
     The page shows the tool's path, coloured by its speed, the waypoints with their velocities, the
     rebuilt knots, and failures of the check in red. The page is served to this machine alone
@@ -111,10 +113,9 @@ def view(
         checked_page_path(out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
-    given: dict[str, Any] = {"--html": out, "--watch": watch or None}
-    given |= {"--compare": compare, "--beside": beside}
+    given: dict[str, Any] = {"--watch": watch or None, "--compare": compare, "--beside": beside}
     if meshcat is not None:
-        refuse({**given, "--port": port}, "--meshcat plays in Meshcat's own page")
+        refuse({"--html": out, **given, "--port": port}, "--meshcat plays in Meshcat's own page")
         shown = read_motions(source, reference, options, log=log)
         print_failures(shown)
         if not checked(shown[:1]):
@@ -132,8 +133,8 @@ def view(
         return _scene(source, shown, arm, before), shown[0]
 
     if is_study(source):
-        refuse(given, f"{source} is the folder of a study, whose map is served")
-        return _map(source, port, no_open)
+        refuse(given, f"{source} is the folder of a study, whose map is shown")
+        return _map(source, out, port, no_open)
     if beside is not None:
         refuse({"--watch": watch or None, "--compare": compare}, "--beside shows two motions")
         return _show(_beside(source, beside, reference, options), out, port, no_open)
@@ -142,15 +143,25 @@ def view(
     return _show(scene_page(made(None, None)[0], ghosts=not no_ghosts), out, port, no_open)
 
 
-def _map(source: str, port: int | None, no_open: bool) -> int:
-    """Serve the map of a study."""
+def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
+    """Serve the map of a study, or write it."""
     from knotwork.sweeps import Study
 
     study = Study.open(source)
 
-    def page_of(row: int) -> Page:
-        return scene_page(scene_of(plan(study.scenario(row))), ghosts=False)
+    def scene(row: int, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        return scene_of(plan(study.scenario(row)), before=before)
 
+    def page_of(row: int) -> Page:
+        return scene_page(scene(row), ghosts=False)
+
+    if out is not None:
+        command = f"knotwork view {shlex.quote(source)}"
+        page, count = map_page(study, scene, command)
+        moving = sum(one in ("passed", "failed") for one in study["verdict"])
+        others = "" if count == moving else f"; {command} shows the others"
+        echo(f"wrote {page.save(out)}, with the motions of {count} of {moving} rows{others}")
+        return PASSED
     return _serve(MapServer(study, page_of, port or 0), study.name, no_open)
 
 

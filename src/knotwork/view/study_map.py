@@ -1,21 +1,29 @@
-"""The map of a study in a browser: a click on a row shows its motion, or why there is none."""
+"""The map of a study in a browser: a click on a row shows its motion, or why there is none.
+
+It is served, or one file.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 from urllib.parse import parse_qs
 
 import numpy as np
 
-from knotwork.errors import InputError
-from knotwork.view.page import Page, asset, json_in_html, rendered
+from knotwork.errors import InputError, KnotworkError
+from knotwork.view.page import Page, asset, json_in_html, rendered, scene_page
 from knotwork.view.page_server import PageHandler, PageServer
+from knotwork.view.scene import STILL
 from knotwork.view.study_plot import DrawnStudy
 
 MOTIONS = 16
 """Pages of rows that are kept; others are planned again when they are asked for."""
+MOST_BYTES = 8_000_000
+"""Of the motions in a map that is one file: it is to be sent by mail."""
+
+_SceneOf = Callable[[int, Mapping[str, Any] | None], dict[str, Any]]
 
 
 class MapServer(PageServer):
@@ -50,8 +58,40 @@ class _MapHandler(PageHandler):
             self.send_text(str(error).encode(), "text/plain")
 
 
-def _map(study: Any) -> str:
-    """The page of the map."""
+def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
+    """The map as one file, and how many motions are in it: the first ones that fit.
+
+    Args:
+        study: A `knotwork.Study`.
+        scene_of: Plans a row, and gives its scene; the scene before it is given, too.
+        command: What shows the others.
+    """
+    first: dict[str, Any] | None = None
+    page, motions, size = "", dict[int, str](), 0
+    for row, verdict in zip(study["row"], study["verdict"], strict=True):
+        if verdict not in ("passed", "failed"):
+            continue
+        try:
+            scene = scene_of(row, first)
+        except KnotworkError:  # of a robot that is not there any more
+            continue
+        if first is None:
+            first, page = scene, scene_page(scene, ghosts=False).html
+            size = len(page)
+        elif any(scene[name] is not first[name] for name in STILL):  # of another robot
+            continue
+        moving = {name: part for name, part in scene.items() if name not in STILL}
+        text = scene_page(moving, scripts=False).html
+        size += len(text)
+        if size > MOST_BYTES:
+            break
+        motions[row] = text
+    more = {"command": command, "motions": motions, "page": page if motions else ""}
+    return Page(study.name, _map(study, more)), len(motions)
+
+
+def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
+    """The page of the map; `more` of one that is a file."""
     drawn = DrawnStudy(study)
     figures = {drawn.label(name): drawn.values(name) for name in study.figures}
     data = {
@@ -71,6 +111,8 @@ def _map(study: Any) -> str:
             for label, values in figures.items()
             if np.isfinite(values).any()
         },
+        **(more or {}),
     }
     parts = {"style": asset("map.css"), "script": asset("map.js"), "json": json_in_html(data)}
-    return rendered("map.html", parts, title=study.name, passed=study.passed, rows=len(study))
+    counts = {"passed": study.passed, "rows": len(study)}
+    return rendered("map.html", parts, title=study.name, in_file=more is not None, **counts)

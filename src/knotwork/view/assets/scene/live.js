@@ -13,9 +13,7 @@ function followChanges(stage, version) {
     query.set("still", stage.data.still); // what the page has of the robot is not sent again
     const text = await (await fetch(`scene?${query}`, { cache: "no-store" })).text();
     if (state.version !== shown) return; // meanwhile there is a newer one
-    const page = new DOMParser().parseFromString(text, "text/html");
-    const { joints, shapes, images, coarse } = stage.data;
-    renew(stage, page, { joints, shapes, images, coarse, ...JSON.parse(page.getElementById("data").textContent) });
+    renew(stage, text);
     document.documentElement.dataset.version = state.version;
   };
   changes.onerror = () => tell({ error: "", busy: false, gone: true });
@@ -30,8 +28,11 @@ function tell({ error, busy, gone = false }) {
   document.body.classList.toggle("outdated", Boolean(error) || gone);
 }
 
-// What the page says of the motion, and the motion
-function renew(stage, page, data) {
+// What the page says of the motion, and the motion, from a page without scripts and what is known of the robot
+function renew(stage, text) {
+  const page = new DOMParser().parseFromString(text, "text/html");
+  const { joints, shapes, images, coarse } = stage.data;
+  const data = { joints, shapes, images, coarse, ...JSON.parse(page.getElementById("data").textContent) };
   document.title = page.title;
   for (const id of ["head", "legend"]) {
     const [old, made] = [byId(id), page.getElementById(id)];

@@ -20,7 +20,7 @@ async function showScene(data, options) {
     requestAnimationFrame(tick);
   };
   tick();
-  offer(viewer, player, camera);
+  offer(stage);
   if (!options.embedded) offerVideo(viewer, player);
   await ready;
   viewer.render();
@@ -223,7 +223,8 @@ class Switches {
 }
 
 // What the page around it, and tests, may ask for
-function offer(viewer, player, camera) {
+function offer(stage) {
+  const { viewer, player, camera } = stage;
   const { animator } = viewer;
   window.knotwork = {
     seek: (time) => player.seek(time - player.start),
@@ -234,6 +235,7 @@ function offer(viewer, player, camera) {
     loop: (on) => player.loop(on),
     look: (name) => camera.choose(name),
     picture: () => viewer.capture_image(),
+    renew: (text) => renew(stage, text),
   };
 }
 
