@@ -54,9 +54,9 @@ def other_robots(shown: Shown, size: float) -> Objects:
         for joint, mesh, span in _carried(other_motion(given), size):
             between = [end + given.delay if np.isfinite(end) else None for end in span]
             things.append(thing("other robots", mesh, carrier=root + joint, between=between))
-        joint, base = shown.carrying(given.carrier)
+        carrier, base = shown.carrying(given.carrier)
         at = (base * given.placement).translation
-        labels.append(label(given.name, "object", at, f"robot {given.name!r}", joint))
+        labels.append(label(given.name, "object", at, f"robot {given.name!r}", carrier))
         warnings += [f"robot {given.name!r}: {one}" for one in links.warnings]
     return Objects(things, labels, np.zeros((0, 3)), tuple(warnings))
 
