@@ -115,6 +115,23 @@ def test_what_another_program_writes_is_not_overwritten(tmp_path: Path) -> None:
     assert draft.file.read_text(encoding="utf-8") == mine
 
 
+def test_waypoints_are_called_as_in_the_scene(tmp_path: Path) -> None:
+    """Those of a repeat as in its first turn; one without a name by its place, counted from 1."""
+    draft = draft_in(tmp_path, "ur10_palletise_24")
+    for i in (0, 2):
+        draft.apply([{"at": ["waypoints", i, "name"]}])
+    made = Session(draft)
+    made.server.server_close()
+    called = {
+        tuple(json.loads(at)): name for at, name in made.server.state()["draft"]["names"].items()
+    }
+    scene = [one.name for one in kw.load_scenario(kw.Task.load(draft.document().data)).waypoints]
+    assert called["waypoints", 0] == scene[0] == "waypoint 1"
+    assert called["waypoints", 1, "repeat", 3] == "over 1"
+    assert set(called.values()) <= set(scene)
+    assert called["waypoints", 2] == scene[-1] == f"waypoint {len(scene)}"
+
+
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 def test_lines_end_as_they_did_and_a_byte_order_mark_stays(mark: bytes, tmp_path: Path) -> None:
     file = tmp_path / "task.yaml"

@@ -301,7 +301,7 @@ def test_lengths_in_the_wrong_unit_are_suspected_where_the_arm_does_not_reach(
     )
     ran = knotwork("plan", task)
     assert ran.code == 2
-    assert "task.yaml: line 5: waypoints[0]: waypoint 'waypoint 1': the pose is out of" in ran.err
+    assert "task.yaml: line 5: waypoints[0]: waypoint 1: the pose is out of" in ran.err
     if hint is None:
         assert "units" not in ran.err
     else:
