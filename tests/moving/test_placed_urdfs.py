@@ -305,7 +305,15 @@ WRONG = {
     ),
     "ring": (
         {"turner": {**TURNER, "in": "plate"}},
-        "external_axes: its links form a ring, turner_base_link → cradle → plate → turner_base",
+        "external_axes: turner: in: 'plate' is carried by what 'turner' carries; accepted: cell",
+    ),
+    "circle": (
+        {"turner": {**TURNER, "in": "table"}, "table": {"turns": [0, 0, 1], "in": "cradle"}},
+        "external_axes: turner: in: 'table' is carried by what 'turner' carries; accepted: cell",
+    ),
+    "rail": (
+        {"rail": {"carries": "robot", "slides": [1, 0, 0], "range": [0, 1], "in": "tool0"}},
+        "external_axes: rail: in: 'tool0' is carried by what 'rail' carries; accepted: cell",
     ),
     "clash": (
         {"turner": TURNER, TILT: {"turns": [0, 0, 1]}},

@@ -214,6 +214,12 @@ def test_the_part_that_is_fetched_is_where_it_lies(folder: Path) -> None:
         corners = drawn.vertices(here["mesh"]) @ at.rotation.T + at.translation
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         assert middle == pytest.approx(box(plan, both, float(time[k])).translation, abs=1e-3)
+    labels = {one["text"]: one for one in scene["labels"] if one["kind"] == "waypoint"}
+    for name, asked in (("pick", BESIDE), ("place", None)):
+        for k in (0, len(time) // 2, len(time) - 1):
+            at = placed(scene, k)[labels[name].get("carrier", 0)].act(np.array(labels[name]["at"]))
+            here = part(both, named(plan, float(time[k]))).act(np.array(ON_PART))
+            assert at == pytest.approx(here if asked is None else np.array(asked), abs=1e-5)
 
 
 def test_what_is_not_possible_beside_it_is_said(folder: Path) -> None:

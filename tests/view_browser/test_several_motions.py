@@ -96,7 +96,8 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     vary = {"waypoints[1].pose.position[0]": [0.16, 9.0], "rate": [100, 200]}
     study = kw.sweep("planar2_closed_form", vary, out=tmp_path / "study", workers=0)
     refused = study["verdict"].index("refused")
-    shown = next(i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed"))
+    moving = [i for i, one in enumerate(study["verdict"]) if one in ("passed", "failed")]
+    shown = moving[0]
     command = [sys.executable, "-u", "-m", "knotwork", "view", str(tmp_path / "study"), "--no-open"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
@@ -110,6 +111,11 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
             tab.wait_for_selector("#row:text('row 0:')")  # nothing is blank before a click
             for box in tab.locator(".tools select").all():  # what is chosen is read whole
                 assert box.evaluate("one => one.scrollWidth <= one.clientWidth + 1")
+            axes = [tab.locator("#across"), tab.locator("#up")]
+            first, second = (one.input_value() for one in axes)
+            axes[0].select_option(second)  # one variable never has both axes
+            assert [one.input_value() for one in axes] == [second, first]
+            axes[1].select_option(second)
             for row in (shown, refused):
                 x, y = tab.evaluate("row => layout().place(row)", row)
                 tab.locator("#map").click(position={"x": x, "y": y})
@@ -118,6 +124,19 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
                     tab.frame_locator("#motion").locator(READY).wait_for(state="attached")
             assert tab.inner_text("#why") == study["message"][refused]
             assert not tab.locator("#motion").is_visible()
+            # that of another row is not seen while the one that is chosen is planned
+            held: list[Any] = []
+            tab.route("**/motion?row=*", lambda route: held.append(route))
+            for row in moving:
+                x, y = tab.evaluate("row => layout().place(row)", row)
+                tab.locator("#map").click(position={"x": x, "y": y})
+                tab.wait_for_selector(f"#row:text('row {row}:'):text('being planned')")
+                assert not tab.locator("#motion").is_visible()
+                while not held:
+                    tab.evaluate("0")  # the request is told between calls
+                held.pop().continue_()
+                tab.locator("#motion").wait_for()
+                assert "being planned" not in tab.inner_text("#row")
             for query in ("row=99", "row=-1", "row=../etc", ""):
                 with pytest.raises(urllib.error.HTTPError):
                     urllib.request.urlopen(f"{address}motion?{query}")

@@ -100,7 +100,7 @@ def add_axes(
 
     Raises:
         InputError: An axis makes a link or a joint that there is already, stands on none that there
-            is, or its URDF has no joint that moves.
+            is or on what it carries, or its URDF has no joint that moves.
     """
     names = {kind: set(named(robot, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
@@ -127,6 +127,18 @@ def add_axes(
         if one.parent not in names["link"]:
             known = did_you_mean(one.parent, sorted(names["link"]))
             raise InputError(f"{name}: in: there is no link {one.parent!r}; {known}")
+    above = {
+        link_of(one, "child"): link_of(one, "parent") for one in child_elements(robot, "joint")
+    }
+    for name, one in axes:
+        link, below = one.parent, {one.parent}
+        while link != CELL and (link := above[link]) not in below:
+            below.add(link)
+        if link != CELL:
+            raise InputError(
+                f"{name}: in: {one.parent!r} is carried by what {name!r} carries; accepted: "
+                f"{CELL}, or a link that it does not carry"
+            )
     return tuple(files)
 
 

@@ -14,9 +14,31 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import joint_tree, place_joints, serial
-from knotwork.view.drawn_joints import drawn_joint
+from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints, turned_back
 from knotwork.waypoints import FloatArray
+
+
+def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
+    """Describe the joints of a chain: what carries each, where, and how it moves.
+
+    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is what does not move.
+    Joint position q turns it about `axis` by q, or shifts it by q along it, after `quaternion`
+    (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
+    """
+    model, joints = robot.model, joint_tree(robot.model)
+    return [drawn_joint(joints, i, str(model.names[i])) for i in range(1, model.njoints)]
+
+
+def drawn_joint(joints: JointTree, i: int, name: str) -> dict[str, Any]:
+    """Describe one joint of a tree."""
+    return {
+        "name": name,
+        "parent": joints.parent[i],
+        "origin": joints.translation[i].tolist(),
+        "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
+        "axis": joints.axis[i].tolist(),
+        "slides": not joints.turns[i],
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +99,9 @@ def footing(robot: Robot) -> Footing:
         return Footing(robot, [], [])
     tree = _tree(robot)
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
-    way = tree.path(int(frame.parentJoint))[::-1]
-    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
-    placements = [frame.placement.inverse(), *steps]
-    axes = np.array([*(-tree.axis[i] for i in way), [0.0, 0.0, 1.0]])
-    chain = serial(placements, axes, [*(bool(tree.turns[i]) for i in way), True])
+    chain, columns = turned_back(tree, int(frame.parentJoint), frame.placement)
     joints = [drawn_joint(chain, i, f"footing {i}") for i in range(1, len(chain.parent))]
-    return Footing(robot, joints, [tree.column[i] for i in way])
+    return Footing(robot, joints, columns)
 
 
 def _tree(robot: Robot) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,8 @@ def marks(
         Meshes by kind; labels; and for the legend the time in which the tool goes the length of
         straight arrows, `arrow_seconds`, and turns by round ones, `turn_seconds`.
     """
-    asked, curve, robot = shown.asked, shown.curve, shown.robot
+    curve, robot = shown.curve, shown.robot
+    asked = [one for one in shown.asked if not one.standing]
     axis = _axis_length(asked, size)
     meshes: dict[str, Mesh] = {}
     labels: list[dict[str, Any]] = []
@@ -60,6 +62,25 @@ def marks(
     if shown.report is not None:
         _add_failures(meshes, labels, shown, shown.report, size)
     return meshes, labels, seconds
+
+
+def standing_marks(shown: Shown, size: float) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Waypoints that stand while joints move the base frame, with their labels."""
+    robot, given = shown.robot, {one.name: one for one in shown.scenario.waypoints}
+    still = robot.model.frames[robot.frame_index(robot.standing_frame)]
+    asked = [
+        replace(one, pose=still.placement * given[one.name].pose)  # type: ignore[union-attr]
+        for one in shown.asked
+        if one.standing
+    ]
+    if not asked:
+        return [], []
+    carrier = int(still.parentJoint)
+    mesh = _triads([one.pose for one in asked], _axis_length(asked, size), 0.045)
+    missed, units = {found.name for found in shown.failures}, shown.scenario.units
+    names = (_waypoint_label(one, units) for one in asked if one.name not in missed)
+    labels = [one | {"carrier": carrier} for one in names]
+    return [thing("waypoints", mesh, carrier=carrier)], labels
 
 
 def frame_marks(shown: Shown, size: float) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:

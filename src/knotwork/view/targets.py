@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -39,7 +40,8 @@ def targets(
                 turn, pose = away.rotation, away * pose
                 twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)
         turned = pin.Motion(base.rotation @ twist.linear, base.rotation @ twist.angular)
-        found.append(CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned))
+        made = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
+        found.append(replace(made, standing=waypoint.standing))
     return found
 
 

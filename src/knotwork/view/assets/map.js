@@ -122,13 +122,22 @@ function choose(i) {
   byId("why").hidden = !data.message[i];
   byId("why").textContent = data.message[i];
   draw();
-  if (data.command) return inFile(i, moves, words);
-  byId("row").textContent = moves ? `${words} · its motion is planned …` : words;
-  byId("motion").onload = ({ target }) => { // not of the empty page that was there before
-    if (chosen === i && target.contentDocument?.URL !== "about:blank") byId("row").textContent = words;
+  // Until the motion of this row is there, none is shown: that of another row has another verdict.
+  byId("motion").classList.add("awaited");
+  if (data.command) inFile(i, moves, words);
+  else served(i, moves, words);
+}
+
+function served(i, moves, words) {
+  const frame = byId("motion");
+  byId("row").textContent = moves ? `${words} · its motion is being planned …` : words;
+  frame.onload = () => {
+    if (chosen !== i || !frame.contentDocument?.URL.endsWith(`motion?row=${data.row[i]}`)) return;
+    byId("row").textContent = words;
+    frame.classList.remove("awaited");
   };
-  byId("motion").hidden = !moves;
-  byId("motion").src = moves ? `motion?row=${data.row[i]}` : "about:blank";
+  frame.hidden = !moves;
+  frame.src = moves ? `motion?row=${data.row[i]}` : "about:blank";
 }
 
 // A map without a server has some motions, or none: one page shows them all.
@@ -141,8 +150,9 @@ function inFile(i, moves, words) {
   if (!frame.srcdoc) frame.srcdoc = data.page;
   const show = () => {
     if (chosen !== i) return;
-    if (frame.contentDocument?.documentElement?.dataset.ready === "true") frame.contentWindow.knotwork.renew(motion);
-    else setTimeout(show, 100);
+    if (frame.contentDocument?.documentElement?.dataset.ready !== "true") return setTimeout(show, 100);
+    frame.contentWindow.knotwork.renew(motion);
+    frame.classList.remove("awaited");
   };
   show();
 }
@@ -171,7 +181,16 @@ byId("map").addEventListener("keydown", (event) => {
   const next = data.row.reduce((best, _, i) => (cost(i) < cost(best) ? i : best), chosen);
   if (next !== chosen) choose(next);
 });
-for (const id of ["across", "up", "colour"]) byId(id).addEventListener("change", draw);
+// One variable has one axis: where it is chosen for both, they change places.
+const AXES = ["across", "up"];
+let before = AXES.map((id) => byId(id).value);
+for (const [k, id] of AXES.entries()) {
+  byId(id).addEventListener("change", () => {
+    if (byId(id).value === before[1 - k]) byId(AXES[1 - k]).value = before[k];
+    before = AXES.map((one) => byId(one).value);
+  });
+}
+for (const id of [...AXES, "colour"]) byId(id).addEventListener("change", draw);
 window.addEventListener("resize", draw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 draw();
