@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.view.packing import unpacked
+from drawn import numbers
 from knotwork.view.page import scene_page
 from knotwork.view.show import scene_of
 from shipped import QUICK
@@ -40,7 +40,7 @@ ALWAYS = {"kinova_dispense", "ur5_turntable_rim"}  # in these the task is small
 
 def is_ground(thing: dict[str, Any], size: float) -> bool:
     """Whether an object, such as a bench or a floor, is larger than arm and task together."""
-    extent = np.ptp(unpacked(thing["mesh"]).vertices, axis=0).max()
+    extent = np.ptp(numbers(thing["mesh"]["vertices"], "<f4"), axis=0).max()
     return thing["name"] == "objects" and bool(extent > size)
 
 
