@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from drawn import numbers
-from knotwork.view.page import scene_page
-from knotwork.view.show import scene_of
+from drawn import numbers, scene
 from shipped import QUICK
 
 # Of all that is drawn, what lies outside of the pane, whose edges are at 1, and how far; the
@@ -50,19 +49,24 @@ def is_ground(thing: dict[str, Any], size: float) -> bool:
 )
 def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Path) -> None:
     plan = kw.plan(name)
-    scene = scene_of(plan)
+    page = plan.view()
+    data = scene(page)
     robot = plan.space.robot
     assert robot is not None
-    known = scene["first_joint"] + robot.model.njoints  # joints of what moves by itself
-    scene["things"] = [
+    known = data["first_joint"] + robot.model.njoints  # joints of what moves by itself
+    data["things"] = [
         one
-        for one in scene["things"]
-        if not is_ground(one, scene["size"]) and one.get("carrier", 0) < known  # a belt leads out
+        for one in data["things"]
+        if not is_ground(one, data["size"]) and one.get("carrier", 0) < known  # a belt leads out
     ]
     tab = tabs.new()
     tab.set_viewport_size({"width": 1280, "height": 800})
-    page = scene_page(scene, autoplay=False, ghosts=False)
-    tab.goto(page.save(tmp_path / "scene.html").as_uri())
+    start, end = page.html.split('<script id="data" type="application/json">')
+    rest = end[end.index("</script>") :]
+    text = json.dumps(data).replace("<", "\\u003c")
+    file = tmp_path / "scene.html"
+    file.write_text(f'{start}<script id="data" type="application/json">{text}{rest}', "utf-8")
+    tab.goto(file.as_uri() + "#paused")
     tab.wait_for_selector("html[data-ready=true]", state="attached")
     for width, height in ((1280, 800), (390, 844)):
         tab.set_viewport_size({"width": width, "height": height})
