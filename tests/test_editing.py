@@ -72,6 +72,17 @@ def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_moved(
         assert kept == [line for line in source_of(name).read_text().splitlines() if "#" in line]
 
 
+def test_only_what_rests_where_poses_are_has_handles() -> None:
+    """Seen from a turntable its stand moves, and the drum on it does not."""
+    scenario = kw.load_scenario("ur5_turntable_rim")
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    found = {(one.name, one.kind): one.pose.translation for one in handles(scenario, robot)}
+    assert ("stand", "object") not in found
+    assert found["drum", "frame"] == pytest.approx([0.0, 0.0, 0.15])
+    assert found["above", "waypoint"] == pytest.approx([-0.18, 0.0, 0.25])
+
+
 def test_edits_of_one_gesture_are_undone_together(tmp_path: Path) -> None:
     draft = draft_in(tmp_path)
     first = draft.text

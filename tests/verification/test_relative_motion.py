@@ -17,8 +17,7 @@ from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.scene.solids import Placed, solid
-from knotwork.scene.supports import support
+from knotwork.scene.solids import Placed, solid, support
 from knotwork.verification.bounds.polynomials import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 

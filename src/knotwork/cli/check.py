@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -49,19 +48,8 @@ RECORDING = "if this is the recording of a robot, with noise, check it with --lo
 MANY_POINTS = 200
 
 
-@dataclass(frozen=True)
-class Alone:
-    """What a trajectory is checked against without a scenario.
-
-    Attributes:
-        robot: Its name or file, or `None` where the scene names it.
-        scene: A scenario file of which all but the waypoints counts, or `None`.
-        limits: YAML or a file, or `None`.
-    """
-
-    robot: str | None
-    scene: str | None
-    limits: str | None
+Alone = tuple[str | None, str | None, str | None]
+"""What a trajectory is checked against without a scenario: robot, scene and limits."""
 
 
 def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | None:
@@ -69,7 +57,7 @@ def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | 
         if limits is not None:
             raise click.UsageError("--limits goes with --robot or --scene, not with a scenario")
         return None
-    return Alone(robot, scene, limits)
+    return robot, scene, limits
 
 
 _option = functools.partial(click.option, cls=DecidingOption)
@@ -156,9 +144,8 @@ def _judged(
 ) -> tuple[Report, Scenario | None, int]:
     """The report, the scenario that it is about, and of how many pieces the motion is."""
     if alone is not None:
-        made = (alone.robot, alone.scene, alone.limits)
         try:
-            motion, scenario, _, report = pipeline.check_alone(trajectory, *made)
+            motion, scenario, _, report = pipeline.check_alone(trajectory, *alone)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error

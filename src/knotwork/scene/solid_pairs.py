@@ -10,8 +10,7 @@ import numpy as np
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.model import CollisionModel
-from knotwork.scene.solids import Placed
-from knotwork.scene.supports import support
+from knotwork.scene.solids import Placed, support
 from knotwork.waypoints import FloatArray, IndexArray
 
 

@@ -323,11 +323,8 @@ class OrientationCurve:
         Where the rate jumps, the bound of its derivative leaves out the jump.
 
         Args:
-            s0: Arc lengths at the start, in [0, length] [m], shape (k,).
+            s0: Arc lengths at the start, in [0, length] [m], shape (k,), as all that is returned.
             s1: Arc lengths at the end, greater or less [m], shape (k,).
-
-        Returns:
-            Two arrays, shape (k,).
         """
         ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
         low, high = np.minimum(*ends), np.maximum(*ends)

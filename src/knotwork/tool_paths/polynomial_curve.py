@@ -37,6 +37,9 @@ TINY = 1e-150
 ITERATIONS = 30
 """Bound on Newton steps; they double the digits."""
 
+SAME = 1e-14
+"""Arc lengths this near to an end of the curve, relative to its length, are that."""
+
 
 class PolynomialCurve(Curve):
     """Piecewise polynomial as a function of its arc length.
@@ -98,7 +101,10 @@ class PolynomialCurve(Curve):
 
     def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points and their derivatives up to an order, each of shape (k, 3)."""
-        span, w = self._parameters(np.asarray(s, dtype=float))
+        return self._at(*self._parameters(np.asarray(s, dtype=float)), order)
+
+    def _at(self, span: NDArray[np.intp], w: FloatArray, order: int) -> list[FloatArray]:
+        """The same at parameters of spans."""
         checked_order(order)
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
         found = C[:1]
@@ -121,28 +127,49 @@ class PolynomialCurve(Curve):
         Where a step does not come nearer it is halved.
         """
         points = np.asarray(points, dtype=float)
-        s: FloatArray = np.clip(np.array(guess, dtype=float), 0.0, self.length)
-        going, here = np.arange(s.size), self.derivatives(s, 2)
+        span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
+        going, here = np.arange(w.size), self._at(span, w, 2)
         for _ in range(ITERATIONS):
-            at, tangent, bend = here
-            off = at - points[going]
+            place, tangent, bend = here
+            off = place - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
             for _ in range(ITERATIONS):
-                following = np.clip(s[going] + step, 0.0, self.length)
-                there = self.derivatives(following, 2)
+                spans, at, moved = self._moved(span[going], w[going], step)
+                there = self._at(spans, at, 2)
                 farther = _norm(there[0] - points[going]) > before * (1 + 1e-12)
                 if not farther.any():
                     break
                 step = np.where(farther, 0.5 * step, step)
-            moved = np.abs(following - s[going])
-            s[going] = following
-            on = moved > 1e-10 * self.length
+            span[going], w[going] = spans, at
+            on = np.abs(moved) > 1e-10 * self.length
             going, here = going[on], [one[on] for one in there]
             if not going.size:
                 break
-        return s
+        s = self._s[span] + _lengths(self._c[1][:, span], 0.0, w)
+        ends = np.array([[0.0], [self.length]])
+        at_end = np.abs(s - ends) <= SAME * self.length
+        return np.where(at_end[0], 0.0, np.where(at_end[1], self.length, s))
+
+    def _moved(
+        self, span: NDArray[np.intp], w: FloatArray, step: FloatArray
+    ) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Go on along the curve from parameters of spans, by about a distance [m], not beyond ends.
+
+        Returns:
+            The spans and parameters there, and how far that is [m].
+        """
+        slope = self._c[1][:, span]
+        there = w + step / _norm(horner(slope, w[:, None]))
+        out = np.flatnonzero((there < 0.0) | (there > 1.0))
+        if out.size:
+            s = self._s[span[out]] + _lengths(slope[:, out], 0.0, w[out])
+            onward = np.clip(s + step[out], 0.0, self.length)
+            span, step = span.copy(), step.copy()
+            span[out], there[out] = self._parameters(onward)
+            step[out] = onward - s
+        return span, there, step
 
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,).

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.other_robots import OtherMotion, other_motion
-from knotwork.view.drawn_joints import drawn_joint
+from knotwork.view.footing import drawn_joint
 from knotwork.view.links import link_shapes
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.objects import HELD, TOOL, Objects, shape_mesh

@@ -18,12 +18,14 @@ from knotwork.view.style import (
     dress,
     least_height,
     mark_waypoints,
+    new_figure,
     write_note,
 )
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # A range below this, relative to the values or to 1 of their SI unit, is rounding of a curve that
 # stands still; it is shown this wide, relative to the values or to 1 of the shown unit.
@@ -140,6 +142,29 @@ class Panel:
         values = np.concatenate([*(one.value for one in self.curves), *asked, [0.0] * self.zero])
         values = values[np.isfinite(values)]
         return float(values.min()), float(values.max())
+
+
+def draw_grid(
+    grid: Sequence[Sequence[Panel]], page: tuple[float, float] | None, *, shared: bool = False
+) -> Figure:
+    """Draw rows of panels, on a page or as large as they need; `shared`: a row has one scale."""
+    rows, columns = len(grid), len(grid[0])
+    figure = new_figure(rows, columns, page)
+    axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    for line, panels in zip(axes, grid, strict=True):
+        spans = np.array([panel.span() for panel in panels])
+        if shared:
+            spans[:] = spans[:, 0].min(), spans[:, 1].max()
+        for axis, panel, span in zip(line, panels, spans, strict=True):
+            draw_panel(axis, panel, span, rows, columns)
+        if shared:
+            limits = np.array([axis.get_ylim() for axis in line])
+            for axis in line:
+                axis.set_ylim(limits.min(), limits.max())
+            for axis in line[1:]:
+                axis.set_ylabel("")
+    figure.align_ylabels()
+    return figure
 
 
 def draw_panel(

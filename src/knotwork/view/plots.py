@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
-from knotwork.units import Units
 from knotwork.view.drawn_motions import (
     Drawable,
     Motion,
@@ -21,11 +19,10 @@ from knotwork.view.drawn_motions import (
 )
 from knotwork.view.headings import MOST_LEGEND_LETTERS, head_and_foot, picture_title
 from knotwork.view.joint_panels import Series, joint_panel
-from knotwork.view.panel import draw_panel
+from knotwork.view.panel import Panel, draw_grid
 from knotwork.view.style import (
     SMALL,
     checked_size,
-    new_figure,
     printable,
     settings,
     shortened,
@@ -79,21 +76,18 @@ def plot_joints(
     ['position [rad]', 'velocity [rad/s]']
 
     Raises:
-        UnknownNameError: There is no such joint, quantity or size.
-        InputError: There is nothing or too much to draw, or the motions' joints differ.
+        InputError: A name is unknown, there is nothing or too much to draw, or joints differ.
     """
     found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
     names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
-    page = checked_size(size)
-    together = not split and (len(found) == 1 or len(names) > MOST_JOINT_COLUMNS)
+    page, units = checked_size(size), found[0].units(degrees)
+    cells, heads, together = _arranged(found, names, kinds, split)
     overlaid = not together and len(found) > 1
-    cells = _joints_together(found, names, kinds) if together else _overlaid(found, names, kinds)
-    cells = cells if together or split else list(map(list, zip(*cells, strict=True)))
-    owners, columns = [one.label for one in found], len(cells[0])
-    heads = owners if together else kinds if split else names
+    grid = [[joint_panel(kind, series, units) for kind, series in row] for row in cells]
+    owners, columns = [one.label for one in found], len(grid[0])
     with settings():
-        figure = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
+        figure = _split(grid, names, page) if split else draw_grid(grid, page, shared=together)
         head_and_foot(
             figure,
             found,
@@ -110,6 +104,18 @@ def plot_joints(
 
 _Row = list[tuple[str, list[Series]]]
 """Quantity and curves of each panel."""
+
+
+def _arranged(
+    motions: list[Motion], names: list[str], kinds: list[str], split: bool
+) -> tuple[list[_Row], list[str], bool]:
+    """Rows of panels, what their columns are of, and whether these are motions."""
+    if not split and (len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS):
+        return _joints_together(motions, names, kinds), [one.label for one in motions], True
+    rows = _overlaid(motions, names, kinds)
+    return (
+        (rows, kinds, False) if split else (list(map(list, zip(*rows, strict=True))), names, False)
+    )
 
 
 def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
@@ -149,38 +155,14 @@ def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) 
     ]
 
 
-def _draw(
-    cells: list[_Row],
-    units: Units,
-    page: tuple[float, float] | None,
-    *,
-    shared: bool,
-    split: bool,
-) -> Figure:
-    """Draw panels with their curves, limits and labels; a row is `shared` that has one scale."""
-    rows, columns = len(cells), len(cells[0])
-    figure = new_figure(rows, columns, page)
-    axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    for line, row in zip(axes, cells, strict=True):
-        panels = [joint_panel(quantity, series, units) for quantity, series in row]
-        spans = np.array([panel.span() for panel in panels])
-        if shared:
-            spans[:] = spans[:, 0].min(), spans[:, 1].max()
-        for axis, panel, span in zip(line, panels, spans, strict=True):
-            if split:
-                panel.title = ""
-            draw_panel(axis, panel, span, rows, columns)
-        if shared:
-            limits = np.array([axis.get_ylim() for axis in line])
-            for axis in line:
-                axis.set_ylim(limits.min(), limits.max())
-            for axis in line[1:]:
-                axis.set_ylabel("")
-        if split:
-            line[0].set_ylabel(
-                f"{_row_name(row[0][1][0].joint)}\n[{panels[0].unit}]", fontsize=SMALL
-            )
-    figure.align_ylabels()
+def _split(grid: list[list[Panel]], joints: list[str], page: tuple[float, float] | None) -> Figure:
+    """Draw a row a joint, named at its left; columns have the titles."""
+    for panel in itertools.chain(*grid):
+        panel.title = ""
+    figure = draw_grid(grid, page)
+    firsts = figure.axes[:: len(grid[0])]
+    for axis, (panel, *_), joint in zip(firsts, grid, joints, strict=True):
+        axis.set_ylabel(f"{_row_name(joint)}\n[{panel.unit}]", fontsize=SMALL)
     return figure
 
 

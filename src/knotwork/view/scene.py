@@ -14,8 +14,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 from knotwork.view.arm_at_waypoints import find_stops
 from knotwork.view.camera import views
-from knotwork.view.drawn_joints import drawn_joints
-from knotwork.view.footing import footing
+from knotwork.view.footing import drawn_joints, footing
 from knotwork.view.images import image_addresses
 from knotwork.view.marks import frame_marks, marks, standing_marks
 from knotwork.view.mesh import coarse
@@ -98,18 +97,10 @@ def make_scene(
     objects, around = scene_objects(shown, size), other_robots(shown, size)
     things, labels, legend = _task_data(shown, motions, size)
     feet, said = footing(shown.robot), [*warnings, *shown.shapes.warnings]
-    ghosts = feet.positions(stops.position[stops.distinct(size)])
-    unmoved = np.zeros(len(still["joints"]) - ghosts.shape[1])  # ghosts are of the robot alone
-    arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
     return {
         **_description(shown),
         **still,
-        "arms": [
-            arm_frames(name, motion, shown.robot, shown.model, shown.scenario.paths)
-            for name, motion in arms.items()
-        ],
-        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
-        "first_joint": feet.count,
+        **_arms(shown, motions, stops.position[stops.distinct(size)], len(still["joints"])),
         "things": feet.carrying([*things, *objects.things, *around.things]),
         "labels": feet.carrying(_merged([*labels, *objects.labels, *around.labels])),
         "waypoints": waypoint_times(shown),
@@ -129,6 +120,24 @@ def make_scene(
             for name, one in (others or {}).items()
         ],
         "warnings": [*said, *objects.warnings, *around.warnings, *unread],
+    }
+
+
+def _arms(
+    shown: Shown, motions: Mapping[str, PiecewisePolynomial], copies: FloatArray, joints: int
+) -> dict[str, Any]:
+    """The moving arms, and where copies of the first one stand, of a number of joints each."""
+    feet = footing(shown.robot)
+    ghosts = feet.positions(copies)
+    unmoved = np.zeros(joints - ghosts.shape[1])  # ghosts are of the robot alone
+    arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
+    return {
+        "arms": [
+            arm_frames(name, motion, shown.robot, shown.model, shown.scenario.paths)
+            for name, motion in arms.items()
+        ],
+        "ghosts": [[*one, *unmoved] for one in ghosts.tolist()],
+        "first_joint": feet.count,
     }
 
 

@@ -13,8 +13,8 @@ from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motions_of
 from knotwork.view.headings import head_and_foot, picture_title
-from knotwork.view.panel import Curve, Level, Panel, draw_panel
-from knotwork.view.style import checked_size, new_figure, rounded, settings
+from knotwork.view.panel import Curve, Level, Panel, draw_grid
+from knotwork.view.style import checked_size, rounded, settings
 from knotwork.view.time_window import WHOLE, Window, windowed
 from knotwork.view.tool_curves import Curve as Samples
 from knotwork.view.tool_curves import Row, full_speeds, speed_errors, stretches, tool_rows
@@ -75,11 +75,7 @@ def plot_tool(
         if any(len(time) for time, _ in measured(row.curve))
     ]
     with settings():
-        figure = new_figure(len(panels), 1, page)
-        figure.subplots(len(panels), 1, sharex=True)
-        for axis, panel in zip(figure.axes, panels, strict=True):
-            draw_panel(axis, panel, panel.span(), len(panels), 1)
-        figure.align_ylabels()
+        figure = draw_grid([[panel] for panel in panels], page)
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
         several = len(found) > 1
         curves = [one.label for one in found] if several else ()

@@ -51,7 +51,8 @@ class JointsOnPath:
         path: Poses of the tool over time.
         start: Joint positions near where it begins [rad or m], shape (d,).
         pull: See `JointField`.
-        found: The way from there, if it is known already; only for arms without self-motion.
+        found: The way from there with the same pull, if it is known already. Of an arm with
+            self-motion it is followed anew if its steps are too long.
 
     Attributes:
         robot, path: As given.
@@ -76,7 +77,7 @@ class JointsOnPath:
         self.field = JointField(robot, pull, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.dof > 6 else STEP
         self._start = start
-        if found is None or robot.dof > 6:
+        if found is None or not self._fine(found):
             place, rotation, _, _ = path.state([path.start_time])
             q = self.field.corrected(start[None], place, rotation)[0]
             found = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
@@ -91,6 +92,13 @@ class JointsOnPath:
         )
         self.position = self.position[np.append(steps, len(found.time) - 1)]
         self.curve = PiecewisePolynomial(self._quintics(found, steps), self.time)
+
+    def _fine(self, found: Continuation) -> bool:
+        """Whether the steps of a way are as short as they have to be."""
+        if self.robot.dof <= 6:
+            return True
+        far = np.abs(np.diff(found.position[:, 0], axis=0)).max(initial=0.0)
+        return self.field.guide is None and bool(far <= self._step)
 
     def _quintics(self, found: Continuation, steps: NDArray[np.intp]) -> FloatArray:
         """Coefficients of the polynomials between steps, by index, and those after them."""
