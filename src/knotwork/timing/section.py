@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.timing.budget import OnStep
 from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
-from knotwork.timing.held_limits import held_bounds, held_parameters
+from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
@@ -50,7 +50,8 @@ problem whose limits differ a little."""
 
 @lru_cache(maxsize=16)
 def _program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
-    return Program(layout(form).size, blocks(form), steps=steps, options=START_OPTIONS[kind])
+    every = [*blocks(form), *held_blocks(form, {})]
+    return Program(layout(form).size, every, steps=steps, options=START_OPTIONS[kind])
 
 
 class Section:
@@ -70,12 +71,9 @@ class Section:
     ) -> None:
         self.problem, self.guess, self.tightening = problem, guess, tightening
         self.margin = tightening.margin
-        self.form = form_of(
-            problem,
-            position=tightening.position,
-            effort="effort" in tightening.held,
-            tool="tool_speed" in tightening.held,
-        )
+        held = tuple(name for name in PARTS if name in tightening.held)
+        each = guess.share.shape[1]
+        self.form = form_of(problem, each, held, position=tightening.position)
         self.scale = _scale(problem, guess)
 
     def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
@@ -191,7 +189,6 @@ class Section:
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
-        found += held_parameters(self.tightening, problem.limits, scale)
         if form.work:
             units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
             weight = problem.objective.effort * scale.time / self.typical_cost()
@@ -202,7 +199,7 @@ class Section:
             found.append(np.repeat((unit / unit.max())[:, None], times, axis=1))
             weight = getattr(problem.objective, name) * unit.max() / self.typical_cost()
             found.append(np.array([[weight]]))
-        return found
+        return [*found, *held_parameters(self.tightening, problem.limits, scale)]
 
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
@@ -257,13 +254,12 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        found += held_bounds(self.tightening)
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))
         for name in form.peaks:
             most = np.zeros((2 * d, count + (name == "peak_acceleration")))
             found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
-        return found
+        return [*found, *held_bounds(self.tightening)]
 
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""
