@@ -115,13 +115,6 @@ def test_a_planner_that_can_not_do_a_scenario_keeps_its_row_with_the_reason() ->
     json.dumps(comparison.to_dict(), allow_nan=False)
 
 
-def test_options_of_the_scenario_hold_for_the_planners_that_support_them() -> None:
-    with_zero = compare("ur5_deburring", ["modified-hermite", "cubic"])
-    ends = with_zero.trajectories["modified-hermite"].acceleration([0.0, 13.0])
-    np.testing.assert_allclose(ends, 0, atol=1e-12)
-    assert np.abs(with_zero.trajectories["cubic"].acceleration(0.0)).max() > 0.1
-
-
 def test_only_the_planners_asked_for_in_that_order() -> None:
     rows = compare("paper_case", ["quintic", "cubic", "quintic"]).rows
     assert [row.planner for row in rows] == ["quintic", "cubic"]

@@ -72,6 +72,17 @@ def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_moved(
         assert kept == [line for line in source_of(name).read_text().splitlines() if "#" in line]
 
 
+def test_only_what_rests_where_poses_are_has_handles() -> None:
+    """Seen from a turntable its stand moves, and the drum on it does not."""
+    scenario = kw.load_scenario("ur5_turntable_rim")
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    found = {(one.name, one.kind): one.pose.translation for one in handles(scenario, robot)}
+    assert ("stand", "object") not in found
+    assert found["drum", "frame"] == pytest.approx([0.0, 0.0, 0.15])
+    assert found["above", "waypoint"] == pytest.approx([-0.18, 0.0, 0.25])
+
+
 def test_edits_of_one_gesture_are_undone_together(tmp_path: Path) -> None:
     draft = draft_in(tmp_path)
     first = draft.text
@@ -102,6 +113,23 @@ def test_what_another_program_writes_is_not_overwritten(tmp_path: Path) -> None:
     assert draft.text == mine
     draft.save()
     assert draft.file.read_text(encoding="utf-8") == mine
+
+
+def test_waypoints_are_called_as_in_the_scene(tmp_path: Path) -> None:
+    """Those of a repeat as in its first turn; one without a name by its place, counted from 1."""
+    draft = draft_in(tmp_path, "ur10_palletise_24")
+    for i in (0, 2):
+        draft.apply([{"at": ["waypoints", i, "name"]}])
+    made = Session(draft)
+    made.server.server_close()
+    called = {
+        tuple(json.loads(at)): name for at, name in made.server.state()["draft"]["names"].items()
+    }
+    scene = [one.name for one in kw.load_scenario(kw.Task.load(draft.document().data)).waypoints]
+    assert called["waypoints", 0] == scene[0] == "waypoint 1"
+    assert called["waypoints", 1, "repeat", 3] == "over 1"
+    assert set(called.values()) <= set(scene)
+    assert called["waypoints", 2] == scene[-1] == f"waypoint {len(scene)}"
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])

@@ -65,11 +65,6 @@ def test_pictures_of_the_page_say_what_the_page_says(chromium: Any, tmp_path: Pa
         assert moving.info["xmp"].decode() == written
 
 
-def test_getting_started_begins_with_the_same_task() -> None:
-    text = (ROOT / "docs" / "getting_started.md").read_text(encoding="utf-8")
-    assert re.findall(r"```{file} glue.yaml\n(.*?)```", text, re.DOTALL) == blocks("yaml")
-
-
 def test_its_pictures_are_there_and_light() -> None:
     for name in re.findall(r"!\[.+?\]\((.+?)\)", README):
         assert (ROOT / name).stat().st_size < 2e6
@@ -119,15 +114,15 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
         assert 1e3 * found.value <= most
 
 
-def test_the_recipes_for_a_urdf_and_a_test_work_as_they_are_written(
+def test_the_recipe_for_a_urdf_works_as_it_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, knotwork: Command
 ) -> None:
     page = (ROOT / "docs" / "recipes.md").read_text(encoding="utf-8")
     sections = {part.partition("\n")[0]: part for part in page.split("\n## ")}
-    urdf, own = sections["Your own URDF, with meshes"], sections["A pytest of your own"]
+    urdf = sections["Your own URDF, with meshes"]
     assert ":hidden:" not in urdf
     monkeypatch.chdir(tmp_path)
-    for name, text in re.findall(r"```{file} (\S+)\n(.*?)```", urdf + own, re.DOTALL):
+    for name, text in re.findall(r"```{file} (\S+)\n(.*?)```", urdf, re.DOTALL):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     (commands,) = re.findall(r"```{run}\n(.*?)```", urdf, re.DOTALL)
@@ -135,9 +130,3 @@ def test_the_recipes_for_a_urdf_and_a_test_work_as_they_are_written(
         ran = knotwork(*command.split()[1:])
         assert (ran.code, ran.err) == (0, "")
         assert "warning" not in ran.out
-    names: dict[str, object] = {}
-    exec((tmp_path / "test_task.py").read_text(encoding="utf-8"), names)
-    tests = [one for name, one in names.items() if name.startswith("test_") and callable(one)]
-    assert len(tests) == 3
-    for one in tests:
-        one()

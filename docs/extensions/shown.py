@@ -92,14 +92,19 @@ def output(block: Any) -> nodes.Node:
 
 
 class File(Shown):
-    """`file NAME`: show a file and write it."""
+    """`file NAME`: show a file and write it; `of` names a page whose first YAML block it is."""
 
+    option_spec = {"of": directives.unchanged}  # noqa: RUF012
     required_arguments = 1
     final_argument_whitespace = True
 
     def run(self) -> list[nodes.Node]:
         """Write it, show it under its name."""
         name, text = self.arguments[0], "\n".join(self.content) + "\n"
+        if "of" in self.options:
+            page = Path(self.env.srcdir, self.options["of"]).resolve()
+            self.env.note_dependency(str(page))
+            text = page.read_text(encoding="utf-8").partition("```yaml\n")[2].partition("```")[0]
         path = self.page.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")

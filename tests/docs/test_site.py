@@ -174,15 +174,6 @@ def test_what_is_not_run_is_little() -> None:
     assert found <= SHOWN_ONLY
 
 
-def test_the_recipe_for_drake() -> None:
-    pytest.importorskip("pydrake.trajectories", reason="Drake has no wheel for this platform")
-    (recipe,) = [one for one in fences("python") if "to_drake" in one]
-    names: dict[str, Any] = {}
-    exec(recipe, names)
-    curve, trajectory = names["curve"], names["kw"].plan("ur5_deburring").trajectory
-    assert curve.value(1.2).ravel() == pytest.approx(trajectory.position(1.2), abs=1e-12)
-
-
 def test_the_recipe_for_ros2_names_what_is_exported() -> None:
     (recipe,) = [one for one in fences("bash") if one.startswith("ros2 ")]
     message, goal = recipe.replace("\\\n", "").strip().split("\n")

@@ -119,7 +119,7 @@ def test_a_seam_on_a_dome_comes_to_rest_without_a_spike(
     speed=st.floats(0.01, 0.15),
     ramps=st.floats(0.001, 1.0),
 )
-@examples(25)
+@examples(8)
 def test_a_path_with_stops_is_followed_without_spikes(
     count: int,
     radius: float,

@@ -77,7 +77,7 @@ def bump(plan: kw.Plan, time: float, width: float, height: float) -> JointTrajec
     return disturbed(plan, change)
 
 
-@examples(10)
+@examples(4)
 @given(
     along=st.sampled_from(["line", {"arc": {"through": [490, -30, 70]}}]),
     tolerance=st.floats(0.005, 0.2),

@@ -25,6 +25,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.view import plot_joints
+from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
 
@@ -56,7 +57,7 @@ def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
     assert heading(figure) == "ur5_deburring · modified-hermite"
 
 
-@pytest.mark.parametrize("degrees", [False, True])
+@pytest.mark.parametrize("degrees", mostly_exhaustive([False, True], True))
 def test_curves_are_the_trajectory(deburring: Plan, degrees: bool) -> None:
     factor = math.degrees(1) if degrees else 1.0
     figure = plot_joints(deburring, degrees=degrees, split=True, size="slide")

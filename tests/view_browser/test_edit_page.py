@@ -219,7 +219,13 @@ def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     added = tab.evaluate("knotwork.edit.draft.data.waypoints[4]")
     assert added["joints"]["shoulder_pan_joint"] == pytest.approx(10, abs=0.01)
     tab.click("#jog summary")
+    # it has no name: it is called in the form as it is in the scene, and sought
+    stops = tab.evaluate("knotwork.edit.stage.data.waypoints")
+    listed = tab.locator("#part optgroup[label=waypoints] option").all_inner_texts()
+    assert listed == [one["name"] for one in stops if one["name"] != "start"]
     tab.select_option("#part", '["waypoints",4]')
+    at = next(one["time"] for one in stops if one["name"] == "waypoint 5")
+    assert tab.evaluate("knotwork.time()") == pytest.approx(at, abs=0.02)
     tab.click("#remove")
     tab.wait_for_function(f"knotwork.edit.draft.data.waypoints.length === {count}")
     known(tab)

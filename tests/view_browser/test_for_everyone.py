@@ -58,9 +58,9 @@ def opened(tabs: Any, folder: Path, name: str, size: tuple[int, int], **options:
     ("name", "size", "scheme"),
     [
         ("scene", DESK, "dark"),
-        ("scene", UPRIGHT, "light"),
-        ("report", DESK, "light"),
         ("report", UPRIGHT, "dark"),
+        pytest.param("scene", UPRIGHT, "light", marks=pytest.mark.exhaustive),
+        pytest.param("report", DESK, "light", marks=pytest.mark.exhaustive),
     ],
 )
 def test_nothing_hinders_people(

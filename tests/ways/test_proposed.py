@@ -46,9 +46,8 @@ def told(given: dict[str, Any], **options: Any) -> list[str]:
     return [str(one) for one in report.tried]
 
 
-@pytest.mark.parametrize("more", [{"branch": "fixed"}, {}])
-def test_a_motion_that_collides_between_two_waypoints_is_told_of_ways(more: dict[str, Any]) -> None:
-    given = across(**more)
+def test_a_motion_that_collides_between_two_waypoints_is_told_of_ways() -> None:
+    given = across()
     (line,) = told(given)
     assert line.startswith(ONE)
     given["waypoints"][1] |= {"way": "clear"}
@@ -78,6 +77,7 @@ def test_a_motion_whose_time_is_chosen_finds_its_way_where_the_fastest_collides(
     assert frozen.trajectory.duration == plan.trajectory.duration
 
 
+@pytest.mark.exhaustive
 def test_a_motion_that_bows_into_something_finds_its_way_through_all_that_it_passes() -> None:
     over = [
         {"name": name, "pose": {"position": [450, y, 460], "rpy": DOWN}, "velocity": "free"}
@@ -154,6 +154,7 @@ def test_only_plans_propose_ways(tmp_path: Path, knotwork: Command) -> None:
     assert "way: clear" not in checked.out
 
 
+@pytest.mark.exhaustive
 def test_what_can_be_found_is_not_proposed_again() -> None:
     """The way is clear, the motion that follows is not."""
     back = at("back", -250, after=3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,12 @@ def planned(given: dict[str, Any]) -> kw.Plan:
     return made
 
 
+@cache
+def led() -> kw.Plan:
+    """The plan past the wall, made once."""
+    return planned(past())
+
+
 def without_way(given: dict[str, Any], seconds: float) -> dict[str, Any]:
     plain = copy.deepcopy(given)
     del plain["waypoints"][1]["way"]
@@ -69,7 +76,7 @@ def without_way(given: dict[str, Any], seconds: float) -> dict[str, Any]:
 
 
 def test_the_motion_leads_past_the_wall_where_the_direct_one_collides() -> None:
-    made = planned(past())
+    made = led()
     direct = kw.plan(without_way(past(), made.trajectory.duration))
     assert not direct.report.ok
     assert made.chosen is not None
@@ -79,12 +86,12 @@ def test_the_motion_leads_past_the_wall_where_the_direct_one_collides() -> None:
 
 
 def test_the_same_task_gives_the_same_motion() -> None:
-    one, other = (kw.plan(past()).trajectory for _ in range(2))
-    assert one.polynomial.c.tobytes() == other.polynomial.c.tobytes()
+    again = kw.plan(past()).trajectory
+    assert again.polynomial.c.tobytes() == led().trajectory.polynomial.c.tobytes()
 
 
 def test_a_frozen_way_gives_the_same_motion(tmp_path: Path) -> None:
-    made = kw.plan(past())
+    made = led()
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
     assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
@@ -113,7 +120,7 @@ def test_a_rest_between_ways_is_no_way() -> None:
 def test_ways_of_the_file_are_ways_at_every_waypoint() -> None:
     given = past(ways="clear")
     del given["waypoints"][1]["way"]
-    assert planned(given).trajectory.duration == kw.plan(past()).trajectory.duration
+    assert planned(given).trajectory.duration == led().trajectory.duration
 
 
 def test_several_ways_in_a_row_end_where_the_next_one_begins() -> None:
@@ -254,6 +261,7 @@ def test_a_way_begins_where_a_tool_path_ends_at_speed() -> None:
     assert np.linalg.norm(made.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_between_tool_paths_other_solutions_are_tried_where_no_way_is_found() -> None:
     """The solutions at both ends come before the way; of the best ones none was found."""
     given = past()
@@ -276,10 +284,11 @@ def test_a_way_past_nothing_that_is_there_yet_has_a_clearance() -> None:
     assert way.value > 0
 
 
+@pytest.mark.exhaustive
 def test_the_limit_of_tool_speed_is_kept_and_costs_time() -> None:
     given = past()
     given["limits"] = {**given["limits"], "tool_speed": 600}
-    assert kw.plan(past()).trajectory.duration < planned(given).trajectory.duration < 2.5
+    assert led().trajectory.duration < planned(given).trajectory.duration < 2.5
 
 
 def test_a_limit_of_tool_speed_costs_a_way_in_free_space_no_more_than_another_motion() -> None:
@@ -292,6 +301,7 @@ def test_a_limit_of_tool_speed_costs_a_way_in_free_space_no_more_than_another_mo
     assert planned(free).trajectory.duration <= 1.02 * least
 
 
+@pytest.mark.exhaustive
 def test_a_heavy_load_is_led_only_where_the_arm_can_hold_it() -> None:
     """Straight motions between random configurations once led where gravity alone was too much."""
     bar = {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
@@ -299,16 +309,17 @@ def test_a_heavy_load_is_led_only_where_the_arm_can_hold_it() -> None:
     heavy["tool"]["holds"] = {"bar": bar | {"mass": 25}}
     light = past()
     light["tool"]["holds"] = {"bar": bar}
-    assert planned(heavy).trajectory.duration < 2.0 * planned(light).trajectory.duration
+    least = planned(light).trajectory.duration
+    assert led().trajectory.duration < least  # what the arm holds keeps clear, too
+    assert planned(heavy).trajectory.duration < 2.0 * least
 
 
-@pytest.mark.parametrize("goal", ["there", "aside"])
-@pytest.mark.parametrize("at", [0.2, 0.3, 0.7])
+@pytest.mark.parametrize(("at", "goal"), [(0.2, "there"), (0.3, "aside"), (0.7, "there")])
 def test_a_way_goes_on_from_the_middle_of_one_where_the_arm_can_not_brake_straight(
     at: float, goal: str
 ) -> None:
     """It stops on its path first, and is no slower than the rest of the motion that it replaces."""
-    made = kw.plan(past())
+    made = led()
     asked = past(start="home")
     asked["waypoints"] = asked["waypoints"][1:]
     if goal == "aside":
@@ -326,15 +337,7 @@ def test_a_way_goes_on_from_the_middle_of_one_where_the_arm_can_not_brake_straig
 def test_limits_of_torque_are_kept() -> None:
     given = past()
     given["limits"] = {**given["limits"], "effort": {"shoulder_lift_joint": 60}}
-    assert planned(given).trajectory.duration >= kw.plan(past()).trajectory.duration
-
-
-def test_what_the_arm_holds_keeps_clear_too() -> None:
-    given = past()
-    given["tool"]["holds"] = {
-        "bar": {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
-    }
-    assert planned(given).trajectory.duration > kw.plan(past()).trajectory.duration
+    assert planned(given).trajectory.duration >= led().trajectory.duration
 
 
 def test_an_object_that_is_left_stands_in_the_next_way() -> None:
@@ -364,7 +367,12 @@ def test_an_object_that_is_left_stands_in_the_next_way() -> None:
 
 
 @pytest.mark.parametrize(
-    ("room", "kept", "said"), [(None, 0, ""), (15, 15, "15 mm"), (120, 60, "60 mm")]
+    ("room", "kept", "said"),
+    [
+        (None, 0, ""),
+        (15, 15, "15 mm"),
+        pytest.param(120, 60, "60 mm", marks=pytest.mark.exhaustive),
+    ],
 )
 def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
     room: float | None, kept: float, said: str
@@ -411,6 +419,7 @@ def test_where_no_way_is_found_the_objects_to_blame_are_named() -> None:
     planned(past({name: one for name, one in objects.items() if name not in blamed}))
 
 
+@pytest.mark.exhaustive
 def test_where_the_arm_itself_is_in_the_way_no_object_is_blamed() -> None:
     """A wide tool would have to pass through the forearm: no other joint may turn away."""
     given = past(CRATE)
@@ -475,16 +484,9 @@ def test_a_way_that_can_not_be_is_an_error_of_the_command_line(
     assert said in ran.err
 
 
-def test_no_budget_at_all_is_refused(knotwork: Command) -> None:
-    ran = knotwork("plan", "ur5_wall", "--budget", 0)
-    assert ran.code == 2
-    assert "'0' is not accepted; give a positive time" in ran.err
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"way": {"clear": True, "tries": 0}}, "must be at least 1"),
         ({"way": {"clear": True, "room": 0}}, "room"),
         ({"way": "free"}, "clear"),
         ({"along": "line", "speed": 50}, "follows a tool path"),
@@ -534,14 +536,7 @@ def test_a_short_budget_gives_a_motion_that_is_proved() -> None:
     made = kw.plan(past(), budget=1e-3)
     made.report.raise_if_failed()
     assert made.chosen is not None
-    assert made.chosen.duration >= kw.plan(past()).trajectory.duration
-
-
-def test_the_command_line_plans_a_way_and_freezes_it(tmp_path: Path, knotwork: Command) -> None:
-    kw.Task(**past()).save(tmp_path / "wall.yaml")
-    frozen = tmp_path / "frozen.yaml"
-    assert knotwork("plan", str(tmp_path / "wall.yaml"), "--freeze", str(frozen)).code == 0
-    assert knotwork("plan", str(frozen)).code == 0
+    assert made.chosen.duration >= led().trajectory.duration
 
 
 def test_gaps_change_with_the_joints_as_finite_differences_say() -> None:

@@ -19,6 +19,7 @@ from knotwork.choosing.path_speeds import (
 )
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import InputError, together
+from knotwork.errors.plain_text import called
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
 from knotwork.timing.problem import with_margin
@@ -50,7 +51,7 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
         most = (1.0 - ADVISED_MARGIN) * limit
         if speed > limit * (1.0 - NO_MARGIN):
             error = InputError(
-                f"waypoint {scenario.waypoints[i].name!r}: the tool is given a speed of "
+                f"{called(scenario.waypoints[i].name)}: the tool is given a speed of "
                 f"{_speed(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
                 f"accepted: at most {_speed(scenario, most)}, {rounded_down(most / speed, 3):g} "
                 "times that speed, or a higher limit"

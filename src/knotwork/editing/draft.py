@@ -170,10 +170,11 @@ def units(data: Any, robot: Robot | None) -> dict[str, str]:
     """The units of the values of a file that have one, by their location as JSON."""
     joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
     found = ((at, unit_at(data, at, joints)) for at in _places(data))
-    return {_as_javascript(at): unit for at, unit in found if unit}
+    return {as_javascript(at): unit for at, unit in found if unit}
 
 
-def _as_javascript(at: Location) -> str:
+def as_javascript(at: Location) -> str:
+    """A location as a page writes it."""
     return json.dumps(at, separators=(",", ":"), ensure_ascii=False)
 
 

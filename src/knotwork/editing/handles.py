@@ -71,7 +71,8 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     """
     file = in_si(scenario.task, *si_factors(scenario.task.units))
     frames = Frames(file.frames, scenario.places)
-    still = {"base"} | {name for name, one in frames.moving.items() if not one.moves}
+    moving = frames.moving.items()
+    still = {name for name, one in moving if not one.moves and one.link == scenario.on}
 
     def frame(name: str | None) -> pin.SE3:
         return robot.base_placement * frames[name or "base"]
@@ -88,7 +89,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     )
     for where, things, given in placed_things:
         for name, thing in things.items():
-            if thing.parent not in still or (name not in still and where == ("frames",)):
+            if (name if where == ("frames",) else thing.parent) not in still:
                 continue
             at, around = (*where, name), frame(thing.parent)
             if scenario.places.given(at) != at:
@@ -109,8 +110,6 @@ def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
-    if shown.standing:
-        return
     at = scenario.places.given(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.task.waypoints[i])
     pose = pin.SE3(turn, around * np.array(waypoint.pose.position))

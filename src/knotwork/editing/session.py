@@ -15,7 +15,7 @@ import pinocchio as pin
 from knotwork.documents import validate
 from knotwork.documents.items import part_of
 from knotwork.editing.additions import box_at, waypoint_here
-from knotwork.editing.draft import Draft, build, units
+from knotwork.editing.draft import Draft, as_javascript, build, units
 from knotwork.editing.handles import Handle, handles, moved
 from knotwork.errors import InputError, KnotworkError
 from knotwork.kinematics import solve_pose_ik
@@ -54,6 +54,7 @@ class Session:
         self._handles: list[Handle] = []
         self._build, self._axes = "", dict[str, Any]()
         self._units: dict[str, str] = {}
+        self._names: dict[str, str] = {}
         self._lock = threading.Lock()
         actions: dict[str, Callable[[Asked], Answer]] = {
             "jog": self._jog,
@@ -115,6 +116,7 @@ class Session:
                 there = [one for one in first.values() if part_of(document.data, one.at)]
                 self._scenario, self._robot, self._handles = scenario, robot, there[::-1]
                 self._handled, self._axes = revision, _axes(document.data)
+                self._names = _names(scenario)
                 now = build(document.data)
                 if self._build != now:
                     self._build = now
@@ -138,6 +140,7 @@ class Session:
         known = self._handles if draft["build"] == self._build else []
         shown = [{**one.to_dict(), "build": self._build} for one in known]
         more = {"handled": self._handled, "handles": shown, "verdict": self._verdict}
+        more["names"] = self._names if draft["build"] == self._build else {}
         return {"draft": {**draft, **more, "units": self._units}}
 
     def _edit(self, asked: Asked) -> None:
@@ -238,6 +241,15 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
     return make_scene(Shown(robot, motion, timed, joint_space(timed)))
+
+
+def _names(scenario: Scenario) -> dict[str, str]:
+    """What waypoints are called in the scene, by location in the file; of repeats the first."""
+    named: dict[str, str] = {}
+    for i, one in zip(scenario.index, scenario.waypoints, strict=True):
+        if i >= 0:
+            named.setdefault(as_javascript(scenario.places.given(("waypoints", i))), one.name)
+    return named
 
 
 def _axes(data: Any) -> dict[str, Any]:

@@ -23,3 +23,17 @@ def plain(text: str) -> str:
 def one_line(text: str) -> str:
     r"""The same in one line: line feeds and tabs are written out, too."""
     return plain(text.replace("\n", r"\n").replace("\t", r"\t"))
+
+
+def nameless(place: int) -> str:
+    """What a waypoint without a name is called; its place is counted from 0."""
+    return f"waypoint {place + 1}"
+
+
+def called(name: str) -> str:
+    """A waypoint in a sentence, with its name in quotes unless it is only a number.
+
+    >>> called("pick"), called("waypoint 3")
+    ("waypoint 'pick'", 'waypoint 3')
+    """
+    return name if re.fullmatch(r"waypoint \d+", name) else f"waypoint {name!r}"

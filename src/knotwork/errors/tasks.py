@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from knotwork.errors.base import InputError
+from knotwork.errors.plain_text import called
 
 
 class TaskError(InputError):
@@ -19,7 +20,7 @@ class TaskError(InputError):
     def __init__(self, waypoint: str, message: str, *, where: str = "", **data: Any) -> None:
         self.waypoint, self.where = waypoint, where
         prefix = f"{where}: " if where else ""
-        named = f"waypoint {waypoint!r}: " if waypoint else ""
+        named = f"{called(waypoint)}: " if waypoint else ""
         super().__init__(f"{prefix}{named}{message}", **data)
 
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import ExportError
+from knotwork.errors.plain_text import called
 from knotwork.export.straight import (
     STANDING,
     STRAIGHT,
@@ -300,7 +301,7 @@ def _number(event: Event, maker: str) -> int:
 
 def _refused(event: Event, maker: str, known: str) -> ExportError:
     return ExportError(
-        f"{event.said} at {event.time:.3f} s, waypoint {event.waypoint!r}: a program for {maker} "
+        f"{event.said} at {event.time:.3f} s, {called(event.waypoint)}: a program for {maker} "
         f"can't switch it; accepted: on and off, with {known}; or --without-events",
         time=event.time,
     )

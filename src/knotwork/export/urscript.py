@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import ExportError
+from knotwork.errors.plain_text import called
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
 from knotwork.export.straight import refuse_moving, rounded_up
@@ -260,7 +261,7 @@ def _switch(event: Event) -> str:
         known = f"output {n}" if n is not None else f"signal {event.name!r}"
         numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
         raise ExportError(
-            f"{event.said} at {event.time:.3f} s, waypoint {event.waypoint!r}: a controller of "
+            f"{event.said} at {event.time:.3f} s, {called(event.waypoint)}: a controller of "
             f"Universal Robots has no {known}; accepted: on and off, with the number of a digital "
             f"output, {numbers}, given by outputs: {{{event.name}: number}}; or --without-events",
             time=event.time,

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from knotwork.errors import InputError, KnotError, OptionError
+from knotwork.errors.plain_text import called
 from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, PlannerOptions, planner_and_rule
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
@@ -97,7 +98,7 @@ def option_context(
     except InputError as error:
         field: tuple[str, ...] = ("planner",)
         if isinstance(error, KnotError) and error.waypoint is not None:
-            error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
+            error.locate(f"at {called(waypoints.names[error.waypoint])}")
         if isinstance(error, KnotError | OptionError):
             field = _FIELDS.get(getattr(error, "option", "knots"), field)
         if field[0] in replaced:

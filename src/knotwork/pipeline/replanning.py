@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
+from knotwork.errors.plain_text import nameless
 from knotwork.pipeline.scene_then import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.events import action_of
@@ -58,8 +59,7 @@ def _task_from(
     """A task whose first waypoint, at time 0, is the state of a motion at a time [s]."""
     q, v, a = (motion(at, nu) for nu in range(3))
     goals = [
-        one if one.name else one.replace(name=f"waypoint {i + 1}")
-        for i, one in enumerate(task.waypoints)
+        one if one.name else one.replace(name=nameless(i)) for i, one in enumerate(task.waypoints)
     ]
     first = task.start is None and len(goals) > 1
     own = goals.pop(0) if first else None

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.documents import Location, Places
+from knotwork.errors.plain_text import nameless
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.freedoms_reader import freedom_of, read_freedoms
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
@@ -193,7 +194,7 @@ class WaypointReader:
 
     def _names(self) -> list[str]:
         given = self.file.waypoints
-        names = [one.name or f"waypoint {i + 1}" for i, one in enumerate(given)]
+        names = [one.name or nameless(i) for i, one in enumerate(given)]
         taken = {START} if self.file.start is not None else set()
         taken |= {_after_wait(names[i]) for i, one in enumerate(given) if one.wait is not None}
         for i, name in enumerate(names):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from knotwork.timing.budget import Steps, Watch
 from knotwork.timing.exact_curve import ExactCurve, rebuilt
 from knotwork.timing.initial_guess import (
@@ -25,15 +23,8 @@ from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
 from knotwork.timing.tightening import Tightening, first_tightening, keeps_limits, tightened
 from knotwork.waypoints import FloatArray
 
-STARTS = (1.0, 0.5, 2.0)
-"""Factors of the first durations that are tried until one leads to a solution."""
-
 MOST_TIMES = 12
 """How often a start is solved again, with more tightening, before it has failed."""
-
-
-NEARLY = 1.001
-"""A motion with rests is not improved on if it takes at most this many times as long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +59,6 @@ def solved_section(
         in each interval if it is the best; `None` if there is none.
     """
     best: Attempt | None = None
-    given = float(np.nansum(problem.duration))
-    if problem.objective.only_time and problem.free.any() and given:
-        rests = resting(problem, "resting")
-        if rests is not None and rests.found.curve.x[-1] <= NEARLY * given:
-            return rests  # the free time is negligible against the given one
     for start, tightening in _starts(problem, watch, guess):
         if watch.late(found=best is not None):
             break
@@ -101,9 +87,7 @@ def _starts(
         yield stretched_guess(guess, problem), tightening
     if (short_durations(problem) < float("inf")).any():
         yield plain_guess(problem, hurried=True), tightening
-    varied = problem.free.any() and problem.total is None
-    for stretch in STARTS if varied else STARTS[:1]:
-        yield plain_guess(problem, stretch), tightening
+    yield plain_guess(problem), tightening
     if problem.total is not None or not problem.free.all():
         fastest = solved_section(with_longer(problem, 0.0), watch)
         if fastest is not None and fastest.status == "optimal":

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.errors import TimingError
+from knotwork.errors.plain_text import called
 from knotwork.joint_quantities import rate_unit
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.rounding import rounded_down
@@ -35,7 +36,7 @@ def _fault(
 ) -> TimingError:
     """The error for a value of joint k at waypoint i; the text follows the joint's name."""
     return TimingError(
-        f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} {text}",
+        f"{called(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
         waypoint=int(i),
         joint=problem.joint_names[k],
         limit=limit,

@@ -5,15 +5,14 @@ Each has one block for the breaks and one for the pieces, in the order of `PARTS
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from knotwork.timing.dynamics import Dynamics
 from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, effort_kernel, tool_kernel
 from knotwork.timing.problem import BoolArray, TimingLimits
 from knotwork.timing.program import Block
-from knotwork.timing.spline import Layout, Scale
+from knotwork.timing.spline import Form, Scale, layout
 from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
@@ -23,16 +22,14 @@ PARTS = {"effort": EFFORT_PARTS, "tool_speed": TOOL_PARTS}
 KERNELS = {"effort": effort_kernel, "tool_speed": tool_kernel}
 
 
-def held_blocks(at: Layout, dynamics: Dynamics, tightening: Tightening) -> list[Block]:
-    """Blocks at the places where limits are held."""
-    return [
-        Block(KERNELS[name](dynamics, inside=inside), columns[:, places])
-        for name in PARTS
-        if name in tightening.held
-        for inside, columns, (_, places) in zip(
-            (False, True), (at.state, at.piece), _by_block(tightening, name), strict=True
-        )
-    ]
+def held_blocks(form: Form, places: Mapping[str, BoolArray]) -> list[Block]:
+    """Blocks at the places where limits are held, at all where none are named."""
+    at, found = layout(form), []
+    for name in form.held:
+        for k, columns in enumerate((at.state, at.piece)):
+            own = columns[:, places[name][k::2]] if name in places else columns
+            found.append(Block(KERNELS[name](form.dynamics, inside=bool(k)), own))
+    return found
 
 
 def held_parameters(

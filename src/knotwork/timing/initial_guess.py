@@ -34,17 +34,16 @@ class Guess:
     near: bool = False
 
 
-def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool = False) -> Guess:
+def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
     """Start from plain cubics.
 
     Args:
         problem: The problem.
-        stretch: What the free durations are multiplied by.
         hurried: Whether joints that may pass without a stop are assumed to.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
-    duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
+    duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
     if hurried:
         short = short_durations(problem)
         duration = np.where(np.isnan(short), duration, np.minimum(short, duration))

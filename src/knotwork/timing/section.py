@@ -9,11 +9,11 @@ import numpy as np
 
 from knotwork.timing.budget import OnStep
 from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
-from knotwork.timing.held_limits import held_bounds, held_parameters
+from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
-from knotwork.timing.spline import Form, Scale, blocks, form_of, layout, unpacked
+from knotwork.timing.spline import Form, Scale, blocks, form_of, layout
 from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
@@ -50,7 +50,8 @@ problem whose limits differ a little."""
 
 @lru_cache(maxsize=16)
 def _program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
-    return Program(layout(form).size, blocks(form), steps=steps, options=START_OPTIONS[kind])
+    every = [*blocks(form), *held_blocks(form, {})]
+    return Program(layout(form).size, every, steps=steps, options=START_OPTIONS[kind])
 
 
 class Section:
@@ -70,12 +71,9 @@ class Section:
     ) -> None:
         self.problem, self.guess, self.tightening = problem, guess, tightening
         self.margin = tightening.margin
-        self.form = form_of(
-            problem,
-            position=tightening.position,
-            effort="effort" in tightening.held,
-            tool="tool_speed" in tightening.held,
-        )
+        held = tuple(name for name in PARTS if name in tightening.held)
+        each = guess.share.shape[1]
+        self.form = form_of(problem, each, held, position=tightening.position)
         self.scale = _scale(problem, guess)
 
     def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
@@ -191,7 +189,6 @@ class Section:
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
-        found += held_parameters(self.tightening, problem.limits, scale)
         if form.work:
             units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
             weight = problem.objective.effort * scale.time / self.typical_cost()
@@ -202,7 +199,7 @@ class Section:
             found.append(np.repeat((unit / unit.max())[:, None], times, axis=1))
             weight = getattr(problem.objective, name) * unit.max() / self.typical_cost()
             found.append(np.array([[weight]]))
-        return found
+        return [*found, *held_parameters(self.tightening, problem.limits, scale)]
 
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
@@ -257,13 +254,12 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        found += held_bounds(self.tightening)
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))
         for name in form.peaks:
             most = np.zeros((2 * d, count + (name == "peak_acceleration")))
             found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
-        return found
+        return [*found, *held_bounds(self.tightening)]
 
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""
@@ -296,8 +292,9 @@ class Section:
     def rebuild(self, x: FloatArray) -> ExactCurve:
         """Make the exact curve of the variables; it starts at time 0."""
         problem, form = self.problem, self.form
-        tau, _, v, a = unpacked(form, x, self.scale)
-        parts = tau.reshape(form.intervals, form.each)
+        at, scale = layout(form), self.scale
+        v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
+        parts = (x[at.tau] * scale.time).reshape(form.intervals, form.each)
         duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
         if problem.total is not None:
             free = problem.free
@@ -305,7 +302,7 @@ class Section:
             duration[free] *= left / duration[free].sum()
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
         velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: form.each])
-        for place, i in zip(layout(form).factor, form.along, strict=True):
+        for place, i in zip(at.factor, form.along, strict=True):
             velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
         a[:: form.each][known] = problem.acceleration[known]

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.timing.efforts import effort_kernel, tool_kernel, work_kernel
+from knotwork.timing.efforts import work_kernel
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, Kernel
 from knotwork.waypoints import FloatArray, IndexArray
@@ -46,6 +46,7 @@ class Form:
 
     Attributes:
         intervals: Number of intervals.
+        each: Number of pieces of each interval.
         joints: Number of joints.
         along: Waypoints whose velocity has a direction and a factor that is chosen.
         timed: Intervals whose duration is given or has a lower bound.
@@ -54,13 +55,13 @@ class Form:
         position: Whether positions between the breaks are limited.
         smooth: Whether jerk counts in the objective.
         dynamics: Inertias, if efforts or the tool's speed matter.
-        effort: Whether efforts are limited.
-        tool: Whether the tool's speed is limited.
+        held: Which of efforts and the tool's speed are limited.
         work: Whether efforts count in the objective.
         peaks: Names of peaks that count in the objective.
     """
 
     intervals: int
+    each: int
     joints: int
     along: tuple[int, ...] = ()
     timed: tuple[int, ...] = ()
@@ -69,15 +70,9 @@ class Form:
     position: bool = False
     smooth: bool = False
     dynamics: Dynamics | None = None
-    effort: bool = False
-    tool: bool = False
+    held: tuple[str, ...] = ()
     work: bool = False
     peaks: tuple[str, ...] = ()
-
-    @property
-    def each(self) -> int:
-        """Number of pieces of each interval."""
-        return pieces_each(self.intervals)
 
     @property
     def pieces(self) -> int:
@@ -86,16 +81,13 @@ class Form:
 
 
 def form_of(
-    problem: TimingProblem,
-    *,
-    position: bool = False,
-    effort: bool = False,
-    tool: bool = False,
+    problem: TimingProblem, each: int, held: tuple[str, ...] = (), *, position: bool = False
 ) -> Form:
     """Find which equations a problem has."""
     timed = ~problem.free | (problem.at_least > 0.0)
     return Form(
         len(problem.position) - 1,
+        each,
         len(problem.joint_names),
         along=tuple(np.flatnonzero(problem.along).tolist()),
         timed=tuple(np.flatnonzero(timed).tolist()),
@@ -104,9 +96,8 @@ def form_of(
         position=position,
         smooth=bool(problem.objective.jerk or problem.objective.peak_jerk),
         peaks=problem.objective.peaks,
-        dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
-        effort=effort,
-        tool=tool,
+        dynamics=problem.dynamics if held or problem.objective.effort else None,
+        held=held,
         work=problem.objective.effort > 0.0,
     )
 
@@ -144,27 +135,13 @@ class Layout:
 
 @lru_cache(maxsize=64)
 def layout(form: Form) -> Layout:
-    """Place the variables of a motion."""
-    return placed(form.pieces, form.joints, len(form.along), len(form.peaks))
-
-
-def placed(pieces: int, joints: int, factors: int = 0, peaks: int = 0) -> Layout:
     """Place the variables of pieces, and then factors of velocities and peaks."""
-    start = (3 * joints + 1) * np.arange(pieces + 1)
+    joints, factors, peaks = form.joints, len(form.along), len(form.peaks)
+    start = (3 * joints + 1) * np.arange(form.pieces + 1)
     q, v, a = ((start + k * joints)[:, None] + np.arange(joints) for k in range(3))
     end = int(start[-1]) + 3 * joints
     factor, peak = end + np.arange(factors), end + factors + np.arange(peaks)
     return Layout(start[:-1] + 3 * joints, q, v, a, factor, peak, end + factors + peaks)
-
-
-def limit_blocks(at: Layout, dynamics: Dynamics, *, effort: bool, tool: bool) -> list[Block]:
-    """Limits of efforts and of the tool's speed: for each one for breaks and one for pieces."""
-    kernels = [kernel for kernel, held in ((effort_kernel, effort), (tool_kernel, tool)) if held]
-    return [
-        Block(kernel(dynamics, inside=inside), at.piece if inside else at.state)
-        for kernel in kernels
-        for inside in (False, True)
-    ]
 
 
 @lru_cache(maxsize=64)
@@ -172,9 +149,8 @@ def blocks(form: Form) -> tuple[Block, ...]:
     """Equations and costs of a motion, as repeated kernels.
 
     They are, in this order: one for each piece; one for each interval in `timed`; one for each
-    waypoint in `along`; the total, if it is given; one for each break and one for each piece
-    where efforts are limited, and where the tool's speed is; one for each piece if efforts count in
-    the objective; for each peak that counts one for each piece or break, and its cost.
+    waypoint in `along`; the total, if it is given; one for each piece if efforts count in the
+    objective; for each peak that counts one for each piece or break, and its cost.
     """
     at, d = layout(form), form.joints
     parts = at.tau.reshape(form.intervals, form.each)
@@ -190,10 +166,8 @@ def blocks(form: Form) -> tuple[Block, ...]:
     ]
     if form.total:
         found.append(Block(_sum_kernel(form.pieces), at.tau[:, None]))
-    if form.dynamics is not None:
-        found += limit_blocks(at, form.dynamics, effort=form.effort, tool=form.tool)
-        if form.work:
-            found.append(Block(work_kernel(form.dynamics), at.piece))
+    if form.dynamics is not None and form.work:
+        found.append(Block(work_kernel(form.dynamics), at.piece))
     for name, place in zip(form.peaks, at.peak, strict=True):
         if name == "peak_jerk":
             below = np.concatenate((at.tau[:, None], at.a[:-1], at.a[1:]), axis=1).T
@@ -297,14 +271,3 @@ class Scale:
     def unit(self, order: int) -> FloatArray:
         """Unit of the derivative of a position, shape (d,)."""
         return np.asarray(self.position / self.time**order)
-
-
-def unpacked(form: Form, x: FloatArray, scale: Scale) -> Any:
-    """Give durations of the pieces, and positions, velocities and accelerations, in SI units."""
-    at = layout(form)
-    return (
-        x[at.tau] * scale.time,
-        x[at.q] * scale.unit(0),
-        x[at.v] * scale.unit(1),
-        x[at.a] * scale.unit(2),
-    )

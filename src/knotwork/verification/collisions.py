@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
@@ -177,7 +178,7 @@ def _why_no_way(found: Clearance, scenario: Scenario) -> str:
         if waits and body.kind == "object" and other.name in held:
             return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
     inside = [one.name for one in scenario.waypoints if start <= one.time <= end]
-    return f"waypoint {inside[0]!r} itself collides" if inside else ""
+    return f"{called(inside[0])} itself collides" if inside else ""
 
 
 def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:

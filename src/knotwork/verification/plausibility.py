@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario, ScenarioWaypoint
 from knotwork.scenario.angle_slips import angle_slips
 from knotwork.scenario.joint_space import JointSpace, JointState
@@ -129,7 +130,7 @@ def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Itera
     if angle > 90.0 + ROUNDED:
         yield _warning(
             "pointing_away",
-            f"waypoint {first.name!r}: the velocity points away from the next waypoint "
+            f"{called(first.name)}: the velocity points away from the next waypoint "
             f"{second.name!r}, {angle:.0f} degrees from the straight way to it; is its sign meant?",
             first,
         )
@@ -147,13 +148,13 @@ def _joints_away(
     moving = np.flatnonzero(here.velocity)
     if not moving.size:
         return
-    named = f"waypoint {first.name!r}: the velocity of joint {space.joint_names[moving[0]]!r}"
+    named = f"{called(first.name)}: the velocity of joint {space.joint_names[moving[0]]!r}"
     if not way.any():
-        message = f"{named} is not zero, but the next waypoint {second.name!r} is at the same place"
+        message = f"{named} is not zero, but the next {called(second.name)} is at the same place"
         yield _warning("one_place", message, first)
     elif (way[moving] * here.velocity[moving] <= 0.0).all():
         message = (
-            f"{named} points away from the next waypoint {second.name!r}, and so do those of all "
+            f"{named} points away from the next {called(second.name)}, and so do those of all "
             "joints that move; is its sign meant?"
         )
         yield _warning("pointing_away", message, first)
@@ -205,7 +206,7 @@ def _balanced_and_uneven(scenario: Scenario, waits: Sequence[int]) -> Iterator[F
             name = scenario.waypoints[i].name
             yield _warning(
                 "uneven_times",
-                f"waypoint {name!r}: of the intervals beside it, {before:.4g} s and {after:.4g} s, "
+                f"{called(name)}: of the intervals beside it, {before:.4g} s and {after:.4g} s, "
                 f"one is {ratio:.0f} times as long as the other; above {UNEVEN:g} times balanced "
                 "knots make a large jerk there: even out the times or try `knots: paper`",
             )

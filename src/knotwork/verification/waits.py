@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.errors.plain_text import called
 from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
@@ -37,7 +38,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             name=waypoint.name,
             quantity="movement",
             verdict=judged(bool((moved <= tolerances).all())),
-            message=f"waypoint {waypoint.name!r}: the arm is to stand still from {start:.3f} s to "
+            message=f"{called(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
             f"{end:.3f} s, and {space.joint_names[worst]} moves by "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",

@@ -113,7 +113,7 @@ class Exchange:
                 continue
             if found.duration > beat:
                 break  # rows only make it longer
-            tighter = tightened(self.problem, self.program.tightening, found.curve, NEARLY)
+            tighter = tightened(self.program.problem, self.program.tightening, found.curve, NEARLY)
             if tighter is not None:
                 self.program.tightening = tighter
             hits = not_clear(self.space.model, found.curve, self.resolution)

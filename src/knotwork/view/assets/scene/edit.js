@@ -172,11 +172,18 @@ class Editing {
   // Chosen by hand: the arm goes to the waypoint.
   pick(at) {
     this.choose(at);
-    const [list, i] = this.part;
-    const name = list === "waypoints" && (this.gizmo.held?.name.split(": ")[0] ?? within(this.draft.data, this.part)?.name ?? `${i}`);
+    const name = this.part?.[0] === "waypoints" && (this.gizmo.held?.name.split(": ")[0] ?? this.called(this.part));
     const { player, data } = this.stage;
     const there = data.waypoints.find((one) => one.name === name);
     if (there) player.seek(there.time - player.start);
+  }
+
+  // A waypoint has the name here that it has in the scene, and a repeat that of its first one.
+  called(at) {
+    const { names } = this.draft;
+    const key = JSON.stringify(at);
+    const first = Object.keys(names).find((one) => one.startsWith(key.replace("]", ",")));
+    return names[key] ?? names[first] ?? `waypoint ${at.at(-1) + 1}`;
   }
 
   // A part of the task: that of a handle is the waypoint or object around it; `null` for none.
@@ -202,7 +209,7 @@ class Editing {
     const names = (at) => {
       const group = within(data, at);
       if (!at.length) return PARTS.filter((key) => key in data).map((key) => [[key], key]);
-      return Object.entries(group ?? {}).map(([key, one]) => (Array.isArray(group) ? [[...at, Number(key)], one.name ?? `waypoint ${key}`] : [[...at, key], key]));
+      return Object.entries(group ?? {}).map(([key, one]) => (Array.isArray(group) ? [[...at, Number(key)], one.name ?? `${one.repeat ? "repeat of " : ""}${this.called([...at, Number(key)])}`] : [[...at, key], key]));
     };
     byId("part").replaceChildren(...(chosen ? [] : [made("option", { value: "null", textContent: "choose a part" })]), ...GROUPS.map(([label, at]) => made("optgroup", { label },
       ...names(at).map(([place, text]) => made("option", { value: JSON.stringify(place), textContent: text, selected: String(place) === String(this.part) })))));
