@@ -194,6 +194,7 @@ def test_a_plan_that_tells_nothing_is_not_silent(
         told.clear()
         lines.clear()
         assert knotwork(command, "paper_case", *options).code in (0, 1)
+        assert lines
         assert all(re.match(r"paper_case[^\n:]*: \d+ s, planning$", line) for line in lines)
     lines.clear()
     told.set()

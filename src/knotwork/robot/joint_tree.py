@@ -161,6 +161,25 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
     )
 
 
+def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
+    """Joints that lead from a link back to what stands still where a tree is read.
+
+    Args:
+        tree: A tree.
+        joint: That carries the link.
+        placement: Of the link in the joint's axes, `pin.SE3`.
+
+    Returns:
+        These joints, axes turned round, and which of the tree's positions theirs are. Another
+        joint, the last, stays at 0: its axes are those of the root.
+    """
+    way = tree.path(joint)[::-1]
+    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
+    axes = np.array([*(-tree.axis[i] for i in way), [0.0, 0.0, 1.0]])
+    turns = [*(bool(tree.turns[i]) for i in way), True]
+    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in way]
+
+
 def joined(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
     """Two trees as one: joints and positions of the second follow those of the first.
 

@@ -100,6 +100,7 @@ class OtherRobot:
         scenario: The name of a shipped scenario, or the path of one.
         motion: Path of its recorded motion, or `None` to plan its scenario.
         delay: How much later than the robot's own its motion begins [s].
+        carrier: What stands, where joints move the base frame; `placement` is in it then.
     """
 
     name: str
@@ -107,6 +108,7 @@ class OtherRobot:
     scenario: str | Path
     motion: Path | None = None
     delay: float = 0.0
+    carrier: MovingFrame | None = None
 
 
 @dataclass(frozen=True)

@@ -174,11 +174,10 @@ def _object_carrier(
 def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRobot:
     place: Location = ("scene", "robots", name)
     frame = reader.frames.find(given.parent, (*place, "in"))
-    if _carrier(reader, frame) is not None:
+    found = reader.frames.moving[frame]
+    if found.moves or found.link:
         raise reader.places.error(
-            (*place, "in"),
-            f"frame {frame!r} moves, seen from the poses, and the robot's base can't",
-            "one that stands",
+            (*place, "in"), f"frame {frame!r} moves, and the robot's base can't", "one that stands"
         )
     folder = reader.places.file.parent if reader.places.file is not None else Path()
     path = folder / os.path.expanduser(given.scenario)
@@ -191,6 +190,7 @@ def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRob
         path if path.is_file() else given.scenario,
         motion,
         given.delay,
+        _carrier(reader, frame),
     )
 
 

@@ -17,7 +17,7 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, joined, serial
+from knotwork.robot.joint_tree import JointTree, joined, serial, turned_back
 from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, SceneObject, Shape
 from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
@@ -184,10 +184,7 @@ class _Builder:
 
     def _object(self, name: str, shape: Shape, frame: MovingFrame | None) -> Body:
         """An object that stands, or rides along; it is placed while what carries it is at rest."""
-        joint, carrier = 0, self.robot.base_placement
-        if frame is not None:
-            self._carrier(frame)
-            joint, carrier = riding(self.carriers, frame)
+        joint, carrier = self._riding(frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
@@ -200,19 +197,25 @@ class _Builder:
             raise self.places.error(place, str(error)) from error
         own, theirs = self.robot, other.robot
         one_cell = own.urdf == theirs.urdf and not {*own.joint_names} & {*theirs.joint_names}
-        placement = given.placement * theirs.base_placement.inverse()
         if one_cell:
-            placement = own.base_placement.inverse()
-        root = self._put(
-            serial([placement], np.eye(3)[:1], [False]),
-            self.robot.base_placement,
-            [EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))],
-        )
+            link = own.standing_frame
+            standing, placement = _carried(own, link)
+        else:
+            link = theirs.standing_frame
+            standing, placement = self._riding(given.carrier)
+            placement = placement * given.placement
+        back, columns = turned_back(other.model.joints, *(base := _carried(theirs, link)))
+        known = [replace(one, delay=one.delay + given.delay) for one in other.known]
+        moved = known[0].curve
+        still = EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
+        way = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
+        turned = [replace(known[0], curve=way)] if columns else []
+        root = self._put(back, placement, [*turned, still], standing)
         self.joints = joined(self.joints, other.model.joints, pin.SE3.Identity(), root)
-        self.known += [replace(one, delay=one.delay + given.delay) for one in other.known]
+        self.known += known
         self.robots[given.name] = other.robot, root
         for body in other.model.bodies:
-            if one_cell and not body.joint:
+            if one_cell and body.joint == base[0]:
                 continue
             if one_cell and body.link:
                 self.moved.add(body.link)
@@ -228,6 +231,13 @@ class _Builder:
                     link="",
                 )
 
+    def _riding(self, frame: MovingFrame | None, time: float | None = None) -> tuple[int, Any]:
+        """What carries a frame, as `riding` has it; without one the base does."""
+        if frame is None:
+            return 0, self.robot.base_placement
+        self._carrier(frame)
+        return riding(self.carriers, frame, time)
+
     def _carrier(self, frame: MovingFrame) -> None:
         """Put what carries a frame into the tree where it is not yet."""
         key = frame.link, frame.joints
@@ -236,8 +246,7 @@ class _Builder:
         joint, placement = 0, self.robot.base_placement
         if frame.link:
             link = self.robot.standing_frame if frame.link == STANDING else frame.link
-            found = self.robot.model.frames[self.robot.frame_index(link)]
-            joint, placement = int(found.parentJoint), found.placement.copy()
+            joint, placement = _carried(self.robot, link)
         if frame.joints:
             placements: list[Any] = []
             axes, turns = [], list[bool]()
@@ -288,10 +297,7 @@ class _Builder:
         self, shape: Shape, frame: MovingFrame | None, pose: Any, time: float
     ) -> tuple[int, tuple[Solid, ...]]:
         """What carries an object that the tool takes or leaves, and its solids."""
-        if frame is None:
-            return 0, (self._solid(shape, self.robot.base_placement * pose),)
-        self._carrier(frame)
-        joint, placement = riding(self.carriers, frame, time)
+        joint, placement = self._riding(frame, time)
         return joint, (self._solid(shape, placement * pose),)
 
     def _solid(self, shape: Shape, carrier: Any) -> Solid:
@@ -324,3 +330,9 @@ class _Builder:
     def _reach(self) -> float:
         """How far the arm reaches at most, stretched out [m]."""
         return float(np.linalg.norm(self.geometry.joints.translation, axis=1).sum()) + 0.1
+
+
+def _carried(robot: Robot, link: str) -> tuple[int, Any]:
+    """The joint that carries a link of a robot, and where the link is in its axes, `pin.SE3`."""
+    found = robot.model.frames[robot.frame_index(link)]
+    return int(found.parentJoint), found.placement.copy()

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints, serial
+from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints, turned_back
 from knotwork.waypoints import FloatArray
 
 
@@ -99,13 +99,9 @@ def footing(robot: Robot) -> Footing:
         return Footing(robot, [], [])
     tree = _tree(robot)
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
-    way = tree.path(int(frame.parentJoint))[::-1]
-    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
-    placements = [frame.placement.inverse(), *steps]
-    axes = np.array([*(-tree.axis[i] for i in way), [0.0, 0.0, 1.0]])
-    chain = serial(placements, axes, [*(bool(tree.turns[i]) for i in way), True])
+    chain, columns = turned_back(tree, int(frame.parentJoint), frame.placement)
     joints = [drawn_joint(chain, i, f"footing {i}") for i in range(1, len(chain.parent))]
-    return Footing(robot, joints, [tree.column[i] for i in way])
+    return Footing(robot, joints, columns)
 
 
 def _tree(robot: Robot) -> Any:

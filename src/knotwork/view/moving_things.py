@@ -42,7 +42,7 @@ def other_robots(shown: Shown, size: float) -> Objects:
     things: list[dict[str, Any]] = []
     labels: list[dict[str, Any]] = []
     warnings: list[str] = []
-    model, base = shown.model, shown.robot.base_placement
+    model = shown.model
     for given in shown.scenario.scene.robots if model is not None else ():
         robot, root = model.robots[given.name]  # type: ignore[union-attr]
         links = link_shapes(robot)
@@ -54,8 +54,9 @@ def other_robots(shown: Shown, size: float) -> Objects:
         for joint, mesh, span in _carried(other_motion(given), size):
             between = [end + given.delay if np.isfinite(end) else None for end in span]
             things.append(thing("other robots", mesh, carrier=root + joint, between=between))
+        carrier, base = shown.carrying(given.carrier)
         at = (base * given.placement).translation
-        labels.append(label(given.name, "object", at, f"robot {given.name!r}"))
+        labels.append(label(given.name, "object", at, f"robot {given.name!r}", carrier))
         warnings += [f"robot {given.name!r}: {one}" for one in links.warnings]
     return Objects(things, labels, np.zeros((0, 3)), tuple(warnings))
 
