@@ -253,6 +253,24 @@ def test_a_joint_that_stands_still_shows_no_noise(deburring: Plan) -> None:
         assert high - low > 0.1
 
 
+def test_rounding_is_no_motion_beside_the_limits() -> None:
+    """The jerk of a move by rounding is 5e-6 deg/s³, which is nothing beside 1e5."""
+    plan = kw.plan(
+        {
+            "limits": {"jerk": {"a": 1e4}},
+            "waypoints": [
+                {"joints": {"a": 1.2}},
+                {"joints": {"a": 1.2 + 1e-11}, "after": 0.1, "stop": True},
+                {"joints": {"a": 1.2}, "after": 0.1},
+            ],
+        }
+    )
+    jerk = plot_joints(plan, quantities=["jerk"], split=True).axes[0]
+    assert np.ptp(data(lines(jerk, "curve")[0])[1]) > 1e-9
+    low, high = jerk.get_ylim()
+    assert high - low > 0.1
+
+
 def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
     with mpl.rc_context({"font.size": 33, "lines.linewidth": 9, "axes.facecolor": "black"}):
         before = dict(mpl.rcParams)

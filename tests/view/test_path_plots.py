@@ -57,7 +57,7 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
     figure = plot_tool(seam, degrees=True)
     for title, quantity, factor in (
         ("off tool path", "path_deviation", 1e3),
-        ("turned from it", "path_orientation", np.degrees(1.0)),
+        ("turned off path", "path_orientation", np.degrees(1.0)),
         ("speed error", "path_speed", 100 / 0.06),
     ):
         axis = panel(figure, title)

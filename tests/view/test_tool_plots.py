@@ -23,7 +23,7 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
         "tool speed [mm/s]",
         "turning speed [deg/s]",
         "off straight path [mm]",
-        "turned from it [deg]",
+        "turned off line [deg]",
     ]
     time, speed = data(lines(figure.axes[0], "curve")[0])
     robot = deburring.space.robot

@@ -202,7 +202,7 @@ def draw_panel(
         axis.vlines(times, low, high, color=look_of, gid=f"knots:{row}", zorder=4, **upright)
     for start, end, least, most in panel.bands:
         axis.fill_between([start, end], least, most, gid="band", **LOOKS["band"])
-    bottom, top = _draw_levels(axis, panel, *_widened(panel.factor, *span))
+    bottom, top = _draw_levels(axis, panel, *_widened(panel, *span))
     bottom, top = bottom - FOOT * (top - bottom), top + HEAD * (top - bottom)
     if panel.note:
         letter = SMALL * (BOLD_LETTER if panel.broken else LETTER)
@@ -220,11 +220,12 @@ def draw_panel(
             axis.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")
 
 
-def _widened(factor: float, low: float, high: float) -> tuple[float, float]:
-    """A range of values; one that is rounding is made as wide as `STILL_RANGE`."""
+def _widened(panel: Panel, low: float, high: float) -> tuple[float, float]:
+    """A range of values; one that is rounding, beside limits too, is as wide as `STILL_RANGE`."""
     middle = 0.5 * (low + high)
     scale = max(1.0, abs(middle))
-    if high - low >= STILL * max(factor, scale):
+    limits = [abs(one.value) for one in panel.levels if np.isfinite(one.value)]
+    if high - low >= STILL * max(panel.factor, scale, *limits):
         return low, high
     return middle - 0.5 * STILL_RANGE * scale, middle + 0.5 * STILL_RANGE * scale
 

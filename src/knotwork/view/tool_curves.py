@@ -228,16 +228,16 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
         robot_of(motion)  # an error, before anything is drawn
     scenario = motions[0].scenario
     allowed, limits = scenario.tolerances, scenario.motion_limits
-    off, turned, straight = path_deviations, "turned from it", straight_deviations
+    off, straight = path_deviations, straight_deviations
     speed, speed_error = limits.tool_speed, allowed.path_speed
     rows = [
         Row("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),
         Row("turning speed", "rad/s", speeds, 1, "angular"),
         Row("speed error", "%", speed_errors, limit=speed_error, tolerance=True),
         Row("off tool path", "m", off, limit=allowed.path, tolerance=True),
-        Row(turned, "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
+        Row("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
         Row("off straight path", "m", straight),
-        Row(turned, "rad", straight, 1),
+        Row("turned off line", "rad", straight, 1),
     ]
     places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     places += [
