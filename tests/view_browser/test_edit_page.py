@@ -200,6 +200,29 @@ def test_a_wrong_number_is_told_over_the_last_good_motion(
     assert not tab.locator("#live").is_visible()
 
 
+def test_what_is_no_number_is_refused_and_numbers_are_read_whole(
+    served: tuple[str, Path], tabs: Any
+) -> None:
+    tab = opened(served, tabs)
+    known(tab)
+    tab.select_option("#part", '["waypoints",0]')
+    field = tab.locator("#rows [aria-label='pose.position 1']")
+    before, given = tab.evaluate("knotwork.edit.draft.revision"), field.input_value()
+    for wrong, words in (("0.2,5", "'0.2,5' is no number"), ("", "nothing is typed")):
+        field.fill(wrong)
+        field.press("Tab")
+        tab.wait_for_selector(f"#edit-error:text(\"{words}\"):text('keeps {given}')")
+    assert tab.evaluate("knotwork.edit.sent") == before
+    field.fill(given)
+    field.press("Tab")
+    assert not tab.locator("#edit-error").is_visible()
+    assert tab.evaluate("knotwork.edit.draft.revision") == before
+    field.evaluate("one => { one.value = '-1408.79'; }")
+    assert field.evaluate("one => one.scrollWidth <= one.clientWidth")
+    assert field.get_attribute("title") == given
+    field.evaluate("(one, given) => { one.value = given; }", given)
+
+
 def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     served: tuple[str, Path], tabs: Any
 ) -> None:

@@ -240,6 +240,17 @@ def test_a_turn_asked_for_goes_as_far_as_the_tool_turns() -> None:
     assert 0.0 < (end - broadest) % (2 * np.pi) < 0.6
 
 
+def test_a_velocity_that_was_chosen_is_not_called_given() -> None:
+    pose = {"position": [0.4, 0.2, 0.4], "rpy": [0, 3.0, 0]}
+    through = {"pose": pose, "velocity": "free", "after": 2}
+    end = {"pose": pose | {"position": [0.3, -0.3, 0.5]}, "stop": True, "after": 2}
+    plan = kw.plan({"robot": "ur5", "waypoints": [{"joints": "home"}, through, end]})
+    assert np.abs(plan.joint_waypoints.velocity[1]).max() > 0.1
+    legend = scene(plan.view())["legend"]
+    assert not {"arrow_seconds", "turn_seconds"} & set(legend)
+    assert legend["marks"] == []
+
+
 def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = kw.plan("kinova_dispense")
     robot = plan.space.robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,16 @@ def test_nothing_is_proposed_where_a_waypoint_collides_itself() -> None:
     assert not any("way: clear" in line for line in told(given))
 
 
+def test_no_way_is_proposed_through_what_leads_on_to_a_waypoint_that_collides() -> None:
+    """The motion to 'over' could find its way, but one with it leads on into a post."""
+    given = across()
+    pose = {"position": [450, 100, 300], "rpy": DOWN}
+    given["waypoints"].insert(1, {"name": "over", "pose": pose, "velocity": "free", "after": 2})
+    assert any("way: clear" in line for line in told(given))
+    given["scene"]["objects"]["post"] = {"box": [60, 60, 60], "position": [450, 250, 100]}
+    assert not any("way: clear" in line for line in told(given))
+
+
 def test_nothing_is_proposed_to_a_planner_that_takes_no_way() -> None:
     assert not any("way: clear" in line for line in told(across(), planner="quintic"))
 
@@ -162,3 +173,22 @@ def test_what_can_be_found_is_not_proposed_again() -> None:
     given["waypoints"][1]["way"] = "clear"
     (line,) = told(given)
     assert "way: clear at 'back' lets the motion find its way (not tried)" in line
+
+
+def test_the_page_says_where_each_failure_is_and_then_what_helps() -> None:
+    plan = kw.plan(across(at("back", -250, after=3)))
+    head = plan.view().html.partition('<ul class="failures">')[2].partition("</header>")[0]
+    entries = [unescape(one) for one in head.split("<li>")[1:]]
+    assert len(entries) == len(plan.report.failures) > 1
+    for entry, found in zip(entries, plan.report.failures, strict=True):
+        assert found.at is not None
+        assert f'data-at="{found.at}"' in entry
+        assert "in wall at" in entry
+        assert "between 'here' and 'there'</button>" in entry
+        (_, (low, high)) = found.spans  # it collides on the way back, too
+        words = f"also {low:.3f} to {high:.3f} s, between 'there' and 'back'</button>"
+        assert f'data-at="{low}" title="go there">{words}' in entry
+    # advice stands once, after what it is about; what was tried is among the details
+    assert head.count("(not tried)") == 1
+    line, advice, tried = (entries[0].index(word) for word in ("in wall", "clear", "tried: "))
+    assert line < advice < entries[0].index("<details>") < tried

@@ -274,16 +274,18 @@ def _possible_ways(plan: Any) -> list[int]:
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
     fixed |= set(plan.space.waits) | {end - 1 for end in (asked.free.ways if asked.free else ())}
     hit: set[int] = set()
+    blocked: set[int] = set()
     for start, end in (span for one in failed_pairs(plan.report.findings) for span in one.spans):
         first, last = np.searchsorted(scenario.times, (start - AT_WAYPOINT, end + AT_WAYPOINT))
         hit.add(int(first) - 1)
-        fixed.update(range(int(first) - 1, int(last)) if last > first else ())
-    ends = {i + 1 for i in hit - fixed}
+        blocked.update(range(int(first) - 1, int(last)) if last > first else ())
+    ends, vain = ({i + 1 for i in some} for some in (hit - fixed - blocked, blocked))
     passed = [i for i, kind in enumerate(asked.free.speed if asked.free else ()) if kind == "free"]
     for i in (*passed, *reversed(passed)):
-        if ends & {i, i + 1}:
-            ends |= {i, i + 1}
-    return sorted(ends)
+        for together in (ends, vain):
+            if together & {i, i + 1}:
+                together |= {i, i + 1}
+    return sorted(ends - vain)
 
 
 def _with_chosen_time(plan: Any, ends: Sequence[int]) -> list[int]:

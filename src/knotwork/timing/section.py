@@ -13,7 +13,7 @@ from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_pa
 from knotwork.timing.initial_guess import Guess
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
-from knotwork.timing.spline import Form, Scale, blocks, form_of, layout, unpacked
+from knotwork.timing.spline import Form, Scale, blocks, form_of, layout
 from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
@@ -292,8 +292,9 @@ class Section:
     def rebuild(self, x: FloatArray) -> ExactCurve:
         """Make the exact curve of the variables; it starts at time 0."""
         problem, form = self.problem, self.form
-        tau, _, v, a = unpacked(form, x, self.scale)
-        parts = tau.reshape(form.intervals, form.each)
+        at, scale = layout(form), self.scale
+        v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
+        parts = (x[at.tau] * scale.time).reshape(form.intervals, form.each)
         duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
         if problem.total is not None:
             free = problem.free
@@ -301,7 +302,7 @@ class Section:
             duration[free] *= left / duration[free].sum()
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
         velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: form.each])
-        for place, i in zip(layout(form).factor, form.along, strict=True):
+        for place, i in zip(at.factor, form.along, strict=True):
             velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
         a[:: form.each][known] = problem.acceleration[known]

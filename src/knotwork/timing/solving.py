@@ -17,10 +17,13 @@ from knotwork.timing.exact_curve import in_a_row, rebuilt_row
 from knotwork.timing.infeasible import impossible, unsolved
 from knotwork.timing.initial_guess import Guess, guess_from
 from knotwork.timing.motion import Progress, TimedMotion, status_of
-from knotwork.timing.objective_terms import terms
+from knotwork.timing.objective_terms import terms, weighted
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
+
+WORSE = 1.001
+"""A motion from a start may be so much farther above the lower bound than the start was."""
 
 
 def solve(
@@ -91,7 +94,15 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
     if wrong:
         raise NoMotionError(wrong)
     motion = _solved_from(problem, watch, start)
+    poor = start is not None and problem.total is None and _gap(motion) > WORSE * _gap(start)
+    if poor and not watch.late(found=True):
+        cold = _solved_from(problem, watch, None)
+        motion = min(motion, cold, key=lambda one: weighted(problem, one.objective))
     return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
+
+
+def _gap(motion: TimedMotion) -> float:
+    return motion.duration / motion.lower_bound
 
 
 def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None) -> TimedMotion:

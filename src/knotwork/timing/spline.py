@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -271,14 +271,3 @@ class Scale:
     def unit(self, order: int) -> FloatArray:
         """Unit of the derivative of a position, shape (d,)."""
         return np.asarray(self.position / self.time**order)
-
-
-def unpacked(form: Form, x: FloatArray, scale: Scale) -> Any:
-    """Give durations of the pieces, and positions, velocities and accelerations, in SI units."""
-    at = layout(form)
-    return (
-        x[at.tau] * scale.time,
-        x[at.q] * scale.unit(0),
-        x[at.v] * scale.unit(1),
-        x[at.a] * scale.unit(2),
-    )

@@ -11,6 +11,8 @@ from knotwork.trajectory import JointTrajectory
 AT_WAYPOINT = 1e-6
 """A time this near to that of a waypoint [s] is at the waypoint."""
 
+OUTSIDE = "outside the waypoints"
+
 
 class Motion:
     """The motion to be checked; every check is given the same.
@@ -53,4 +55,4 @@ def between(scenario: Scenario, time: float) -> str:
                 break
             return f"between {before!r} and {waypoint.name!r}"
         before = waypoint.name
-    return "outside the waypoints"
+    return OUTSIDE

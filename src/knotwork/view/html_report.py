@@ -14,12 +14,12 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE, facts
-from knotwork.verification.worst import alike, without_use, worst_failures
+from knotwork.verification.worst import without_use, worst_failures
 from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, frame, json_in_html, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plots import plot_joints
-from knotwork.view.scene_verdict import failure
+from knotwork.view.scene_verdict import failures
 from knotwork.view.show import view_plan
 from knotwork.view.tool_plots import plot_tool
 
@@ -69,9 +69,7 @@ def report_page(plan: PlanLike) -> Page:
         trajectory=plan.trajectory,
         summary=report.summary,
         facts=facts(report.groups),
-        failures=[
-            (failure(several[:1], report.units), several[1:]) for several in alike(report.failures)
-        ],
+        failures=failures(report, scenario),
         most_use=MOST_USE,
         tightest=[_shown(one, report.units) for one in _tightest(report)],
         verdicts=_VERDICTS,

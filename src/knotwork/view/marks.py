@@ -46,7 +46,7 @@ def marks(
         meshes["waypoints"] = _triads([target.pose for target in asked], axis, 0.045)
         missed, units = {found.name for found in shown.failures}, shown.scenario.units
         labels += [_waypoint_label(target, units) for target in asked if target.name not in missed]
-    straight, turning = straight_arrows(asked, size), round_arrows(asked, 0.75 * axis)
+    straight, turning = straight_arrows(shown.given, size), round_arrows(shown.given, 0.75 * axis)
     if straight is not None:
         meshes["speeds asked for"], seconds["arrow_seconds"] = straight
     if turning is not None:

@@ -36,9 +36,8 @@ def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, 
         The colour of each sample, shape (n, 3); and the legend: scales with their colours, and the
         given speeds as marks on them [m/s].
     """
-    asked = shown.asked
     along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
-    given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in asked)[::-1]
+    given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in shown.given)[::-1]
     # A tool that fails may be slower than it should be: the scale shows both speeds.
     high = max([float(path.speed.max()), *given])
     marks: list[float] = []

@@ -114,7 +114,7 @@ def make_scene(
             shown.at_start(origins(shown)[1]),
             before["view"]["from"] if same and before is not None else None,
         ),
-        **verdict(shown.report, shown.robot, feet.count),
+        **verdict(shown.report, shown.scenario, shown.robot, feet.count),
         "others": [
             {"name": name, "failures": list(map(str, shown.judged(one).failures))}
             for name, one in (others or {}).items()

@@ -2,42 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
+from knotwork.errors.plain_text import called
 from knotwork.robot import Robot
+from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import facts, in_short
-from knotwork.verification.worst import alike, and_more
+from knotwork.verification.motion import OUTSIDE, between
+from knotwork.verification.worst import alike
 
 
-def verdict(report: Report | None, robot: Robot, first_joint: int) -> dict[str, Any]:
+def verdict(
+    report: Report | None, scenario: Scenario, robot: Robot, first_joint: int
+) -> dict[str, Any]:
     """The findings of the check; the robot's joints are counted from `first_joint`."""
     if report is None:
-        nothing: dict[str, Any] = {"failures": [], "tried": [], "facts": {}, "contacts": []}
-        return {"ok": None, "summary": "", "duration": "", "failed": 0, **nothing}
+        nothing: dict[str, Any] = {"failures": [], "facts": {}, "contacts": []}
+        return {"ok": None, "summary": "", "duration": "", **nothing}
     return {
         "ok": report.ok,
         "summary": report.summary,
         "duration": f"{report.end_time - report.start_time:.5g} s",
         "facts": facts(report.groups),
-        "failed": len(report.failures),
-        "failures": [failure(several, report.units) for several in alike(report.failures)],
-        "tried": [str(item) for item in report.tried],
+        "failures": failures(report, scenario),
         "contacts": _contacts(report, robot, first_joint),
     }
 
 
-def failure(several: Sequence[Finding], units: Units) -> dict[str, Any]:
-    """The worst of failures that are alike: in a line, its remedy, all that is known, and when."""
-    worst, *others = several
-    return {
-        "line": f"{in_short(worst, units)}{and_more(len(others))}",
-        "remedy": worst.remedy,
-        "fact": worst.fact,
-        "at": worst.at,
-    }
+def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
+    """All that fails: the worst of each kind first, then the others in order of time.
+
+    Each has its `line`, its `remedy`, all that is known of it in `fact`, the time to look `at`
+    [s], and what it does at other times in `also`. What was tried is said of the first collision.
+    """
+    kinds = alike(report.failures)
+    others = sorted((one for _, *more in kinds for one in more), key=lambda one: one.at or 0.0)
+    found = [*(worst for worst, *_ in kinds), *others]
+    told = [_failure(one, report.units, scenario) for one in found]
+    first = next((i for i, one in enumerate(found) if one.bodies and not one.remedy), 0)
+    for one in map(str, report.tried if told else ()):
+        advice, _, tried = one.partition("; tried: ")
+        if advice.startswith("tried: "):
+            advice, tried = "", advice.removeprefix("tried: ")
+        told[first]["remedy"] = "; ".join(filter(None, (told[first]["remedy"], advice)))
+        told[first]["fact"] += f"; tried: {tried}" if tried else ""
+    return told
+
+
+def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
+    line, at = in_short(found, units), found.at
+    if found.subject == "waypoint" and line.startswith(found.name):
+        line = called(found.name) + line.removeprefix(found.name)
+    elif at is not None and (found.label or found.value is not None):
+        line += _where(scenario, at)
+    also = [
+        {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
+        for low, high in found.spans
+        if at is None or not low <= at <= high
+    ]
+    return {"line": line, "remedy": found.remedy, "fact": found.fact, "at": at, "also": also}
+
+
+def _where(scenario: Scenario, time: float) -> str:
+    place = between(scenario, time)
+    return f", {place}" if place != OUTSIDE else ""
 
 
 def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:

@@ -101,6 +101,12 @@ class Shown:
         has_tool = self.robot.tcp_frame_id is not None
         return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
 
+    @property
+    def given(self) -> Sequence[CartesianWaypoint]:
+        """Those of them whose velocity was not chosen by planning."""
+        chosen = {name for run in self.scenario.task.chosen or () for name in run.velocities}
+        return [one for one in self.asked if one.name not in chosen]
+
     @cached_property
     def path(self) -> ToolTrace | None:
         """The path of the tool; `None` without a tool."""

@@ -111,9 +111,13 @@ class Editing {
       answer = { error: "knotwork has stopped: nothing can be changed or saved" };
     }
     this.sent = Math.max(this.sent, answer.revision ?? 0);
-    byId("edit-error").hidden = !answer.error;
-    byId("edit-error").textContent = answer.error ?? "";
+    this.refuse(answer.error ?? "");
     return answer;
+  }
+
+  refuse(words) {
+    byId("edit-error").hidden = !words;
+    byId("edit-error").textContent = words;
   }
 
   edit(changes, gesture = "", more = {}) {
@@ -221,7 +225,7 @@ class Editing {
     byId("remove").hidden = !["waypoints", "scene.objects"].includes(kind);
     const focused = document.activeElement?.dataset?.at;
     const gesture = () => `${++this.gesture}`;
-    const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]) };
+    const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]), refuse: (words) => this.refuse(words) };
     const rows = [...valuesOf(part, this.part ?? [])];
     const titled = ({ at }) => { // the last key, where no other row has it
       const alone = typeof at.at(-1) === "string" && rows.filter((one) => one.at.at(-1) === at.at(-1)).length === 1;

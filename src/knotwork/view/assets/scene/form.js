@@ -15,6 +15,13 @@ function typed(text) {
   return word !== "" && Number.isFinite(Number(word)) ? Number(word) : text;
 }
 
+// What is wrong with what is typed in place of a number; words are for single values, as `free` is
+function fault(text, before, listed) {
+  const word = text.trim();
+  if (typeof before !== "number" || typeof typed(text) === "number" || (!listed && /^[a-z]/i.test(word))) return "";
+  return `${word ? `'${word}' is no number` : "nothing is typed"}; accepted: a number, for example 0.25. The task keeps ${before}`;
+}
+
 function made(kind, settings = {}, ...inner) {
   const element = Object.assign(document.createElement(kind), settings);
   element.append(...inner);
@@ -22,10 +29,10 @@ function made(kind, settings = {}, ...inner) {
 }
 
 // A row: its key, a field for each number or word, and a button that takes it out
-function formRow({ at, value, shown, unit = "" }, from, { change, remove }) {
+function formRow({ at, value, shown, unit = "" }, from, { change, remove, refuse }) {
   const name = at.slice(from).join(".");
   const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown.replaceAll(".", ".\u200b")} `, made("span", { className: "unit", textContent: unit }));
-  const row = made("div", { className: "row" }, key);
+  const row = made("div", { className: isRow(value) && value.length > 1 ? "row wide" : "row" }, key);
   const fields = made("span", { className: "fields" });
   (isRow(value) ? value : [value]).forEach((one, i) => {
     const place = isRow(value) ? [...at, i] : at;
@@ -36,13 +43,16 @@ function formRow({ at, value, shown, unit = "" }, from, { change, remove }) {
       Object.assign(field, { type: "checkbox", checked: one });
       field.addEventListener("change", () => (field.checked ? change(place, true) : remove(at)));
     } else {
-      Object.assign(field, { type: "text", value: String(one ?? ""), autocomplete: "off", spellcheck: false });
+      Object.assign(field, { type: "text", value: String(one ?? ""), title: String(one ?? ""), autocomplete: "off", spellcheck: false });
       if (typeof one === "number") field.inputMode = "decimal";
       // A number is taken over while the hand rests, words when they are complete.
       let timer = 0;
       const take = () => {
         clearTimeout(timer);
-        if (field.value.trim() !== "" && field.value !== String(one ?? "")) change(place, typed(field.value));
+        const wrong = fault(field.value, one, isRow(value));
+        if (wrong || field.ariaInvalid) refuse(wrong && `${label}: ${wrong}`);
+        field.ariaInvalid = wrong ? "true" : null;
+        if (!wrong && field.value.trim() !== "" && field.value !== String(one ?? "")) change(place, typed(field.value));
       };
       field.addEventListener("input", () => {
         clearTimeout(timer);

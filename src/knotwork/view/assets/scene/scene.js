@@ -53,7 +53,7 @@ class Stage {
     this.joints = new Joints(this.player);
     this.camera = new Camera(viewer);
     document.body.addEventListener("click", (event) => {
-      const button = event.target.closest("[data-at]");
+      const button = event.target.closest("button[data-at]");
       if (button) this.goTo(Number(button.dataset.at));
     });
     this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
