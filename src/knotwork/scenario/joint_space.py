@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import RobotError, UnknownNameError, did_you_mean
+from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, JointValues, Scenario
 from knotwork.scenario.payloads import Carrying, carrying
@@ -150,10 +150,13 @@ def moved_robot(scenario: Scenario) -> Robot:
     """The robot of a scenario with its tool; its base is where poses are given.
 
     Raises:
-        InputError: It, its tool frame or a link that carries a frame does not exist.
+        InputError: It, its tool frame or a link that carries a frame does not exist, or none is
+            named.
     """
     from knotwork.robot import load_robot
 
+    if scenario.robot is None:
+        raise InputError(f"{scenario.name} names no robot")
     with scenario.error_context("robot"):
         robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
     tool = scenario.tool
