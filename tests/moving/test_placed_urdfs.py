@@ -325,6 +325,10 @@ WRONG = {
         {"turner": {**TURNER, "urdf": "still.urdf"}},
         r"axes: turner: .*still\.urdf has no joint that moves; accepted: .*scene: objects",
     ),
+    "weak": (
+        {"turner": {**TURNER, "urdf": "weak.urdf"}},
+        r"weak\.urdf is no valid URDF: joint \[elbow_joint\]: limit has no effort",
+    ),
     "broken": ({"turner": {**TURNER, "urdf": "broken.urdf"}}, r"broken\.urdf is not a URDF: "),
     "on": (
         {"turner": {**TURNER, "in": "tool"}},
@@ -355,6 +359,8 @@ def test_wrong_positioners(folder: Path, name: str, knotwork: Command) -> None:
     axes, words = WRONG[name]
     (folder / "still.urdf").write_text('<robot name="s"><link name="a"/></robot>', "utf-8")
     (folder / "broken.urdf").write_text("<robot", "utf-8")
+    turner = (folder / "turner.urdf").read_text(encoding="utf-8")
+    (folder / "weak.urdf").write_text(re.sub(r' effort="\w+"', "", turner), "utf-8")
     path = write(folder / f"{name}.yaml", {**cell(), "external_axes": axes})
     ran = knotwork("robots", str(path))
     assert ran.code == 2
