@@ -35,7 +35,7 @@ FRAMES = 66
 # Of the duration, where the tool would hide behind its part.
 MOMENTS = {"ur10_weld": 0.12, "ur5_machine_door": 0.34, "panda_bookshelf": 0.95, "ur5_belt": 0.52}
 # The camera turns about the scene by this [rad], where something hides the arm from the front.
-TURNS = {"panda_bookshelf": 2.4, "ur5_two_arms": 1.2}
+TURNS = {"panda_bookshelf": 2.4}
 TURN = """angle => {
     const {camera, controls} = window.viewer;
     camera.position.sub(controls.target).applyAxisAngle(camera.up, angle).add(controls.target);

@@ -1,4 +1,4 @@
-"""The first view of a scene: from above and from beside the task, with arm and task in view."""
+"""The first view of a scene: from above and from beside the task, with all of it in view."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ ASIDE = np.radians(10.0)
 # So far around from other robots, where that can be, so that they are not before it either; where
 # they are nearer to the task than this, in parts of the whole, they are no direction.
 CLEAR, NEAR = np.radians(75.0), 0.15
-# A task smaller than this, in parts of the arm and the task, is shown alone at first, with
-# this margin around it, in parts of its size.
-SMALL, AROUND = 0.4, 0.35
+# Around a task that is looked at alone, in parts of its size.
+AROUND = 0.35
 
 
 def views(
@@ -37,8 +36,8 @@ def views(
         towards: Unit vector from the scene towards the camera, if that is known.
 
     Returns:
-        `view`, of all: its direction `from` and its `points`; `work`, the same of the task alone,
-        or `None`; and `near`, whether the task is shown first.
+        `view`, of all: its direction `from` and its `points`; and `work`, the same of the task
+        alone, or `None`.
     """
     size = np.ptp(points, axis=0)
     if towards is None:
@@ -52,11 +51,10 @@ def views(
     view = {"from": towards, "points": points.tolist()}
     extent = float(np.ptp(task, axis=0).max()) if len(task) else 0.0
     if extent < 1e-3 * size.max():
-        return {"view": view, "work": None, "near": False}
+        return {"view": view, "work": None}
     margin = AROUND * extent
     corners = box_corners(np.array([task.min(axis=0) - margin, task.max(axis=0) + margin]))
-    near = bool(extent < SMALL * size.max())
-    return {"view": view, "work": {**view, "points": corners.tolist()}, "near": near}
+    return {"view": view, "work": {**view, "points": corners.tolist()}}
 
 
 def _turn(apart: FloatArray, around: float) -> float:

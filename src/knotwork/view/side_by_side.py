@@ -50,8 +50,7 @@ def _one_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         points = [point for view in views for point in view["points"]]
         return {"from": whole[0]["from"], "points": points}
 
-    near = all(scene["near"] for scene in scenes)
-    return {"view": joined(whole), "work": joined(work) if all(work) else None, "near": near}
+    return {"view": joined(whole), "work": joined(work) if all(work) else None}
 
 
 def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:

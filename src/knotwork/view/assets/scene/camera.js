@@ -18,6 +18,7 @@ const CLOSE = 1.2;
 class Camera {
   constructor(viewer) {
     this.viewer = viewer;
+    this.name = "whole arm";
     this.touched = false; // turned by hand: then the camera stays
     viewer.controls.addEventListener("start", () => {
       this.touched = true;
@@ -32,18 +33,15 @@ class Camera {
   static BUTTONS = [["whole-arm", "whole arm"], ["work", "work"]];
 
   set(data) {
-    const first = !this.data;
     this.data = data;
     byId("work").hidden = !data.work;
-    if (first) this.name = data.near ? "work" : "whole arm";
     this.mark();
   }
 
-  // Look from where one of the two sees best; by default the one that was first.
+  // Look from where one of the two sees best.
   choose(name) {
-    const wanted = name || (this.data.near ? "work" : "whole arm");
-    if (wanted === "work" && !this.data.work) return;
-    this.name = wanted;
+    if (name === "work" && !this.data.work) return;
+    this.name = name;
     this.touched = false;
     this.look();
     this.mark();
