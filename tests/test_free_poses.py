@@ -241,8 +241,11 @@ def test_a_range_along_a_path_is_judged_at_all_times() -> None:
     (row,) = (one for one in found.findings if one.quantity == "path_turn")
     assert found.ok
     assert np.degrees(row.value) == pytest.approx(-3, abs=0.1)
+    assert "(negative: inside)" in row.message
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, max(0.0, most - 3)]})))
-    assert {one.quantity for one in found.failures} >= {"path_turn"}
+    (row,) = (one for one in found.failures if one.quantity == "path_turn")
+    assert "turn is beyond its range by 3" in row.message
+    assert "inside" not in row.message
     assert most > 3
 
 

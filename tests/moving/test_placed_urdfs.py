@@ -17,6 +17,7 @@ import drawn
 import knotwork as kw
 from command_line import Command
 from moving.moving_truth import distance, links
+from moving.test_moving_things import refused
 from moving.test_positioners import CELL
 from moving.test_shown import placed, scene_of, times
 
@@ -246,9 +247,12 @@ def test_the_arm_is_kept_from_it(folder: Path, higher: float) -> None:
     assert all(one.ok for one in found.values()) == (not higher)
 
 
-def test_one_that_is_off_the_chain_is_an_obstacle_where_it_is_locked(folder: Path) -> None:
+@pytest.mark.parametrize("key", ["locked", "start"])
+def test_one_that_is_off_the_chain_is_an_obstacle_where_it_stands(folder: Path, key: str) -> None:
+    """As the robot's file locks it, or as the configuration says that the motion begins in."""
     where = {TILT: 0.5, "turn": 1.0}
-    path = write(folder / "locked.yaml", {**cell(), "locked": where})
+    more = {"locked": where} if key == "locked" else {"configurations": {"home": HOME | where}}
+    path = write(folder / "locked.yaml", {**cell(), **more})
     swing = {"joints": {**HOME, "shoulder_pan_joint": 0.5}, "after": 2}
     del swing["joints"][TILT], swing["joints"]["turn"]
     plan = kw.plan({"robot": str(path), "start": "home", "waypoints": [swing]})
@@ -264,6 +268,29 @@ def test_one_that_is_off_the_chain_is_an_obstacle_where_it_is_locked(folder: Pat
         if {*one.name.split(", ")} == {"plate", "wrist_3_link"}
     )
     assert one.value == pytest.approx(value, abs=2e-3)
+
+
+def test_one_that_is_off_the_chain_does_not_stand_at_two_places(folder: Path) -> None:
+    away = {**HOME, TILT: 0.5, "shoulder_pan_joint": 0.5}
+    path = write(folder / "away.yaml", {**cell(), "configurations": {"home": HOME, "away": away}})
+    given = {"robot": str(path), "start": "home", "waypoints": [{"joints": "away", "after": 2}]}
+    said = refused(given)
+    assert "waypoints[0].joints: robot 'away': configuration 'away' has joint" in said
+    assert f"{TILT!r} at 0.5, another one of the task at 0, and nothing in the task moves" in said
+    assert kw.plan({**given, "waypoints": [{"joints": "home", "after": 2}]}).report.ok
+
+
+def test_another_task_on_it_goes_on_from_a_motion_on_it(folder: Path) -> None:
+    plan = kw.plan(task(folder))
+    again = plan.replace(at=2.5, scenario=kw.Task(**task(folder)))
+    assert again.report.ok, again.report
+    assert again.space.joint_names == plan.space.joint_names
+    for order in (0, 1, 2):
+        state = plan.trajectory.polynomial(2.5, order)
+        assert again.trajectory.polynomial(0.0, order) == pytest.approx(state, abs=1e-9)
+    alone = {"robot": str(folder / "cell.yaml"), "waypoints": [{"joints": "home", "after": 2}]}
+    with pytest.raises(kw.errors.InputError, match=r"has the joints|unknown joint"):
+        plan.replace(at=2.5, scenario=kw.Task(**alone))
 
 
 def test_its_links_are_drawn_where_they_are(folder: Path) -> None:
@@ -298,6 +325,10 @@ WRONG = {
         {"turner": {**TURNER, "urdf": "still.urdf"}},
         r"axes: turner: .*still\.urdf has no joint that moves; accepted: .*scene: objects",
     ),
+    "weak": (
+        {"turner": {**TURNER, "urdf": "weak.urdf"}},
+        r"weak\.urdf is no valid URDF: joint \[elbow_joint\]: limit has no effort",
+    ),
     "broken": ({"turner": {**TURNER, "urdf": "broken.urdf"}}, r"broken\.urdf is not a URDF: "),
     "on": (
         {"turner": {**TURNER, "in": "tool"}},
@@ -328,6 +359,8 @@ def test_wrong_positioners(folder: Path, name: str, knotwork: Command) -> None:
     axes, words = WRONG[name]
     (folder / "still.urdf").write_text('<robot name="s"><link name="a"/></robot>', "utf-8")
     (folder / "broken.urdf").write_text("<robot", "utf-8")
+    turner = (folder / "turner.urdf").read_text(encoding="utf-8")
+    (folder / "weak.urdf").write_text(re.sub(r' effort="\w+"', "", turner), "utf-8")
     path = write(folder / f"{name}.yaml", {**cell(), "external_axes": axes})
     ran = knotwork("robots", str(path))
     assert ran.code == 2

@@ -366,6 +366,15 @@ def swing(robot: kw.Robot) -> kw.JointTrajectory:
     )
 
 
+# Whether a point is seen beside the panels
+BESIDE_PANELS = """(at) => {
+  const p = new MeshCat.THREE.Vector3(at[0], at[2], -at[1]).project(viewer.camera);
+  const pane = document.getElementById("scene").getBoundingClientRect();
+  const [x, y] = [pane.left + (p.x + 1) / 2 * pane.width, pane.top + (1 - p.y) / 2 * pane.height];
+  const there = document.elementFromPoint(x, y);
+  return there !== null && !there.closest(".panel");
+}"""
+
 # Labels of failures behind which rays from the camera meet the arm
 LABELS_OVER_THE_ARM = """(() => {
   const { camera, scene_tree: tree } = viewer;
@@ -416,7 +425,20 @@ def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     tab.evaluate(NEXT_FRAME)
     time = float(button.get_attribute("data-at"))
     assert tab.evaluate("knotwork.time()") == pytest.approx(time, abs=2e-3)
-    assert time == pytest.approx(next(one.at for one in plan.report.failures))
+    failed = plan.report.failures[0]
+    assert time == pytest.approx(failed.at)
+    # its place is seen, beside all panels
+    point = np.mean(failed.points, axis=0).tolist()
+    for size in ((390, 844), (700, 500), (1280, 800)):
+        resize(tab, *size)
+        tab.evaluate("knotwork.look('whole arm')")
+        button.click()
+        tab.evaluate(NEXT_FRAME)
+        assert tab.evaluate(BESIDE_PANELS, point), size
+    resize(tab, 640, 400)
+    tab.evaluate("knotwork.look('whole arm')")
+    button.click()
+    tab.evaluate(NEXT_FRAME)
     assert 1 <= tab.locator(".label.miss:visible").count() <= 3
     assert is_red(picture(tab)).sum() > 3 * is_red(clean).sum()
     tab.evaluate("knotwork.look('whole arm')")

@@ -12,6 +12,7 @@ from knotwork.errors.plain_text import nameless
 from knotwork.pipeline.scene_then import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.events import action_of
+from knotwork.scenario.joint_space import moved_robot
 from knotwork.scenario.repeats import expanded
 from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Action, EndAcceleration, PlainTask, Task
@@ -38,13 +39,11 @@ def scenario_from(
         InputError: The time is outside the motion, the tool holds something of which the task says
             nothing, it is a task of another robot, or it is wrong.
     """
-    from knotwork.robot import load_robot
-
     task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))
     if asked.robot is not None:
         with asked.error_context("robot"):
-            names = load_robot(asked.robot).joint_names
+            names = moved_robot(asked).joint_names
             if set(names) != set(motion.joint_names):
                 raise InputError(
                     f"has the joints {', '.join(names)}; the motion that it is to go on from has "

@@ -41,6 +41,7 @@ def select_chain(
     base_frame: str | None,
     tool_frame: str | None,
     locked: Mapping[str, float],
+    rest: Mapping[str, float],
 ) -> Chain:
     """Lock every joint that is not on the way from the base to the tool.
 
@@ -50,6 +51,7 @@ def select_chain(
         base_frame: Link; by default the root.
         tool_frame: Link; without one all joints that can be planned for are kept.
         locked: Joints locked on purpose, and where [rad or m].
+        rest: Where others stand that are locked; by default at 0 [rad or m].
 
     Raises:
         UnknownNameError: There is no such link or joint.
@@ -78,7 +80,7 @@ def select_chain(
         )
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
-    reference, values = _reference(urdf, robot, still, locked)
+    reference, values = _reference(urdf, robot, still, {**rest, **locked})
     names = tuple(full.names[i] for i in moving)
     masters = {full.names[i]: _masters(urdf, full.names[i], locked) for i in still}
     return Chain(

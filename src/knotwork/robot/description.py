@@ -52,6 +52,7 @@ class Description:
         held: What the tool holds, in the axes of the TCP.
         gravity: In the axes of the base frame [m/s²], or `None` for 9.81 along -z of the root.
         locked: Joints locked on purpose [rad or m].
+        rest: Where others stand that are not planned for, 0 by default [rad or m].
         configurations: Name to joint to position [rad or m].
         limits: Limits that replace the URDF's.
         package_paths: Folders that meshes are also looked for in.
@@ -73,6 +74,7 @@ class Description:
     held: tuple[Payload, ...] = ()
     gravity: FloatArray | None = None
     locked: Mapping[str, float] = field(default_factory=dict)
+    rest: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
     package_paths: tuple[Path, ...] = ()

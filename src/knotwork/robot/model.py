@@ -94,6 +94,7 @@ class Robot(ChainKinematics):
             base_frame=given.base_frame,
             tool_frame=given.tool_frame,
             locked=given.locked,
+            rest=given.rest,
         )
         self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
         self.standing_frame = given.standing or chain.base_frame
@@ -278,6 +279,29 @@ class Robot(ChainKinematics):
                     "joint", name, self.joint_names, where=f"robot {self.name!r}"
                 )
         return Robot(replace(self._given, weights=dict(weights)))
+
+    def with_rest(self, name: str) -> Robot:
+        """Have joints that are not planned for stand where a named configuration has them.
+
+        Those that its file names under `locked`, and those that mimic others, stay.
+
+        Raises:
+            RobotError: Another configuration that was asked for has one elsewhere, or a joint
+                can't stand there.
+        """
+        given, rest = self._given, dict(self._given.rest)
+        for joint, value in given.configurations[name].items():
+            if joint in self.joint_names or joint in given.locked or joint in given.urdf.mimics:
+                continue
+            if rest.setdefault(joint, value) != value:
+                raise RobotError(
+                    self.name,
+                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
+                    f"task at {rest[joint]:g}, and nothing in the task moves it; accepted: the "
+                    "same position in both, or a pose on what it carries",
+                    joint=joint,
+                )
+        return self if rest == given.rest else Robot(replace(given, rest=rest))
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot another way: on a wall, on a ceiling, or where nothing has weight.

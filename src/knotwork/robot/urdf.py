@@ -107,6 +107,8 @@ def _parsed(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_fro
             name: _tree(text, file, robot)
             for (name, file), text in zip(placed, texts[1:], strict=True)
         }
+        for (_, file), (other, _) in zip(placed, others.values(), strict=True):
+            _build(plain_text(other), file, robot)  # a fault of its own names its own file
         try:
             files += add_axes(root, axes, base, others)
             base = check_tree(root)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import RobotError, UnknownNameError, did_you_mean
+from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, JointValues, Scenario
 from knotwork.scenario.payloads import Carrying, carrying
@@ -108,14 +108,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     """
     if scenario.robot is None:
         return _of_bare_joints(scenario)
-    from knotwork.robot import load_robot
-
-    with scenario.error_context("robot"):
-        robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
-    tool = scenario.tool
-    with scenario.error_context("tool", "frame"):
-        robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
-    robot = _on_link(scenario, robot)
+    robot = _at_rest(scenario, moved_robot(scenario))
     if scenario.gravity is not None:
         with scenario.error_context("gravity"):
             robot = robot.with_gravity(scenario.gravity)
@@ -151,6 +144,38 @@ def joint_space(scenario: Scenario) -> JointSpace:
         None if robot.base_moves else carrying(scenario, robot),
         **read.task(scenario),
     )
+
+
+def moved_robot(scenario: Scenario) -> Robot:
+    """The robot of a scenario with its tool; its base is where poses are given.
+
+    Raises:
+        InputError: It, its tool frame or a link that carries a frame does not exist, or none is
+            named.
+    """
+    from knotwork.robot import load_robot
+
+    if scenario.robot is None:
+        raise InputError(f"{scenario.name} names no robot")
+    with scenario.error_context("robot"):
+        robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
+    tool = scenario.tool
+    with scenario.error_context("tool", "frame"):
+        robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
+    return _on_link(scenario, robot)
+
+
+def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
+    """The robot with joints that are not planned for where the configurations of the task say."""
+    task = scenario.task
+    named: list[tuple[tuple[str | int, ...], Any]] = [(("start",), task.start)]
+    waypoints = enumerate(task.waypoints)
+    named += [(("waypoints", i, "joints"), getattr(one, "joints", None)) for i, one in waypoints]
+    for place, name in named:
+        if isinstance(name, str) and name in robot.configurations:
+            with scenario.error_context(*place):
+                robot = robot.with_rest(name)
+    return robot
 
 
 def _on_link(scenario: Scenario, robot: Robot) -> Robot:

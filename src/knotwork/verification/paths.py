@@ -194,10 +194,11 @@ def _rows(
         f"{units.text(turned, 'rad', '.3g')}",
     )  # fmt: skip
     if found.turn is not None:
+        inside = "" if found.turn.value > 0.0 else " (negative: inside)"
         yield _Row(
             "path_turn", found.turn, limits.orientation, "rad", whole,
-            f"the tool's {angle} by {units.text(found.turn.value, 'rad', '.3g')} "
-            f"(negative: inside), tolerance {units.text(limits.orientation, 'rad', '.3g')}",
+            f"the tool's {angle} by {units.text(found.turn.value, 'rad', '.3g')}"
+            f"{inside}, tolerance {units.text(limits.orientation, 'rad', '.3g')}",
         )  # fmt: skip
     yield _Row(
         "path_progress", _progress_bound(found), max(allowed.path, allowed.position), "m", whole,

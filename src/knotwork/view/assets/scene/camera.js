@@ -47,12 +47,20 @@ class Camera {
     this.mark();
   }
 
-  // Look at a point from the same side, from near.
+  // Look at a point from the same side, from near; it is in the middle of what panels leave free.
   near(point) {
     const { camera, controls } = this.viewer;
+    const pane = paneBox();
+    const [left, top, right, bottom] = roomiest(panels(pane), pane);
     const from = camera.position.clone().sub(controls.target);
-    controls.target.copy(world(point));
-    camera.position.copy(controls.target).add(from.setLength(Math.min(from.length(), CLOSE * this.data.size)));
+    from.setLength(Math.min(from.length(), CLOSE * this.data.size));
+    const pixel = (2 * from.length() * Math.tan((camera.fov / 2) * (Math.PI / 180))) / pane.height;
+    const across = new THREE.Vector3(0, 1, 0).cross(from).normalize();
+    const up = from.clone().cross(across).normalize();
+    controls.target.copy(world(point))
+      .addScaledVector(across, (pixel * (pane.width - left - right)) / 2)
+      .addScaledVector(up, (pixel * (top + bottom - pane.height)) / 2);
+    camera.position.copy(controls.target).add(from);
     this.touched = true;
     controls.update();
     this.mark();

@@ -69,3 +69,10 @@ function nearest(points, taken, pane, fov) {
   };
   return choices.find(free) ?? fit(points, [0, 0, pane.width, pane.height], pane, fov);
 }
+
+// The largest part of the pane without a panel in it, or all of it
+function roomiest(taken, pane) {
+  const free = ([left, top, right, bottom]) => taken.every((box) => box[2] <= left || box[0] >= right || box[3] <= top || box[1] >= bottom);
+  const area = ([left, top, right, bottom]) => (right - left) * (bottom - top);
+  return parts(taken, pane).filter(free).reduce((best, one) => (!best || area(one) > area(best) ? one : best), null) ?? [0, 0, pane.width, pane.height];
+}
