@@ -191,8 +191,8 @@ def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
         (
             ("waypoints", 0, "after"),
             20,
-            "waypoints[0] (at 20 s frame 'tray' is at [0.3545, 3.379, 0.12]): waypoint "
-            "'waypoint 1': the pose is out of reach: the nearest point found is 2.456 m away",
+            "waypoints[0] (at 20 s frame 'tray' is at [0.3545, 3.379, 0.12]): waypoint 1: "
+            "the pose is out of reach: the nearest point found is 2.456 m away",
         ),
         (("waypoints", 2, "speed"), 0.01, "waypoints[2] (at "),
         (("waypoints", 2, "speed"), {"at_most": 0.1}, "is chosen, but frame 'tray' moves"),

@@ -8,7 +8,7 @@ errors are those of `motion_table`.
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,11 +28,10 @@ if TYPE_CHECKING:
 
 JSON_FORMAT = "knotwork.samples"
 
-Source: TypeAlias = JointTrajectory | Points | MotionTable
-"""A motion, its points or its table."""
 
-
-def _table(motion: Source, **options: Unpack[TableOptions]) -> MotionTable:
+def _table(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> MotionTable:
     if not isinstance(motion, MotionTable):
         return motion_table(motion, **options)
     if options:
@@ -40,7 +39,7 @@ def _table(motion: Source, **options: Unpack[TableOptions]) -> MotionTable:
     return motion
 
 
-def to_csv(motion: Source, **options: Unpack[TableOptions]) -> str:
+def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
     Options and errors are those of `motion_table`.
@@ -56,7 +55,7 @@ def to_csv(motion: Source, **options: Unpack[TableOptions]) -> str:
     return columns_to_csv(table.columns(), table.labels)
 
 
-def to_json(motion: Source, **options: Unpack[TableOptions]) -> str:
+def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
     Options and errors are those of `motion_table`.
@@ -85,7 +84,9 @@ def to_json(motion: Source, **options: Unpack[TableOptions]) -> str:
     return json_text(data)
 
 
-def to_npz(motion: Source, **options: Unpack[TableOptions]) -> bytes:
+def to_npz(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> bytes:
     """Write samples or knots as NumPy's npz, without pickles.
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
@@ -114,7 +115,9 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def to_parquet(motion: Source, **options: Unpack[TableOptions]) -> bytes:
+def to_parquet(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> bytes:
     """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
 
     Options and errors are those of `motion_table`.

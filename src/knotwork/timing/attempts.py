@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from knotwork.timing.budget import Steps, Watch
 from knotwork.timing.exact_curve import ExactCurve, rebuilt
 from knotwork.timing.initial_guess import (
@@ -25,6 +27,9 @@ from knotwork.waypoints import FloatArray
 
 MOST_TIMES = 12
 """How often a start is solved again, with more tightening, before it has failed."""
+
+NEARLY = 1.001
+"""A motion with rests is not improved on if it takes at most this many times as long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +64,11 @@ def solved_section(
         in each interval if it is the best; `None` if there is none.
     """
     best: Attempt | None = None
+    given = float(np.nansum(problem.duration))
+    if problem.objective.only_time and problem.free.any() and given:
+        rests = resting(problem, "resting")
+        if rests is not None and rests.found.curve.x[-1] <= NEARLY * given:
+            return rests  # the free time is negligible against the given one
     for start, tightening in _starts(problem, watch, guess):
         if watch.late(found=best is not None):
             break
