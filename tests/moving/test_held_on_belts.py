@@ -10,12 +10,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import drawn
 import knotwork as kw
 from moving.moving_truth import frame, links, sampled
 from moving.test_moving_things import DOWN, refused, tool, two_arms
 from moving.test_positioners import on_table
-from moving.test_shown import placed, scene_of, times
+from moving.test_shown import middle_of_held, scene_of, times
 
 SIZE = (0.05, 0.06, 0.07)
 OFFSET = pin.SE3(np.eye(3), np.array([0, 0, 0.136]))
@@ -113,19 +112,11 @@ def test_the_part_is_drawn_where_it_is() -> None:
     plan = kw.plan(carry())
     scene = scene_of(plan)
     time = times(scene)
-    held = [one for one in scene["things"] if one["name"] == "held"]
     for t in (0.5, 3.0, 5.0, 9.5):
         k = int(np.searchsorted(time, t))
-        (here,) = (
-            one
-            for one in held
-            if (one["between"][0] is None or t >= one["between"][0])
-            and (one["between"][1] is None or t < one["between"][1])
+        assert middle_of_held(scene, t, k) == pytest.approx(
+            box(plan, float(time[k])).translation, abs=2e-5
         )
-        at = placed(scene, k)[here.get("carrier", 0)]
-        corners = drawn.vertices(here["mesh"]) @ at.rotation.T + at.translation
-        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        assert middle == pytest.approx(box(plan, float(time[k])).translation, abs=2e-5)
 
 
 def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_path: Path) -> None:

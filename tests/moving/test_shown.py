@@ -48,11 +48,26 @@ def middles(scene: dict[str, Any], name: str, frame: int) -> np.ndarray:
     middle = []
     for thing in scene["things"]:
         if thing["name"] == name:
-            points = drawn.vertices(thing["mesh"])
-            here = places[thing["carrier"]]
-            moved = points @ here.rotation.T + here.translation
-            middle.append(0.5 * (moved.min(axis=0) + moved.max(axis=0)))
+            middle.append(_middle(thing, places))
     return np.array(middle)
+
+
+def middle_of_held(data: Any, time: float, k: int) -> Any:
+    """Middle of the box that is drawn for what is held, at a time [s], that of column k."""
+    (here,) = (
+        one
+        for one in data["things"]
+        if one["name"] == "held"
+        and (one["between"][0] is None or time >= one["between"][0])
+        and (one["between"][1] is None or time < one["between"][1])
+    )
+    return _middle(here, placed(data, k))
+
+
+def _middle(thing: dict[str, Any], places: list[pin.SE3]) -> Any:
+    at = places[thing.get("carrier", 0)]
+    corners = drawn.vertices(thing["mesh"]) @ at.rotation.T + at.translation
+    return 0.5 * (corners.min(axis=0) + corners.max(axis=0))
 
 
 def test_an_object_is_drawn_where_the_belt_has_carried_it() -> None:

@@ -10,13 +10,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import drawn
 import knotwork as kw
 from moving.moving_truth import links, sampled
 from moving.test_held_on_belts import SIZE
 from moving.test_moving_things import refused
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, task
-from moving.test_shown import placed, scene_of, times
+from moving.test_shown import middle_of_held, placed, scene_of, times
 
 __all__ = ["folder"]
 PICK, PLACE = 4.5, 10.0
@@ -201,19 +200,11 @@ def test_the_part_that_is_fetched_is_where_it_lies(folder: Path) -> None:
             assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
     scene = scene_of(plan)
     time = times(scene)
-    held = [one for one in scene["things"] if one["name"] == "held"]
     for t in (0.5, 4.0, 7.0, 10.7, 15.0):
         k = int(np.searchsorted(time, t))
-        (here,) = (
-            one
-            for one in held
-            if (one["between"][0] is None or t >= one["between"][0])
-            and (one["between"][1] is None or t < one["between"][1])
+        assert middle_of_held(scene, t, k) == pytest.approx(
+            box(plan, both, float(time[k])).translation, abs=1e-3
         )
-        at = placed(scene, k)[here.get("carrier", 0)]
-        corners = drawn.vertices(here["mesh"]) @ at.rotation.T + at.translation
-        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        assert middle == pytest.approx(box(plan, both, float(time[k])).translation, abs=1e-3)
     labels = {one["text"]: one for one in scene["labels"] if one["kind"] == "waypoint"}
     for name, asked in (("pick", BESIDE), ("place", None)):
         for k in (0, len(time) // 2, len(time) - 1):

@@ -93,10 +93,8 @@ def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) 
         return {}
     if robot is None or isinstance(there, JointTarget):
         return {"velocity": units.by_joint(v)}
-    if there.standing:
-        robot, own = robot.at_rest
-        q, v = q[own], v[own]
-    twist = robot.twist(q, v)
+    robot, own = robot.seen(standing=there.standing)
+    twist = robot.twist(q[own], v[own])
     if kind == "free":
         twist -= there.twist  # that of its frame: a velocity of the file is seen from there
         scenario, axes, turn = task.scenario, "base", np.eye(3)

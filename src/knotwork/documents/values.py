@@ -111,7 +111,7 @@ def _kind(value: Any) -> str | None:
 
 
 class Forms:
-    """Says of a union that its parts are told apart by their kind; errors name them all.
+    """Says of a union that its parts differ by their kind; errors name them all.
 
     Args:
         accepted: All forms, in words.

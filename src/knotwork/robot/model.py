@@ -232,9 +232,16 @@ class Robot(ChainKinematics):
         return Robot(replace(given, urdf=urdf, base_frame=link, standing=standing))
 
     @cached_property
-    def at_rest(self) -> tuple[Robot, list[int]]:
-        """The robot seen from what stands still, and which of the joints move its tool there."""
-        robot = self.with_base(self.standing_frame) if self.base_moves else self
+    def _at_rest(self) -> Robot:
+        return self.with_base(self.standing_frame) if self.base_moves else self
+
+    def seen(self, *, standing: bool) -> tuple[Robot, list[int]]:
+        """The robot seen from its base, or from what stands still, and its joints among these.
+
+        Args:
+            standing: Whether the second is meant.
+        """
+        robot = self._at_rest if standing else self
         return robot, [self.joint_names.index(name) for name in robot.joint_names]
 
     def tool_seen(self, q: FloatArray, *, standing: bool) -> Any:
@@ -244,7 +251,7 @@ class Robot(ChainKinematics):
             q: Joint positions [rad or m], shape (d,).
             standing: Whether the second is meant.
         """
-        robot, own = self.at_rest if standing else (self, slice(None))
+        robot, own = self.seen(standing=standing)
         return robot.forward(q[own])
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:

@@ -15,7 +15,7 @@ from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, S
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
 MOST_BEFORE, SHORTEST = 20, 1e-3
-"""So many waypoints at most share what is left before a time that is given; each gets this at least
+"""At most this many waypoints share what is left before a given time; each gets at least this
 [s]."""
 
 _Fault = tuple[bool, Location, str, str]

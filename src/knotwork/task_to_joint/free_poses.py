@@ -104,7 +104,7 @@ class Chains:
         self._of: dict[tuple[bool, PoseFreedom | None], Chain] = {}
         seen = {(False, freedom) for freedom in of} | {(one.standing, one.freedom) for one in poses}
         for stands, freedom in sorted(seen, key=lambda key: (key[0], [*of].index(key[1]))):
-            arm, moving = robot.at_rest if stands else (robot, list(range(d)))
+            arm, moving = robot.seen(standing=stands)
             own = of[freedom]
             columns = [*moving, *(d + joints.index(one) for one in own)]
             chain = arm if not own else arm.with_virtual_joints(*own)

@@ -62,11 +62,9 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     for waypoint, time, _ in _reached(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
-            spin, robot = waypoint.freedom or onward.get(waypoint.name), space.robot
-            if waypoint.standing:
-                robot, own = robot.at_rest
-                q, v = q[own], v[own]
-            yield from _tool_findings(waypoint, robot, q, v, scenario, spin)
+            spin = waypoint.freedom or onward.get(waypoint.name)
+            robot, own = space.robot.seen(standing=waypoint.standing)
+            yield from _tool_findings(waypoint, robot, q[own], v[own], scenario, spin)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

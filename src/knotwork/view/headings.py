@@ -161,7 +161,7 @@ def curve_legend(
         figure: Where.
         curves: The names.
         title: Of the picture.
-        reasons: For each curve why its motion fails, or nothing; then it is told in red.
+        reasons: For each curve why its motion fails, or nothing; a reason is red.
     """
     from matplotlib.lines import Line2D
 
