@@ -34,7 +34,8 @@ def binary_ply(order: str = "<", kind: str = "face") -> bytes:
     name = "binary_little_endian" if order == "<" else "binary_big_endian"
     head = (
         f"ply\nformat {name} 1.0\nelement vertex 4\n{AXES}property uchar red\nelement {kind} 4\n"
-        f"property uchar red\n{FACE_LIST}element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+        f"property uchar red\n{FACE_LIST}element edge 1\n"
+        "property int vertex1\nproperty int vertex2\nend_header\n"
     )
     points = b"".join(struct.pack(f"{order}fffB", *point, 7) for point in CORNERS)
     sides = b"".join(struct.pack(f"{order}BB3i", 9, 3, *one) for one in FACES)
