@@ -202,7 +202,7 @@ class Rules(NamedTuple):
 
     @property
     def beside(self) -> float:
-        """Part by which travel counts beside time: a great weight is as if the others were small."""
+        """Part by which travel counts beside time: great weights are as small ones of others."""
         return BESIDE / float(max(1.0, np.max(self.weights)))
 
     def of(self, joints: Any) -> Rules:
