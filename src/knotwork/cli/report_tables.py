@@ -79,7 +79,7 @@ def print_report(
 
 
 def _in_words(found: Finding) -> bool:
-    """Whether a finding is a sentence: it has no number, or nothing is required and much is said."""
+    """Whether a sentence says it: it has no number, or nothing is required and more is told."""
     return found.value is None or (found.verdict == "information" and bool(found.brief))
 
 
