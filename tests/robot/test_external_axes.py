@@ -76,28 +76,6 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
     assert "bead start to bead end: rail 1" in row.brief
 
 
-@pytest.mark.parametrize(
-    ("axis", "words"),
-    [
-        ({"range": [0, 1]}, "give slides or turns"),
-        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "gives slides and turns; give one of them"),
-        ({"slides": [1, 0, 0]}, "give its range"),
-        ({"turns": [0, 0, 0]}, "its direction must not be zero"),
-        (
-            {"turns": [0, 0, 1], "in": "nowhere"},
-            "external_axes: table: in: there is no link 'nowhere'; accepted: base, ",
-        ),
-        (
-            {"turns": [0, 0, 1], "carries": "tool0"},
-            r"external_axes: table: carries: there is a link 'tool0' already; .*in: tool0$",
-        ),
-    ],
-)
-def test_wrong_axes_are_refused(axis: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        arm(table=axis)
-
-
 def test_weights_of_joints_that_there_are_not() -> None:
     with pytest.raises(InputError, match=r"prefer: robot 'ur5_rail': unknown joint 'rial'.*rail"):
         kw.plan(kw.Task.load("ur5_rail_bead").replace(prefer={"rial": 0.2}))

@@ -179,7 +179,7 @@ ROWS = {
         ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),
         ("{file: many.csv, resolution: 1}", "cells of 0.001 m, and at most 100000 are taken"),
         ("{file: cut.ply, resolution: 10}", "counts 9 of 'vertex', a line each, and it has 0"),
-        ("{file: short.ply, resolution: 10}", "3 of 'vertex', and some are cut off"),
+        ("{file: short.ply, resolution: 10}", "counts 3 of 'vertex', and it is cut off"),
         ("{file: none.ply, resolution: 10}", "it holds no points"),
         ("{file: mesh.ply, resolution: 10}", "it holds triangles"),
         ("{file: cloud.xyz, resolution: 10}", "read are .csv and .ply"),

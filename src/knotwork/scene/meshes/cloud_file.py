@@ -77,7 +77,12 @@ def _is_row(line: str, columns: list[int]) -> bool:
 
 
 def _read_ply(data: bytes) -> FloatArray:
-    points, triangles = read_ply(data)
+    try:
+        points, triangles = read_ply(data)
+    except InputError:
+        raise
+    except Exception as error:  # trimesh raises whatever comes of what it does not expect
+        raise InputError(f"it is no PLY, cut off or damaged ({error})") from error
     if len(triangles):
         raise InputError(
             "it holds triangles, and between their corners there would be gaps; give it as a mesh"
