@@ -467,6 +467,32 @@ def test_each_pose_and_path_has_its_own_freedom(pick: Any, seam: Any, robot: str
     assert np.abs(up.rotation - pin.rpy.rpyToMatrix(np.pi, 0, 0)).max() < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("begin", "seam", "wait"),
+    [
+        ({"turn": [-10, 10]}, {"turn": [-60, 60], "tilt": 10}, 0),
+        ({"turn": [-10, 10]}, TURN, 0.5),
+        ({"tilt": 3}, {"turn": "z", "tilt": 5}, 0),
+    ],
+)
+def test_a_path_may_begin_at_a_pose_of_narrower_freedom(begin: Any, seam: Any, wait: float) -> None:
+    """The pose is held to its own range, the path to what it leaves open."""
+    task = pick_then_seam("none", seam)
+    task["waypoints"][2] |= {"free": begin} | ({"wait": wait} if wait else {})
+    task["waypoints"][3]["pose"] = {"position": [300, 300, 250]}
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
+    start = plan.scenario.paths[0].motion.start_time
+    R = pin.rpy.rpyToMatrix(np.pi, 0, 0).T @ tool_poses(plan, np.array([start]))[0].rotation
+    turn, tilt = np.degrees([np.arctan2(R[1, 0], R[0, 0]), np.arccos(min(R[2, 2], 1.0))])
+    assert abs(turn) < max(begin.get("turn", [0, 0])) + 1e-3
+    assert tilt < begin.get("tilt", 0) + 1e-3
+    task["waypoints"][2]["free"] = "none"
+    (own,) = (one for one in checked(plan.trajectory, task).failures if one.name == "a")
+    assert own.quantity == "orientation"
+    assert np.degrees(own.value) == pytest.approx(abs(turn) if "turn" in begin else tilt, abs=0.02)
+
+
 def test_more_freedom_leads_to_no_more_travel() -> None:
     """A motion whose tool may turn is one whose tool may turn and tilt, too."""
 
