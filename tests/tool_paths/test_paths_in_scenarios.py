@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -192,3 +193,20 @@ def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None
     said = str(error.value)
     assert "waypoints[1].along: the first of its points is 80 mm from waypoints[0]" in said
     assert "no farther from them than 60 mm" in said
+
+
+def test_the_least_wait_is_one() -> None:
+    plan = kw.plan(task(FIRST, {**LINE, "wait": 0.001}, UP))
+    assert plan.report.ok
+    end, after = (plan.scenario.waypoints[i].time for i in (2, 3))
+    assert after - end == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(("speed", "stop"), [(1e-6, {"stop": True}), (1e-9, {})])
+def test_the_least_speed_whose_ramps_times_resolve_is_named(speed: float, stop: Any) -> None:
+    first, line = {**FIRST, "stop": True}, {**LINE, "speed": speed, **stop}
+    words = r"waypoints\[1\]\.speed: is so slow that times.*at least ([0-9.e-]+) mm/s"
+    with pytest.raises(InputError, match=words) as error:
+        kw.load_scenario(task(first, line, UP))
+    least = float(re.search(words, str(error.value))[1])  # type: ignore[index]
+    kw.load_scenario(task(first, {**line, "speed": 1.001 * least}, UP))

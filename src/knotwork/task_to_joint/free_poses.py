@@ -6,6 +6,7 @@ nothing open the virtual joint is at 0, and it is dropped from what is found.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -74,7 +75,7 @@ class Chains:
 
     Attributes:
         arm: The arm.
-        whole: It with the virtual joints of all freedoms, one after the other.
+        whole: It with the virtual joints of all freedoms; what several leave open is one joint.
 
     Raises:
         BranchError: The scenario asks for a branch, and something is free.
@@ -91,26 +92,25 @@ class Chains:
                 branches=(),
                 where=free[0].where,
             )
-        joints: list[VirtualJoint] = []
-        of: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
-        for one in dict.fromkeys(one.freedom for one in free):
-            own = _virtual_joints(one)  # type: ignore[arg-type]
-            if joints:
-                own = [replace(joint, name=f"{joint.name} ({len(of)})") for joint in own]
-            of[one] = own
-            joints += own
-        self.arm, d, size = robot, robot.dof, robot.dof + len(joints)
-        self.whole = robot.with_virtual_joints(*joints) if joints else robot
+        self.arm, d = robot, robot.dof
+        own: dict[PoseFreedom | None, list[VirtualJoint]] = {None: []}
+        own |= {one: _virtual_joints(one) for one in dict.fromkeys(w.freedom for w in free) if one}
+        shared = _shared([joint for joints in own.values() for joint in joints])
+        at, size = [*shared], robot.dof + len(shared)
+        self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
         self._of: dict[tuple[bool, PoseFreedom | None], Chain] = {}
-        seen = {(False, freedom) for freedom in of} | {(one.standing, one.freedom) for one in poses}
-        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*of].index(key[1]))):
+        seen = {(False, freedom) for freedom in own} | {
+            (one.standing, one.freedom) for one in poses
+        }
+        for stands, freedom in sorted(seen, key=lambda key: (key[0], [*own].index(key[1]))):
             arm, moving = robot.seen(standing=stands)
-            own = of[freedom]
-            columns = [*moving, *(d + joints.index(one) for one in own)]
-            chain = arm if not own else arm.with_virtual_joints(*own)
-            chain = self.whole if len(columns) == size else chain
-            narrow = [_halved(joint) for joint in own]
-            amid = chain if narrow == own else arm.with_virtual_joints(*narrow)
+            joints = own[freedom]
+            columns = [*moving, *(d + at.index(_kind(one)) for one in joints)]
+            chain = arm if not joints else arm.with_virtual_joints(*joints)
+            if len(columns) == size and all(map(operator.is_, joints, shared.values())):
+                chain = self.whole
+            narrow = [_halved(joint) for joint in joints]
+            amid = chain if narrow == joints else arm.with_virtual_joints(*narrow)
             self._of[stands, freedom] = Chain(chain, np.array(columns), size, amid)
 
     def __iter__(self) -> Iterator[Chain]:
@@ -181,6 +181,23 @@ def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
         if low < high:
             joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))
     return joints
+
+
+def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
+    """What a virtual joint moves: those of two freedoms that move the same are one."""
+    axes = b"" if joint.axes is None else np.asarray(joint.axes).tobytes()
+    return joint.name, joint.axis, axes
+
+
+def _shared(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
+    """The joints of all freedoms, each once and as far as any leaves it open."""
+    found: dict[tuple[str, str, bytes], VirtualJoint] = {}
+    for one in joints:
+        known = found.setdefault(_kind(one), one)
+        if known is not one:
+            lower, upper = min(known.lower, one.lower), max(known.upper, one.upper)
+            found[_kind(one)] = replace(known, lower=lower, upper=upper)
+    return found
 
 
 def _halved(joint: VirtualJoint) -> VirtualJoint:

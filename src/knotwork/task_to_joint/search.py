@@ -138,10 +138,11 @@ class Search:
                 poses.append((i, target))
         references = [self._reference(i)[chain.columns] for i, _ in poses]
         found = find_candidates(chain.robot, [target for _, target in poses], references, units)
-        begins = {path.first for path in self.scenario.paths}
+        begins = {group[0] for group in self.dependent.groups}
+        wanted = begins if self.near is None else set(self.dependent.free)
         for (i, target), candidates, near in zip(poses, found, references, strict=True):
-            if candidates.free and i in begins:
-                candidates = self._to_begin_with(chain, target, candidates, near)
+            if candidates.free and i in wanted:
+                candidates = self._and_nearest(chain, target, candidates, near, i in begins)
             result[i] = (
                 candidates._replace(
                     excess=np.zeros_like(candidates.excess),
@@ -152,20 +153,30 @@ class Search:
             )
         return result
 
-    def _to_begin_with(
-        self, chain: Chain, target: CartesianWaypoint, candidates: Candidates, near: FloatArray
+    def _and_nearest(
+        self,
+        chain: Chain,
+        target: CartesianWaypoint,
+        candidates: Candidates,
+        near: FloatArray,
+        begins: bool,
     ) -> Candidates:
-        """Candidates where a path begins, and the first of them moved to where it is nearest.
+        """Candidates of an arm that moves freely, and the nearest of them moved to be nearest.
 
-        Once the path is followed the arm is not moved along its self-motion there.
+        Where a path or a wait begins the arm is not moved along its self-motion later. Elsewhere
+        it is, but samples far from there could be too far apart for any motion between them.
         """
         from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
 
-        if chain.amid is not chain.robot:
+        arm, rules = chain.robot, self.rules.of(chain.columns)
+        if begins and chain.amid is not chain.robot:
             with contextlib.suppress(OutOfReachError):
-                candidates = find_candidates(chain.amid, [target], [near], self.scenario.units)[0]
-        given = Given(np.zeros(1), self.rules.of(chain.columns), [target], near)
-        q = refine_sequence(chain.amid, given, candidates.q[:1], candidates.velocity[:1])
+                amid = find_candidates(chain.amid, [target], [near], self.scenario.units)[0]
+                arm, candidates = chain.amid, amid
+        gaps = difference(candidates.q, near, joint_axes(arm).revolute) / rules.scale
+        row = int(np.linalg.norm(gaps, axis=1).argmin())
+        given = Given(np.zeros(1), rules, [target], near)
+        q = refine_sequence(arm, given, candidates.q[[row]], candidates.velocity[[row]])
         more = candidates_of(chain.robot, target, q[0])
         return joined([candidates, more._replace(branch=more.branch + candidates.branches)])
 

@@ -43,7 +43,7 @@ def step_rules(
         speed=np.where(robot.virtual, np.inf, speed),
         limit=limit,
         weights=robot.weights,
-        unbounded=unbounded(robot),
+        unbounded=unbounded(robot) & ~robot.virtual,
         lower=np.where(robot.virtual, -np.inf, robot.lower_position_limit),
         upper=np.where(robot.virtual, np.inf, robot.upper_position_limit),
         avoided=branch == "keep" or moving,
@@ -91,7 +91,7 @@ def _apart(chains: Chains) -> FloatArray:
     """
     robot, dof = chains.whole, chains.arm.dof
     if robot.dof <= 6:
-        return np.full(dof, SAME_STEP)
+        return np.full(robot.dof, SAME_STEP)
     apart = np.where(robot.virtual, np.inf, APART)
     if any(one.axis == "z" for one in robot.virtual_joints):
         apart[dof - 1] = np.inf
