@@ -165,7 +165,7 @@ ROWS = {
 @pytest.mark.parametrize(
     ("points", "says"),
     [
-        ("{file: no.csv, resolution: 10}", "line 10: scene.objects.part.points.file: there is no"),
+        ("{file: no.csv, resolution: 10}", "line 3: scene.objects.part.points.file: there is no"),
         ("{file: good.csv}", "scene.objects.part.points.resolution: is missing"),
         ("{file: good.csv, resolution: 0}", "resolution: 0: must be greater than 0"),
         ("{file: good.csv, resolution: -1}", "resolution: -1: must be greater than 0"),
