@@ -38,7 +38,8 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     raise WaypointDataError(
         f"the matrix of {name} is not a rotation: for {R.tolist()} the product RᵀR differs from I "
         f"by {np.abs(R.T @ R - np.eye(3)).max():.3g}, and the determinant is "
-        f"{np.linalg.det(R):.6g}; a difference up to {ROTATION_TOLERANCE:g} is accepted, and a determinant above 0",
+        f"{np.linalg.det(R):.6g}; accepted: a difference up to {ROTATION_TOLERANCE:g} and a "
+        "determinant above 0",
         value=pose,
     )
 
