@@ -93,7 +93,8 @@ class Stage {
     this.joints.set(data);
     this.switches.set(data, labels);
     this.camera.set(data);
-    if (this.data && !before && !this.camera.touched) this.camera.look(); // another robot
+    const first = !before || before.revision === -1; // another robot, or its first motion, of which the head says more
+    if (this.data && first && !this.camera.touched) this.camera.look();
     this.data = data;
     this.uncovered = null;
     this.editing?.shown();
