@@ -135,65 +135,6 @@ def test_every_wrong_value_of_every_key_is_refused_in_our_own_words() -> None:
     assert sweep(CASES) > 10 * len(CASES)
 
 
-@pytest.mark.parametrize(
-    ("place", "value", "says"),
-    [
-        (
-            ("waypoints", 2, "velocity"),
-            [0, 60, 0],
-            "waypoints[2].velocity: [0, 60, 0]: must be a mapping of linear, "
-            "angular and in, or free",
-        ),
-        (
-            ("waypoints", 0, "pose", "position"),
-            [450, 80],
-            "waypoints[0].pose.position: [450, 80]: has 2 values, fewer than 3 "
-            "(origin: x, y, z [length])",
-        ),
-        (
-            ("waypoints", 0, "pose", "position"),
-            [450, 80, 1, 2],
-            "[450, 80, 1, 2]: has 4 values, more than 3 (origin: x, y, z [length])",
-        ),
-        (
-            ("waypoints", 0, "stop"),
-            "yes",
-            "waypoints[0].stop: 'yes' is text in YAML 1.2: must be true, or left out",
-        ),
-        (("waypoints", 0, "stop"), False, "waypoints[0].stop: false: must be true, or left out"),
-        (("waypoints", 0, "time"), "2 s", "waypoints[0].time: '2 s': must be a number"),
-        (("rate",), None, "rate: has no value: must be a number (samples per second"),
-        (("rate",), -3, "rate: -3: must be greater than 0"),
-        (("units", "length"), "cm", "units.length: 'cm': must be 'm' or 'mm'"),
-        (("units",), "mm", "units: 'mm': must be a mapping (accepted: length, angle)"),
-        (("name",), 3, "name: 3: must be text; put it in quotes"),
-        (("robot",), "", "robot: '': must not be empty"),
-        (("frames",), ["a"], "frames: ['a']: must be a mapping (named frames,"),
-        (
-            ("limits", "position", "elbow_joint"),
-            [1, 0],
-            "limits.position.elbow_joint: [1, 0]: lower limit 1 must be less than upper limit 0",
-        ),
-        (
-            ("planner_options",),
-            {"accelerations": []},
-            "planner_options.accelerations: []: is empty (zero, estimated, or a mapping by joint",
-        ),
-        (
-            ("waypoints",),
-            [],
-            "waypoints: []: is empty (two at least, or one after a start, in order",
-        ),
-        (("waypoints", 1), {"after": 1}, "waypoints[1]: must be a mapping with either pose or"),
-        (("waypoints", 1), 5, "waypoints[1]: 5: must be a mapping with either pose or joints"),
-    ],
-)
-def test_a_slip_is_named_with_what_is_accepted(place: Place, value: Any, says: str) -> None:
-    error = said("scenario", changed(SCENARIOS["poses"], place, value))
-    assert isinstance(error, DocumentError)
-    assert says in str(error)
-
-
 def test_one_wrong_value_is_one_problem() -> None:
     for value in ("fast", [1], {"elbow": "fast"}):
         error = said("robot", changed(ROBOTS["planar2"], ("limits", "velocity"), value))
@@ -350,20 +291,3 @@ def test_poses_out_of_reach_are_told_in_the_units_of_the_file(
     with pytest.raises(OutOfReachError, match=says) as caught:
         plan(task)
     assert not re.search(r"\d (m|rad)\b|°", str(caught.value))
-
-
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("waypoints: [{joints: home, time: 0}, {joints: {a: 1}, after: 1}]", "waypoints[0].joints"),
-        ("waypoints: [{joints: {a: 1}, time: 0}, {joints: home, after: 1}]", "waypoints[1].joints"),
-        ("{start: home, waypoints: [{joints: {a: 1}, after: 1}]}", "start"),
-    ],
-)
-def test_a_named_configuration_without_a_robot_is_an_error(
-    text: str, place: str, tmp_path, knotwork: Command
-) -> None:
-    (tmp_path / "task.yaml").write_text(text)
-    ran = knotwork("plan", tmp_path / "task.yaml")
-    assert ran.code == 2
-    assert f"{place}: configuration 'home' needs a robot" in ran.err

@@ -179,6 +179,22 @@ class PoseFreedom:
         """Whether the place is open."""
         return any(low < high for low, high in self.box)
 
+    def within(self, other: PoseFreedom | None) -> bool:
+        """Whether another leaves open all that this one does.
+
+        >>> PoseFreedom((-0.1, 0.1)).within(PoseFreedom((-0.2, 0.2), tilt=0.1))
+        True
+        """
+        if other is None or (self.torch is None) != (other.torch is None):
+            return self == other
+        pairs = [(self.turn, other.turn), *zip(self.box, other.box, strict=True)]
+        if self.torch is not None and other.torch is not None:
+            if self.torch[2:] != other.torch[2:]:
+                return False
+            pairs += zip(self.torch[:2], other.torch[:2], strict=True)
+        inside = all(b[0] <= a[0] and a[1] <= b[1] for a, b in pairs)
+        return inside and self.tilt <= other.tilt
+
 
 @dataclass(frozen=True, eq=False)
 class CartesianWaypoint:

@@ -350,3 +350,11 @@ def test_the_least_time_is_told_where_a_longer_one_is_given_that_no_motion_has()
     task = {"times": "fastest", "duration": 5, "limits": limits, "waypoints": ends}
     with pytest.raises(InputError, match=r"the shortest motion that was found lasts 0\.886"):
         kw.plan(task)
+
+
+def test_a_chosen_run_is_planned_as_it_says() -> None:
+    run = {"times": [0, 0.2, 0.8, 1], "accelerations": {"a": [0, 7.5, -7.5, 0]}}
+    waypoints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
+    made = kw.plan({"waypoints": waypoints, "chosen": [run]})
+    made.report.raise_if_failed()
+    assert made.trajectory.breaks.tolist() == [0, 0.2, 0.8, 1]

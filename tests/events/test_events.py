@@ -81,51 +81,6 @@ def test_segments(plan: kw.Plan) -> None:
     assert ends == [one.time for one in plan.scenario.waypoints]
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"seam": do({"arc": "on", "at": -5})}, r"do\[0\]\.at: no tool path leads to 'seam'"),
-        ({"end": do({"arc": "on", "at": 5})}, r"no tool path leads on from 'end', to measure"),
-        (
-            {"end": do({"arc": "on", "at": -250})},
-            r"-250 mm from 'end' is outside the tool path.*from -19\d\.\d+ mm to 0 mm",
-        ),
-        (
-            {"approach": do({"a": 1, "before": 3})},
-            r"a 1 \(approach\) comes at -1 s, outside the motion",
-        ),
-        (
-            {"retract": {"do": {"a": 1, "after": 3}}},
-            r"do: a 1 .*comes at .*outside the motion",
-        ),
-        (
-            {"end": do({"arc": "on"}, {"output": 3, "value": False})},
-            r"do\[1\]: arc off .*comes at .* not after arc on .* the other order",
-        ),
-        (
-            {"seam": do({"a": 1, "after": 3.5}), "end": do({"a": 0})},
-            r"waypoints\[3\]\.do\[0\]: a 0 .*comes .* not after a 1",
-        ),
-        ({"end": do({"arc": "on", "atfer": 1})}, r"does arc and atfer at once"),
-        ({"end": do({"at": 1})}, r"does nothing"),
-        ({"end": do({"": 1})}, r"a signal without a name"),
-        ({"end": do({"arc": "on", "at": 1, "after": 2})}, r"gives at and after"),
-        ({"end": do({"output": 3})}, r"needs output and value together"),
-        ({"end": do({"output": -1, "value": True})}, r"output"),
-        ({"end": do({"arc": "shut"})}, r"arc is a digital output, and 'shut' is no state of it"),
-        ({"end": do({"arc": None})}, r"must be true, false"),
-        ({"end": do({"wait": 1, "before": 1})}, r"waits where the arm stands"),
-        ({"end": {"wait": 1, **do({"wait": 1})}}, r"gives wait and a wait in do"),
-        ({"corner": do({"wait": 1})}, r"gives blend and a wait in do"),
-        ({"end": do()}, r"do"),
-        ({"end": {"do": "close"}}, r"a mapping, as \{gripper: close\}, or a list"),
-    ],
-)
-def test_refused(changes: dict[str, Any], said: str) -> None:
-    with pytest.raises(DocumentError, match=said):
-        kw.load_scenario(weld(**changes))
-
-
 def test_on_twice_and_moments_that_coincide_are_fine() -> None:
     asked = kw.load_scenario(weld(seam=do({"a": "on"}, {"b": "on"}), end=do({"a": "on"})))
     assert [one.event.said for one in asked.events] == ["a on", "b on", "a on"]

@@ -182,34 +182,6 @@ def changed(at: tuple[Any, ...], value: Any) -> dict[str, Any]:
     return task
 
 
-@pytest.mark.parametrize(
-    ("at", "value", "words"),
-    [
-        (("frames", "belt", "in"), "tray", "frames placed in a circle: belt in tray in belt"),
-        (("frames", "belt", "in"), "belt", "frames placed in a circle: belt in belt"),
-        (("frames", "belt", "moves"), {"at": 1}, "gives no motion; give linear, angular or both"),
-        (
-            ("waypoints", 0, "after"),
-            20,
-            "waypoints[0] (at 20 s frame 'tray' is at [0.3545, 3.379, 0.12]): waypoint 1: "
-            "the pose is out of reach: the nearest point found is 2.456 m away",
-        ),
-        (("waypoints", 2, "speed"), 0.01, "waypoints[2] (at "),
-        (("waypoints", 2, "speed"), {"at_most": 0.1}, "is chosen, but frame 'tray' moves"),
-        (("waypoints", 1, "frame"), "base", "does not move with waypoint 3, to which the path"),
-        (
-            ("scene",),
-            {"objects": {"floor": {"in": "belt", "half_space": {"normal": [0, 0, 1]}}}},
-            "floor.half_space: moves with frame 'belt', seen from the poses, which it can't",
-        ),
-    ],
-)
-def test_what_moving_frames_can_not_do_is_refused(
-    at: tuple[Any, ...], value: Any, words: str
-) -> None:
-    assert words in refused(changed(at, value))
-
-
 def test_a_path_in_a_frame_whose_speed_jumps_is_refused(tmp_path: Path) -> None:
     """A file of positions alone is straight between its rows; with speeds it is smooth."""
     rows = [(0, 0.0, 0.1), (1, 0.1, 0.1), (2.5, 0.25, 0.1), (4.0, 0.35, 0.05), (9, 0.6, 0.05)]

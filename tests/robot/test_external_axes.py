@@ -76,34 +76,12 @@ def test_the_rail_follows_and_the_arm_keeps_its_posture() -> None:
     assert "bead start to bead end: rail 1" in row.brief
 
 
-@pytest.mark.parametrize(
-    ("axis", "words"),
-    [
-        ({"range": [0, 1]}, "give slides or turns"),
-        ({"slides": [1, 0, 0], "turns": [1, 0, 0]}, "gives slides and turns; give one of them"),
-        ({"slides": [1, 0, 0]}, "give its range"),
-        ({"turns": [0, 0, 0]}, "its direction must not be zero"),
-        (
-            {"turns": [0, 0, 1], "in": "nowhere"},
-            "external_axes: table: in: there is no link 'nowhere'; accepted: base, ",
-        ),
-        (
-            {"turns": [0, 0, 1], "carries": "tool0"},
-            r"external_axes: table: carries: there is a link 'tool0' already; .*in: tool0$",
-        ),
-    ],
-)
-def test_wrong_axes_are_refused(axis: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        arm(table=axis)
-
-
 def test_weights_of_joints_that_there_are_not() -> None:
     with pytest.raises(InputError, match=r"prefer: robot 'ur5_rail': unknown joint 'rial'.*rail"):
         kw.plan(kw.Task.load("ur5_rail_bead").replace(prefer={"rial": 0.2}))
 
 
-@pytest.mark.parametrize("prefer", [None, {"rail": 0.02}, {"rail": 20}])
+@pytest.mark.parametrize("prefer", [None, {"rail": 0.02}, {"rail": 1e4}])
 @pytest.mark.parametrize("place", [[0.45, -0.1, 0.3], [0.3, -0.3, 0.5], [-0.4, 0.3, 0.4]])
 def test_a_fast_way_to_a_pose_moves_a_slow_rail_little(place: list[float], prefer: Any) -> None:
     """No place of the rail, with any of the arm's solutions there, is reached a fifth sooner."""

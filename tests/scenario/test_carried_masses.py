@@ -16,7 +16,6 @@ from judge.motion import Motion
 from judge.task import Task as JudgesTask
 from judge.verdict import judge
 from knotwork import storage
-from knotwork.errors import DocumentError, InputError
 from urscript_controller import Controller
 
 BOX = {"from": "pick", "to": "place", "box": [0.2, 0.1, 0.1], "position": [0, 0, 0.06]}
@@ -155,30 +154,6 @@ def test_a_box_that_appears_is_not_there_before() -> None:
         pair = [one for one in found.failures if {"box", "box 2"} == set(one.name.split(", "))]
         assert (not pair) == ok, found
         assert ok or "box 2 is there from the start; appears: NAME" in pair[0].message
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"mass": -1.0}, "holds.box.mass"),
-        ({"mass": 0.0, "inertia": INERTIA}, "the mass is zero"),
-        ({"inertia": INERTIA}, "no mass"),
-        ({"mass": 1.0, "inertia": {"ixx": 1, "iyy": 1, "izz": 3}}, "which no body has"),
-        ({"mass": 1.0, "inertia": {"ixx": -1, "iyy": 1, "izz": 1}}, "not positive definite"),
-        ({"appears": "pack"}, "there is no waypoint 'pack' (did you mean 'pick'"),
-        ({"appears": "place"}, "'place' is after 'pick'"),
-    ],
-)
-def test_faults_of_held_objects(change: dict[str, Any], words: str) -> None:
-    with pytest.raises(DocumentError) as caught:
-        kw.load_scenario(stacking(BOX | change))
-    assert words in str(caught.value)
-
-
-def test_faults_where_the_load_changes_in_motion() -> None:
-    task = stacking(BOX | {"mass": 1.0, "from": "over"})
-    with pytest.raises(InputError, match="the velocity is chosen, but the load changes here"):
-        kw.plan(task)
 
 
 @pytest.mark.parametrize("inertia", [{}, {"inertia": INERTIA}])

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knotwork.errors import DocumentError
 from knotwork.scenario import load_scenario
 from knotwork.waypoints import CartesianWaypoint
 
@@ -158,43 +157,3 @@ def test_speed_is_the_same_motion_in_whatever_frame_and_unit_it_is_said() -> Non
     waypoint = scenario.waypoints[1]
     assert isinstance(waypoint, CartesianWaypoint)
     np.testing.assert_allclose(waypoint.linear, plain.linear, atol=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("points", "index", "says"),
-    [
-        ([[0, 0, 0], [0.1, 0, 0], [0, 0, 0]], 1, "turns straight back"),
-        ([[0, 0, 0], [0.1, 0, 0], [0.05, 0, 0]], 1, "turns straight back"),
-        ([[0, 0, 0], [0.1, 0, 0], [-0.5, 0, 0]], 0, "turns straight back"),
-        ([[0, 0, 0], [0, 0, 0], [0.1, 0, 0]], 1, "at the same place"),
-        ([[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0]], 1, "at the same place"),
-        ([[0, 0, 0], [0, 0, 0]], 0, "at the same place"),
-    ],
-)
-def test_a_path_without_a_direction_is_refused(points: Any, index: int, says: str) -> None:
-    with pytest.raises(DocumentError, match=says) as caught:
-        passing(points, index)
-    (problem,) = caught.value.problems
-    assert problem.field == f"waypoints[{index}].speed"
-    assert "velocity: {linear, angular} or stop: true" in problem.accepted
-
-
-def pose_at(x: float) -> dict[str, Any]:
-    return {"position": [x, 0.1 * x, 0], "rpy": [0, 0, 0]}
-
-
-@pytest.mark.parametrize("index", [1, 2])
-def test_next_to_joint_values_the_direction_is_not_known(index: int) -> None:
-    waypoints: list[dict[str, Any]] = [
-        {"joints": "home"},
-        {"pose": pose_at(0.1), "time": 1, "stop": True},
-        {"pose": pose_at(0.2), "time": 2, "stop": True},
-        {"joints": "home", "time": 3},
-    ]
-    waypoints[index] = {**waypoints[index], "speed": SPEED}
-    del waypoints[index]["stop"]
-    with pytest.raises(DocumentError, match="given by joint values") as caught:
-        load_scenario({"robot": "ur5", "waypoints": waypoints})
-    (problem,) = caught.value.problems
-    assert problem.field == f"waypoints[{index}].speed"
-    assert "velocity" in problem.accepted

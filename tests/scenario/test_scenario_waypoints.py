@@ -23,18 +23,6 @@ def joints(*waypoints: dict[str, Any], **rest: Any) -> Scenario:
     return load_scenario({"waypoints": filled, **rest})
 
 
-def refused(mapping: dict[str, Any]) -> tuple[str, str]:
-    with pytest.raises(DocumentError) as caught:
-        load_scenario(mapping)
-    (problem,) = caught.value.problems
-    return problem.field, str(problem)
-
-
-def refused_joints(*waypoints: dict[str, Any], **rest: Any) -> tuple[str, str]:
-    filled = [{"joints": {"a": i}, **waypoint} for i, waypoint in enumerate(waypoints)]
-    return refused({"waypoints": filled, **rest})
-
-
 # Times
 
 
@@ -57,47 +45,8 @@ def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
     assert isinstance(start, JointTarget)
     assert (start.name, start.time, start.velocity) == ("start", 0.0, None)
     assert pose.time == 2
-    field, message = refused({"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 0}]})
-    assert field == "waypoints[0].time"
-    assert "the time of start" in message
-
-
-@pytest.mark.parametrize(
-    ("second", "field", "says"),
-    [
-        ({"time": 0.5}, "waypoints[1].time", "0.5 s is not later than 1 s"),
-        ({"time": 1}, "waypoints[1].time", "a time greater than 1 s"),
-        ({}, "waypoints[1]", "has no time (time (since 0), after"),
-        ({"after": 0}, "waypoints[1].after", "greater than 0"),
-        ({"after": -1}, "waypoints[1].after", "greater than 0"),
-        ({"after": 1e-17}, "waypoints[1].after", "not later than"),
-        ({"time": 2, "after": 1}, "waypoints[1]", "gives time and after; give one of them"),
-        ({"time": "2 s"}, "waypoints[1].time", "'2 s': must be a number"),
-        ({"time": True}, "waypoints[1].time", "must be a number"),
-        ({"time": float("nan")}, "waypoints[1].time", "finite number"),
-        ({"time": float("inf")}, "waypoints[1].time", "finite number"),
-    ],
-)
-def test_times_must_increase(second: dict[str, Any], field: str, says: str) -> None:
-    where, message = refused_joints({"time": 1}, second)
-    assert where == field
-    assert says in message
-
-
-def test_one_waypoint_is_no_motion_unless_it_has_a_start() -> None:
-    field, message = refused({"waypoints": [{"joints": {"a": 0}}]})
-    assert field == "waypoints"
-    assert "start" in message
-    assert (
-        len(
-            load_scenario(
-                {"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 1}]}
-            ).waypoints
-        )
-        == 2
-    )
-    assert refused({"waypoints": []})[0] == "waypoints"
-    assert "missing" in refused({})[1]
+    joints_alone = {"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 1}]}
+    assert len(load_scenario(joints_alone).waypoints) == 2
 
 
 # Names
@@ -106,25 +55,6 @@ def test_one_waypoint_is_no_motion_unless_it_has_a_start() -> None:
 def test_waypoints_without_a_name_are_counted_from_one() -> None:
     scenario = joints({}, {"name": "via", "after": 1, "stop": True}, {"after": 1})
     assert [waypoint.name for waypoint in scenario.waypoints] == ["waypoint 1", "via", "waypoint 3"]
-
-
-@pytest.mark.parametrize("name", ["via", "waypoint 1"])
-def test_names_are_given_once(name: str) -> None:
-    field, message = refused_joints(
-        {"name": "via"} if name == "via" else {}, {"name": name, "after": 1}
-    )
-    assert field == "waypoints[1].name"
-    assert repr(name) in message
-
-
-@pytest.mark.parametrize("first", [True, False])
-def test_the_end_of_a_wait_has_a_name_of_its_own(first: bool) -> None:
-    named = {"name": "pick, after the wait", "joints": {"a": 0}, "time": 0}
-    waiting = {"name": "pick", "joints": {"a": 1}, "time": 1, "wait": 1}
-    given = [named, waiting] if first else [{**waiting, "time": 0}, {**named, "time": 3}]
-    field, says = refused_joints(*given)
-    assert field == f"waypoints[{0 if first else 1}].name"
-    assert "'pick, after the wait' is the name of another waypoint" in says
 
 
 # Speeds
@@ -146,11 +76,8 @@ def test_the_ends_stand_still_unless_they_say_otherwise() -> None:
 
 
 @pytest.mark.parametrize("kind", [{"pose": POSE}, {"joints": "home"}])
-def test_an_inner_waypoint_must_say_its_speed_or_stop(kind: dict[str, Any]) -> None:
+def test_at_a_stop_it_stands_still(kind: dict[str, Any]) -> None:
     waypoints = [{"pose": AHEAD}, {**kind, "after": 1}, {"pose": AHEAD, "after": 1}]
-    field, message = refused({"robot": "ur5", "waypoints": waypoints})
-    assert field == "waypoints[1]"
-    assert "stop: true" in message
     waypoints[1]["stop"] = True
     scenario = load_scenario({"robot": "ur5", "waypoints": waypoints})
     waypoint = scenario.waypoints[1]
@@ -158,27 +85,6 @@ def test_an_inner_waypoint_must_say_its_speed_or_stop(kind: dict[str, Any]) -> N
         np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
     else:
         assert waypoint.velocity is None
-
-
-def test_after_a_start_the_first_waypoint_is_an_inner_one() -> None:
-    task = {"robot": "ur5", "start": "home"}
-    waypoints = [{"pose": POSE, "after": 1}, {"pose": AHEAD, "after": 1}]
-    assert refused({**task, "waypoints": waypoints})[0] == "waypoints[0]"
-
-
-@pytest.mark.parametrize(
-    "speeds",
-    [
-        {"speed": 0.1, "stop": True},
-        {"speed": 0.1, "velocity": {}},
-        {"velocity": {}, "stop": True},
-    ],
-)
-def test_a_waypoint_says_its_speed_in_one_way(speeds: dict[str, Any]) -> None:
-    waypoints = [{"pose": POSE}, {"pose": AHEAD, "after": 1, **speeds}]
-    field, message = refused({"robot": "ur5", "waypoints": waypoints})
-    assert field == "waypoints[1]"
-    assert "give one" in message
 
 
 # Joint values
@@ -224,8 +130,6 @@ def test_a_configuration_is_named_and_copied() -> None:
         assert q is not None
         np.testing.assert_array_equal(q, space.configurations["home"])
         assert q is not space.configurations["home"]
-    with pytest.raises(DocumentError, match=r"start: unknown configuration 'up' .*home"):
-        joint_space(load_scenario({**task, "start": "up"}))
 
 
 def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:
@@ -233,28 +137,9 @@ def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:
     scenario = joints({"joints": whole}, {"joints": {"elbw": 1}, "after": 1}, robot="planar2")
     with pytest.raises(DocumentError, match=r"waypoints\[1\]\.joints\.elbw: .*mean 'elbow'"):
         joint_space(scenario)
-    scenario = joints({"joints": {"a": 0, "b": 1, "c": 2}}, {"joints": {"a": 1}, "after": 1})
-    with pytest.raises(
-        DocumentError, match=r"waypoints\[1\]\.joints: gives no value for joint b, c"
-    ):
-        joint_space(scenario)
-
-
-def test_a_waypoint_has_either_a_pose_or_joints() -> None:
-    for waypoint in ({"pose": POSE, "joints": "home"}, {"after": 1}, "home"):
-        field, message = refused(
-            {"robot": "ur5", "waypoints": [waypoint, {"pose": POSE, "time": 9}]}
-        )
-        assert field == "waypoints[0]"
-        assert "either pose or joints" in message
 
 
 def test_without_a_robot_there_are_joint_values_and_nothing_else() -> None:
-    field, message = refused({"waypoints": [{"pose": POSE}, {"pose": AHEAD, "after": 1}]})
-    assert field == "waypoints[0].pose"
-    assert "needs a robot" in message
-    assert refused_joints({}, {"after": 1}, tool={"frame": "x"})[0] == "tool"
-    assert refused_joints({}, {"after": 1}, near={"a": 0})[0] == "near"
     assert joints({}, {"after": 1}).robot is None
     assert joints({}, {"after": 1}).joint_names == ("a",)
 

@@ -12,19 +12,10 @@ from command_line import Command
 TASK = """\
 units: {{length: mm, angle: deg}}
 robot: ur5
-tool:
-  offset: {{position: [0, 0, 100], rpy: [0, 0, 0]}}
-{tool}
-frames:
-  a: {{in: base, position: [0, 0, 0]}}
-scene:
-  objects:
-{objects}
-{more}
+scene: {{objects: {{{objects}}}}}
 start: home
 waypoints:
-  - {{name: here, after: 2, pose: {{position: [450, 0, 300], rpy: [180, 0, 0]}}, stop: true}}
-  - {{name: there, after: 2, pose: {{position: [450, 100, 300], rpy: [180, 0, 0]}}}}
+  - {{name: here, after: 2, pose: {{position: [450, 0, 300], rpy: [180, 0, 0]}}}}
 """
 
 
@@ -35,54 +26,27 @@ def half(mesh: trimesh.Trimesh) -> str:
     return "endfacet\n".join([*facets[: len(mesh.faces) // 2], ""])
 
 
-def run(knotwork: Command, folder: Path, objects: str, tool: str = "", more: str = "") -> str:
+def run(knotwork: Command, folder: Path, objects: str) -> str:
     """What `plan` says of a task that can't be planned."""
     path = folder / "task.yaml"
-    path.write_text(
-        TASK.format(objects=f"    {objects}", tool=f"  {tool}" if tool else "", more=more)
-    )
+    path.write_text(TASK.format(objects=objects))
     ran = knotwork("plan", path)
     assert ran.code == 2, ran.out + ran.err
-    assert "Traceback" not in ran.err
     return " ".join(ran.err.split())
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("part", "says"),
     [
-        ("part: {mesh: none.stl}", "line 10: scene.objects.part.mesh: there is no file"),
-        ("part: {mesh: /dev/null}", "part.mesh: /dev/null is no regular file"),
-        ("part: {points: {file: ., resolution: 1}}", "points.file: {folder} is no regular file"),
-        ("part: {mesh: empty.stl}", "line 10: scene.objects.part.mesh: mesh"),
-        (
-            "part: {mesh: half.stl}",
-            "half.stl can't be read: it is not read whole: its end is in line 44, after 6 facets",
-        ),
-        ("part: {mesh: open.stl, exact: true}", "is not watertight"),
-        (
-            "part: {mesh: small.stl}",
-            "plausibly in another unit; a scale 1000 times as large makes it",
-        ),
-        (
-            "part: {mesh: large.stl}",
-            "plausibly in another unit; a scale 0.001 times as large makes it",
-        ),
-        ("part: {box: [1, 2]}", "line 10: scene.objects.part.box: [1, 2]: has 2 values"),
-        ("part: {box: [1, 2, -3]}", "scene.objects.part.box[2]: -3: must be greater than 0"),
-        ("part: {position: [0, 0, 0]}", "gives no shape; give one of box, sphere, cylinder"),
-        ("part: {box: [1, 1, 1], sphere: 2}", "gives box and sphere; give one of"),
-        ("part: {sphere: 2, scale: 2}", "gives scale, which is for a mesh"),
-        ("part: {half_space: {normal: [0, 0, 0]}}", "must not be zero"),
-        ("part: {sphere: 2, in: b}", "line 10: scene.objects.part.in: unknown frame 'b'"),
-        ("part: {sphere: 2, allow: [wrist]}", "line 10: scene.objects.part.allow"),
-        ("part: {sphre: 2}", "scene.objects.part.sphre: unknown key"),
-        ("tool: {sphere: 2}", "scene.objects.tool: is a reserved name"),
-        ("base_link: {sphere: 2}", "line 10: scene.objects.base_link: is the name of a link"),
-        ("part: {sphere: 60, position: [487, 109, 480]}", "where the robot starts, by"),
+        ("mesh: empty.stl", "line 3: scene.objects.part.mesh: mesh"),
+        ("mesh: half.stl", "half.stl can't be read: it is not read whole: its end is in line 44"),
+        ("mesh: open.stl, exact: true", "is not watertight"),
+        ("mesh: small.stl", "plausibly in another unit; a scale 1000 times as large makes it"),
+        ("mesh: large.stl", "plausibly in another unit; a scale 0.001 times as large makes it"),
     ],
 )
-def test_a_wrong_object_is_named_with_line_and_field(
-    given: str, says: str, knotwork: Command, tmp_path: Path
+def test_a_mesh_that_is_no_solid_or_of_another_unit_is_refused(
+    part: str, says: str, knotwork: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "empty.stl").write_text("solid nothing\nendsolid nothing\n")
     box = trimesh.creation.box((100, 100, 100))
@@ -90,67 +54,7 @@ def test_a_wrong_object_is_named_with_line_and_field(
     (tmp_path / "half.stl").write_text(half(box))
     box.copy().apply_scale(1e-3).export(tmp_path / "small.stl")
     box.copy().apply_scale(1e3).export(tmp_path / "large.stl")
-    assert says.replace("{folder}", str(tmp_path)) in run(knotwork, tmp_path, given)
-
-
-@pytest.mark.parametrize(
-    ("tool", "says"),
-    [
-        ("holds: {nut: {from: here, to: ther, sphere: 2}}",
-         "line 5: tool.holds.nut.to: there is no waypoint 'ther'"),
-        ("holds: {nut: {from: there, to: here, sphere: 2}}", "'here' is not after 'there'"),
-        ("holds: {nut: {from: here, sphere: 2}}", "tool.holds.nut.to: is missing"),
-        ("holds: {ball: {from: here, to: there, sphere: 2}}", "is the name of something else"),
-        ("holds: {base_link: {from: here, to: there, sphere: 2}}",
-         "line 5: tool.holds.base_link: is the name of a link"),
-        ("shape: {half_space: {normal: [0, 0, -1]}}",
-         "line 5: tool.shape.half_space: moves with the tool"),
-        ("shape: [{sphere: 1}, {half_space: {normal: [0, 0, -1]}}]",
-         "line 5: tool.shape[1].half_space: moves with the tool"),
-        ("holds: {nut: {from: here, to: there, half_space: {normal: [0, 0, -1]}}}",
-         "line 5: tool.holds.nut.half_space: moves with the tool"),
-        ("shape: {}", "line 5: tool.shape: gives no shape"),
-        ("shape: 5", "tool.shape: 5: must be a mapping with a shape, or a list of them"),
-        ("shape: [{sphere: 1}, {mesh: none.stl}]", "tool.shape[1].mesh: there is no file"),
-    ],
-)  # fmt: skip
-def test_a_wrong_tool_is_named_with_line_and_field(
-    tool: str, says: str, knotwork: Command, tmp_path: Path
-) -> None:
-    assert says in run(knotwork, tmp_path, "ball: {sphere: 5, position: [0, 900, 0]}", tool)
-
-
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        ("collisions: {ignore: [[forearm_link, wall]]}", "collisions.ignore[0]"),
-        ("collisions: {ignore: [[ball, ball]]}", "collisions.ignore[0]: names 'ball' twice"),
-        ("collisions: {ignore: [[forearm_link]]}", "has 1 value, fewer than 2"),
-        ("collisions: {resolution: 0}", "must be greater than 0"),
-        ("collisions: {self: 1}", "collisions.self: 1: must be true or false"),
-    ],
-)
-def test_wrong_rules_are_named_with_line_and_field(
-    more: str, says: str, knotwork: Command, tmp_path: Path
-) -> None:
-    objects = "ball: {sphere: 5, position: [0, 900, 0]}"
-    assert says in run(knotwork, tmp_path, objects, more=more)
-
-
-def test_what_may_touch_an_object_is_another(knotwork: Command, tmp_path: Path) -> None:
-    said = run(knotwork, tmp_path, "ball: {sphere: 5, position: [0, 900, 0], allow: [ball]}")
-    assert "scene.objects.ball.allow: names 'ball' itself" in said
-
-
-def test_a_scene_needs_a_robot(knotwork: Command, tmp_path: Path) -> None:
-    path = tmp_path / "task.yaml"
-    path.write_text(
-        "scene: {objects: {ball: {sphere: 1}}}\nwaypoints:\n- {joints: {a: 0}}\n"
-        "- {joints: {a: 1}, after: 1}\n"
-    )
-    ran = knotwork("plan", path)
-    assert ran.code == 2
-    assert "line 1: scene: needs a robot" in ran.err
+    assert says in run(knotwork, tmp_path, f"part: {{{part}}}")
 
 
 def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:

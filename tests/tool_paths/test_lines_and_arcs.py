@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import knotwork as kw
-from knotwork.errors import PathError
+from knotwork.errors import InputError
 from sweeps import examples
 
 tp = kw.tool_paths
@@ -134,10 +134,14 @@ REFUSED = [
     (lambda: tp.Arc.of_radius([0, 0, 0], [0, 0, 0], 0.4, [0, 0, 1]), "its radius does not say"),
     (lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], -1.0), "turn the normal round"),
     (lambda: tp.Arc([1, 0, 0], [1, 0, 0], [0, 0, 1], 1.0), "is its centre"),
+    (lambda: tp.Arc.of_radius([0, 0, 0], [1, 0, 0], "x", [0, 0, 1]), "is 'x'; it must be a"),
+    (lambda: tp.Arc.about([0, 0, 0], [1, 0, 0], [2, 0, 0], turns="a"), "is 'a'; it must be a"),
+    (lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], "x"), "is 'x'; it must be a"),
+    (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], distance="x"), "is 'x'; it must be a"),
 ]
 
 
 @pytest.mark.parametrize(("make", "message"), REFUSED)
 def test_what_is_no_curve_is_refused(make, message):
-    with pytest.raises(PathError, match=message):
+    with pytest.raises(InputError, match=message):
         make()

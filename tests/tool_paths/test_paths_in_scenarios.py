@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -183,30 +184,6 @@ def test_the_tool_turns_through_the_orientations_of_a_file(
             kw.plan(file)
 
 
-def warnings_of(plan: kw.Plan) -> str:
-    return "\n".join(one.message for one in plan.report.findings if one.verdict == "warning")
-
-
-def test_an_interval_that_looks_like_a_line_and_is_none_is_a_warning() -> None:
-    first = {**FIRST, "velocity": {"linear": [0, 60, 0]}}
-    second = {
-        "name": "off",
-        "after": 2.5,
-        "velocity": {"linear": [0, 60, 0]},
-        "pose": {"position": [450, 50, 60], "rpy": [180, 0, 0]},
-    }
-    plan = kw.plan(task(first, second, UP))
-    position, _, speed = tool(plan, np.linspace(2.0, 4.5, 61))
-    off = np.linalg.norm((position - [450, 0, 60]) * [1, 0, 1], axis=1).max()
-    said = warnings_of(plan)
-    assert f"between 'on' and 'off' the tool leaves the straight line by {off:.3g} mm" in said
-    assert f"at {speed.min():.3g} to {speed.max():.3g} mm/s; `along: line` holds it" in said
-    assert plan.report.ok
-    hurried = kw.plan(task(first, {**second, "after": 1.5}, UP))
-    assert "(150 mm in 1.5 s are 100 mm/s, and 60 mm/s is asked for)" in warnings_of(hurried)
-    assert not warnings_of(kw.plan(task(FIRST, LINE, UP)))
-
-
 def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None:
     seam = {**LINE, "along": {"points": [[450, y, 60] for y in (-60, -50, -40, 0, 40)]}}
     assert kw.plan(task(FIRST, seam, UP)).report.ok
@@ -216,3 +193,20 @@ def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None
     said = str(error.value)
     assert "waypoints[1].along: the first of its points is 80 mm from waypoints[0]" in said
     assert "no farther from them than 60 mm" in said
+
+
+def test_the_least_wait_is_one() -> None:
+    plan = kw.plan(task(FIRST, {**LINE, "wait": 0.001}, UP))
+    assert plan.report.ok
+    end, after = (plan.scenario.waypoints[i].time for i in (2, 3))
+    assert after - end == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(("speed", "stop"), [(1e-6, {"stop": True}), (1e-9, {})])
+def test_the_least_speed_whose_ramps_times_resolve_is_named(speed: float, stop: Any) -> None:
+    first, line = {**FIRST, "stop": True}, {**LINE, "speed": speed, **stop}
+    words = r"waypoints\[1\]\.speed: is so slow that times.*at least ([0-9.e-]+) mm/s"
+    with pytest.raises(InputError, match=words) as error:
+        kw.load_scenario(task(first, line, UP))
+    least = float(re.search(words, str(error.value))[1])  # type: ignore[index]
+    kw.load_scenario(task(first, {**line, "speed": 1.001 * least}, UP))

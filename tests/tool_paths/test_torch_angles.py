@@ -104,41 +104,6 @@ def test_points_with_normals_lean_the_tool(tmp_path: Path, orientation: dict[str
         assert forward @ seam > np.cos(abs(wanted[1])) - 1e-3
 
 
-LINE = {"along": "line", "speed": 0.02, "pose": {"position": END}}
-REFUSED = [
-    ({"normal": [1, 0, 0]}, {}, "waypoints[2].orientation", "direction of the seam itself"),
-    ({"normal": [0, 0, 0]}, {}, "waypoints[2].orientation", "is zero"),
-    ({"work_angle": 0.1}, {}, "waypoints[2].orientation", "gives no normal"),
-    ({"normal": UP, "work_angle": 1.6}, {}, "waypoints[2].orientation", "work_angle is 91.6732"),
-    ({"normal": UP, "tangent": "z"}, {}, "waypoints[2].orientation.tangent", "-y"),
-    (
-        {"normal": UP, "work_angle": 0.3},
-        {"torch": {"seam": [1, 0, 0], "normal": UP, "work_angle": 0.2}},
-        "waypoints[2]",
-        "is turned 5.73 degrees",
-    ),
-    (
-        {"normal": UP},
-        {"torch": {"seam": [0, 0, 2], "normal": UP}},
-        "waypoints[1].pose.torch",
-        "the direction of the seam itself",
-    ),
-    ("tangent", {}, "waypoints[1].pose", "has no orientation"),
-    (None, {}, "waypoints[1].pose", "rotation_matrix, torch"),
-]
-
-
-@pytest.mark.parametrize(("orientation", "before", "place", "words"), REFUSED)
-def test_angles_to_nothing_are_refused(
-    orientation: Any, before: dict[str, Any], place: str, words: str
-) -> None:
-    line = LINE if orientation is None else {**LINE, "orientation": orientation}
-    with pytest.raises(kw.errors.InputError) as caught:
-        kw.load_scenario(welded(line, before=before))
-    assert place in str(caught.value)
-    assert words in str(caught.value)
-
-
 def free_angles(free: dict[str, Any] | None) -> dict[str, Any]:
     line = {"along": "line", "speed": 0.02, "pose": {"position": END}}
     line["orientation"] = {"normal": UP, **ANGLES}
@@ -187,25 +152,3 @@ def test_angles_are_free_within_their_ranges(turn: dict[str, Any]) -> None:
     scenario = kw.load_scenario(free_angles({**narrow, **turn}))
     failed = {one.quantity for one in kw.check(plan.trajectory, scenario).failures}
     assert "path_turn" in failed
-
-
-@pytest.mark.parametrize(
-    ("free", "words"),
-    [
-        ({"work_angle": [0.4, 0.5]}, "the pose's own 0.349066 is in"),
-        ({"work_angle": [0.2, 1.6]}, "below a quarter of a turn"),
-        ({"work_angle": [0.2, 0.5], "turn": "z", "tilt": 0.1}, "given together with angles"),
-        ({}, "leaves nothing open"),
-    ],
-)
-def test_ranges_of_angles_that_can_not_be_are_refused(free: dict[str, Any], words: str) -> None:
-    with pytest.raises(kw.errors.InputError, match=words):
-        kw.load_scenario(free_angles(free) if free else {**free_angles(None), "tool": {"free": {}}})
-
-
-def test_ranges_of_angles_need_a_seam() -> None:
-    task = welded({**LINE, "free": WIDE}, before={"rpy": [np.pi, 0, 0]})
-    with pytest.raises(
-        kw.errors.InputError, match="gives angles to a seam, and the pose is at none"
-    ):
-        kw.plan(task)

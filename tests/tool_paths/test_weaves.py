@@ -67,11 +67,6 @@ def sharp(t: np.ndarray, dwell: float = 0.0) -> np.ndarray:
     return np.interp((t + 0.5 * crossing) % (2 * half) - 0.5 * crossing, times, values)
 
 
-def even_speed(plan: kw.Plan, t: np.ndarray) -> np.ndarray:
-    """How far along the seam the tool is asked for, with its changes of speed."""
-    return plan.scenario.paths[0].motion.timing(t)
-
-
 A, TURN = 0.5 * WIDTH, 2 * np.pi * RATE
 ACROSS, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 ALONG = np.array([1.0, 0.0, 0.0])
@@ -200,32 +195,6 @@ def test_another_weave_fails_the_check(changed: dict[str, Any]) -> None:
     assert "path_deviation" in failed
 
 
-REFUSED = [
-    ({"shape": "sine", "width": 0}, ("weave.width", "greater than 0")),
-    ({"shape": "sine", "width": 1e-4}, ("weave.width", "more than 0.0001 m")),
-    ({"shape": "sine", "in": ["along"]}, ("along, which is the seam itself", "in: [across]")),
-    ({"shape": "sine", "in": ["across", "normal"]}, ("takes one axis",)),
-    ({"shape": "eight", "in": ["normal"]}, ("takes two different axes",)),
-    ({"shape": "circle", "dwell": 0.1}, ("a circle has no edges",)),
-    ({"shape": "sine", "dwell": 0.25}, ("a dwell below 0.25 s",)),
-    ({"shape": "sine", "normal": [1, 0, 0]}, ("weave.normal", "the direction of the seam itself")),
-    ({"shape": "sine", "normal": [0, 0, 0]}, ("weave.normal", "is zero")),
-    ({"shape": "sine", "frequency": 0.2}, ("weave.frequency", "2 to 10000 periods")),
-    ({"shape": "sine", "frequency": 1e5}, ("weave.frequency", "2 to 10000 periods")),
-    ({"shape": "sine", "rounding": 1e-4}, ("a sine has no corners",)),
-    ({"shape": "triangle", "rounding": 1e-3}, ("rounding above 0.00075, a quarter",)),
-    ({"shape": "square"}, ("weave.shape", "sine")),
-]
-
-
-@pytest.mark.parametrize(("weave", "words"), REFUSED)
-def test_weaves_that_can_not_be_are_refused(weave: dict[str, Any], words: tuple[str, ...]) -> None:
-    with pytest.raises(kw.errors.InputError) as caught:
-        kw.load_scenario(seam(weave))
-    for word in words:
-        assert word in str(caught.value)
-
-
 def test_a_weave_faster_than_a_joint_names_it() -> None:
     fast = seam({"shape": "sine", "width": 0.1, "frequency": 8})
     with pytest.raises(kw.errors.InputError, match="shoulder_pan_joint") as caught:
@@ -262,13 +231,3 @@ def test_limits_ask_for_another_weave_which_keeps_them(
     fast["waypoints"][0]["after"] = "fastest"
     with pytest.raises(kw.errors.InputError, match="a narrower weave, a lower frequency"):
         kw.plan(fast)
-
-
-def test_a_weave_takes_a_path_and_a_speed() -> None:
-    task = seam({"shape": "sine"})
-    task["waypoints"][1]["speed"] = "fastest"
-    with pytest.raises(kw.errors.InputError, match="is chosen, on a path with a weave"):
-        kw.plan(task)
-    task["waypoints"][0]["weave"] = task["waypoints"][1].pop("weave")
-    with pytest.raises(kw.errors.InputError, match="weave"):
-        kw.plan(task)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from command_line import Command
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.scene.building import robot_collision_model
@@ -451,85 +449,6 @@ def test_an_end_in_something_names_the_pair_and_the_depth() -> None:
 OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
     ("shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"), -90
 )
-
-
-@pytest.mark.parametrize(
-    ("place", "change", "said"),
-    [
-        ((), {"scene": {"margin": 200, "objects": WALL}}, "waypoints[0]: no way from 'here'"),
-        ((1,), {"joints": OUTSIDE}, "waypoints[1]: waypoint 'there': joint 'shoulder_pan_joint'"),
-        ((1,), {"way": {"clear": True, "tries": 0}}, "waypoints[1].way.tries: 0: must be at least"),
-        ((1,), {"after": 0.1}, "waypoints[1]: from 'here' to 'there' 0.1 s are given"),
-        (
-            (),
-            {"scene": {"objects": {"block": box([100, 100, 100], [450, -250, 130])}}},
-            "waypoints[0]: no way from 'here' to 'there': at 'here', tool comes 70 mm too near to "
-            "block, and none of 12 solutions is clear; accepted: another pose",
-        ),
-    ],
-)
-def test_a_way_that_can_not_be_is_an_error_of_the_command_line(
-    place: tuple[int, ...], change: dict[str, Any], said: str, tmp_path: Path, knotwork: Command
-) -> None:
-    given = past()
-    part = given["waypoints"][place[0]] if place else given
-    if "joints" in change:
-        del part["pose"], part["stop"]
-    part |= change
-    file = tmp_path / "task.json"
-    file.write_text(json.dumps(given), encoding="utf-8")
-    ran = knotwork("plan", file)
-    assert ran.code == 2
-    assert f"{file}: line " in ran.err
-    assert said in ran.err
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"way": {"clear": True, "room": 0}}, "room"),
-        ({"way": "free"}, "clear"),
-        ({"along": "line", "speed": 50}, "follows a tool path"),
-    ],
-)
-def test_a_wrong_way_is_refused_with_its_place(change: dict[str, Any], said: str) -> None:
-    given = past()
-    given["waypoints"][1] |= change
-    if "along" in change:
-        del given["waypoints"][1]["stop"]
-    with pytest.raises(InputError, match=said) as caught:
-        kw.plan(given)
-    assert "waypoints[1]" in str(caught.value)
-
-
-def test_a_way_to_the_first_waypoint_is_refused() -> None:
-    given = past()
-    given["waypoints"][0]["way"] = "clear"
-    with pytest.raises(InputError, match=r"waypoints\[0\]\.way: the first waypoint"):
-        kw.plan(given)
-
-
-def test_a_way_needs_a_robot() -> None:
-    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "way": "clear"}]
-    with pytest.raises(InputError, match="needs a robot"):
-        kw.plan({"limits": {"acceleration": 4}, "waypoints": ends})
-
-
-def test_a_velocity_that_is_chosen_is_refused_at_an_end_of_a_way() -> None:
-    last = {"name": "on", "pose": {"position": [450, 300, 150], "rpy": DOWN}, "after": "fastest"}
-    given = past(None, last)
-    given["waypoints"][1] |= {"velocity": "free"}
-    del given["waypoints"][1]["stop"]
-    with pytest.raises(InputError, match="a way begins or ends here"):
-        kw.plan(given)
-
-
-@pytest.mark.parametrize("more", [{"speed": "fastest"}, {"velocity": "free", "after": 2}])
-def test_what_ways_can_not_be_led_through_is_refused_with_what_they_can(
-    more: dict[str, Any],
-) -> None:
-    with pytest.raises(InputError, match="if both ways have the same options and no times"):
-        kw.plan(through(**more))
 
 
 def test_a_short_budget_gives_a_motion_that_is_proved() -> None:

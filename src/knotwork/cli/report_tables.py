@@ -53,7 +53,7 @@ def print_report(
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     print_wrapped(f"{robot}; {made or report.planner}", "", INDENT)
     for group, findings in report.groups.items():
-        numbers = [found for found in findings if found.value is not None and not found.detail]
+        numbers = [one for one in findings if not (_in_words(one) or one.detail)]
         if numbers:
             # findings of a waypoint at one time fit one row
             cells = {(found.name, found.when, found.quantity) for found in numbers}
@@ -65,7 +65,7 @@ def print_report(
         print_table(choice_table(solution.choices))
         out.print()
     for found in report.findings:
-        if found.value is None and found.verdict == "information":
+        if _in_words(found) and found.verdict == "information":
             print_wrapped(str(found), "   ", "    ")
     for found in report.warnings:
         print_wrapped(str(found), "warning ", INDENT, "yellow")
@@ -76,6 +76,11 @@ def print_report(
     failed = f", {required - met} failed" if required > met else ""
     failed += report.reservations
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
+
+
+def _in_words(found: Finding) -> bool:
+    """Whether a sentence says it: it has no number, or nothing is required and more is told."""
+    return found.value is None or (found.verdict == "information" and bool(found.brief))
 
 
 def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:

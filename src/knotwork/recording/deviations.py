@@ -86,7 +86,6 @@ def deviation_findings(
         GROUP, "motion", "", "time_shift", "information", sentence,
         value=alignment.start, unit="s", brief="; ".join(brief),
     )  # fmt: skip
-    yield Finding(GROUP, "motion", "", "clock", "information", sentence)
     latest = max(alignment.delays, key=lambda one: abs(one.late))
     yield _off(
         "motion", "", "lateness", late or "the log is on time", latest.late, "s", latest.start,

@@ -169,7 +169,7 @@ class Carriers:
         if _joints(own) == other.joints:
             return np.array(self.frames[name].rotation)
         turn = np.array(other.at(time).rotation)
-        return turn if own is None else own.since_rest([time]).rotation[0].T @ turn
+        return turn if own is None else own.since_rest([time]).place[0, :3, :3].T @ turn
 
     def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
         """Refuse what is not possible where frames move.

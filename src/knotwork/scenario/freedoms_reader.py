@@ -178,10 +178,11 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
                 "is not what the path before it leaves open",
                 "the same all along a path, or stop: true where it changes",
             )
-    if freedoms[path.first] not in (None, own[0]):
+    begins = freedoms[path.first]
+    if begins is not None and not begins.within(own[0]):
         raise places.error(
             ("waypoints", path.first + 1),
             "the path begins at a pose that leaves open what the path does not",
-            "the same `free` for both, or free: none where it begins",
+            "at the pose no more than along the path, for example free: none",
         )
     return own[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -227,6 +228,13 @@ class _Resolver:
 
     def _check_chosen(self) -> None:
         for i, run in enumerate(self.file.chosen or ()):
+            for k, (before, time) in enumerate(pairwise(run.times), start=1):
+                if time <= before:
+                    raise self.places.error(
+                        ("chosen", i, "times", k),
+                        f"{time:g} s is not later than {before:g} s",
+                        f"a time greater than {before:g} s",
+                    )
             for joint, values in run.accelerations.items():
                 if len(values) != len(run.times):
                     raise self.places.error(

@@ -30,36 +30,60 @@ class KnownJoints:
     curve: EndlessCurve
 
 
-class FrameState(NamedTuple):
-    """How frames are placed and move in the base frame, at k times.
+class ToolMotion(NamedTuple):
+    """How a tool is placed and moves, at k times.
 
     Attributes:
+        position: [m], shape (k, 3).
         rotation: Shape (k, 3, 3).
-        origin: [m], shape (k, 3).
-        twist: Linear, of the origin, then angular, in base axes [m/s, rad/s], shape (k, 6).
+        twist: Linear, then angular [m/s, rad/s], shape (k, 6).
         acceleration: Its derivative, shape (k, 6).
     """
 
+    position: FloatArray
     rotation: FloatArray
-    origin: FloatArray
     twist: FloatArray
     acceleration: FloatArray
 
-    def carried(self, local: FrameState) -> FrameState:
-        """The state of what moves in the frames, from its state in their axes."""
-        turn, spin = self.rotation, self.twist[:, 3:]
-        linear, angular, bend, change = (
-            np.einsum("kij,kj->ki", turn, one)
-            for one in (*_halves(local.twist), *_halves(local.acceleration))
-        )
-        arm = np.einsum("kij,kj->ki", turn, local.origin)
-        velocity = np.cross(spin, arm)
-        pull = np.cross(self.acceleration[:, 3:], arm) + np.cross(spin, velocity + 2.0 * linear)
-        return FrameState(
-            turn @ local.rotation,
-            self.origin + arm,
-            self.twist + np.hstack((velocity + linear, angular)),
-            self.acceleration + np.hstack((pull + bend, np.cross(spin, angular) + change)),
+
+class FrameMotion(NamedTuple):
+    """Homogeneous matrices of a frame that moves, and their derivatives in time, at k times.
+
+    Attributes:
+        place: Shape (k, 4, 4) [m].
+        rate: Its derivative, shape (k, 4, 4).
+        change: The derivative of that, shape (k, 4, 4).
+    """
+
+    place: FloatArray
+    rate: FloatArray
+    change: FloatArray
+
+    def fixed(self, placement: pin.SE3) -> FrameMotion:
+        """The motion of a frame that rides along at a place."""
+        return FrameMotion(*(one @ placement.homogeneous for one in self))
+
+    def carried(self, other: FrameMotion) -> FrameMotion:
+        """The motion of a frame, from its motion in this one: the product rule."""
+        X, dX, ddX = self
+        Y, dY, ddY = other
+        return FrameMotion(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
+
+    def carried_tool(self, tool: ToolMotion) -> ToolMotion:
+        """The motion of a tool, from its motion in the frame."""
+        turn, turning, bending = (one[:, :3, :3] for one in self)
+        shift, sliding, pull = (one[:, :3, 3] for one in self)
+        r, (v, w), (a, b) = tool.position, _halves(tool.twist), _halves(tool.acceleration)
+        back = turn.transpose(0, 2, 1)
+        linear = _times(turning, r) + sliding + _times(turn, v)
+        angular = _vector(turning @ back) + _times(turn, w)
+        faster = _times(bending, r) + pull + 2.0 * _times(turning, v) + _times(turn, a)
+        spin = _vector(bending @ back) + _times(turning, w) + _times(turn, b)
+        return ToolMotion(
+            _times(turn, r) + shift,
+            turn @ tool.rotation,
+            np.hstack((linear, angular)),
+            np.hstack((faster, spin)),
         )
 
     def seen(
@@ -72,13 +96,10 @@ class FrameState(NamedTuple):
             rotation: Shape (k, 3, 3).
             velocity: Shape (k, 3).
         """
-        arm, back = position - self.origin, self.rotation.transpose(0, 2, 1)
-        slip = velocity - self.twist[:, :3] - np.cross(self.twist[:, 3:], arm)
-        return (
-            np.einsum("kij,kj->ki", back, arm),
-            back @ rotation,
-            np.einsum("kij,kj->ki", back, slip),
-        )
+        back = self.place[:, :3, :3].transpose(0, 2, 1)
+        place = _times(back, position - self.place[:, :3, 3])
+        slip = velocity - self.rate[:, :3, 3] - _times(self.rate[:, :3, :3], place)
+        return place, back @ rotation, _times(back, slip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,24 +138,21 @@ class MovingFrame:
         own = KnownJoints(self.placement, axis, turns, curve)
         return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
 
-    def state(self, t: ArrayLike) -> FrameState:
-        """Placement, velocity and acceleration at times [s], shape (k,)."""
+    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameMotion:
+        """Its motion at times [s], shape (k,); or that of another placement in the last axes."""
         times = np.asarray(t, dtype=float)
-        found = _still(pin.SE3.Identity(), len(times))
+        nothing = np.zeros((len(times), 4, 4))
+        found = FrameMotion(nothing + np.eye(4), nothing, nothing)
         for one in self.joints:
-            found = found.carried(_still(one.placement, len(times)))
-            q, v, a = (one.curve(times, order) for order in range(3))
-            if not any(one.turns):  # what only slides is one step
-                found = found.carried(_slid(q @ one.axis, v @ one.axis, a @ one.axis))
-                continue
-            for axis, turns, *row in zip(one.axis, one.turns, q.T, v.T, a.T, strict=True):
+            found = found.fixed(one.placement)
+            rows = (one.curve(times, order).T for order in range(3))
+            for axis, turns, *row in zip(one.axis, one.turns, *rows, strict=True):
                 found = found.carried(_joint(axis, turns, *row))
-        return found.carried(_still(self.placement, len(times)))
+        return found.fixed(self.placement if placement is None else placement)
 
     def at(self, time: float) -> pin.SE3:
         """Placement in the base frame at a time [s]."""
-        found = self.state([time])
-        return pin.SE3(found.rotation[0], found.origin[0])
+        return pin.SE3(self.motion([time]).place[0])
 
     def carried(self, pose: pin.SE3, time: float) -> pin.SE3:
         """Where a pose is at a time [s] that rides along, given while the frame is at rest."""
@@ -152,13 +170,13 @@ class MovingFrame:
             twist: Of the tool in the frame, in base axes while it is at rest.
             time: When [s].
         """
-        one = _still(pose, 1)._replace(twist=np.array([twist.vector]))
-        return pin.Motion(self.since_rest([time]).carried(one).twist[0])
+        position, rotation = np.array(pose.translation), np.array(pose.rotation)
+        tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
+        return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
 
-    def since_rest(self, t: ArrayLike) -> FrameState:
-        """`state` of what is at the base frame where all joints are at 0, and rides along."""
-        times = np.asarray(t, dtype=float)
-        return self.state(times).carried(_still(self.rest.inverse(), len(times)))
+    def since_rest(self, t: ArrayLike) -> FrameMotion:
+        """`motion` of what is at the base frame where all joints are at 0, and rides along."""
+        return self.motion(t, self.placement * self.rest.inverse())
 
 
 def woven(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
@@ -171,24 +189,30 @@ def _halves(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     return vectors[:, :3], vectors[:, 3:]
 
 
-def _still(placement: pin.SE3, k: int) -> FrameState:
-    nothing = np.zeros((k, 6))
-    turn, shift = np.array(placement.rotation), np.array(placement.translation)
-    return FrameState(np.tile(turn, (k, 1, 1)), np.tile(shift, (k, 1)), nothing, nothing)
+def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    return (matrices @ vectors[:, :, None])[..., 0]
 
 
-def _slid(place: FloatArray, speed: FloatArray, change: FloatArray) -> FrameState:
-    still, nothing = np.tile(np.eye(3), (len(place), 1, 1)), np.zeros((len(place), 3))
-    return FrameState(still, place, np.hstack((speed, nothing)), np.hstack((change, nothing)))
+def _vector(matrices: FloatArray) -> FloatArray:
+    """The vectors of the skew-symmetric parts of matrices."""
+    return (
+        np.stack([matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)], 1) / 2
+    )
 
 
 def _joint(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
-) -> FrameState:
+) -> FrameMotion:
     """How a joint places and moves what it carries, in its own axes."""
-    along, nothing = (rate[:, None] * axis for rate in (q, v, a)), np.zeros((len(q), 3))
-    place, speed, change = along
-    if not turns:
-        return _slid(place, speed, change)
-    turn = np.array([pin.exp3(row) for row in place]).reshape(-1, 3, 3)
-    return FrameState(turn, nothing, np.hstack((nothing, speed)), np.hstack((nothing, change)))
+    place = np.tile(np.eye(4), (len(q), 1, 1))
+    rate, change = np.zeros_like(place), np.zeros_like(place)
+    if turns:
+        skew = pin.skew(axis)
+        turn = np.array([pin.exp3(angle * axis) for angle in q]).reshape(-1, 3, 3)
+        v, a = v[:, None, None], a[:, None, None]
+        place[:, :3, :3], rate[:, :3, :3] = turn, v * skew @ turn
+        change[:, :3, :3] = (a * skew + v**2 * (skew @ skew)) @ turn
+    else:
+        for matrix, row in ((place, q), (rate, v), (change, a)):
+            matrix[:, :3, 3] = row[:, None] * axis
+    return FrameMotion(place, rate, change)

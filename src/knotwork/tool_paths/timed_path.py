@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
 from knotwork.polynomial.endless import EndlessCurve
-from knotwork.tool_paths.moving_frame import FrameState, MovingFrame, woven
+from knotwork.tool_paths.moving_frame import MovingFrame, ToolMotion, woven
 from knotwork.tool_paths.path import LENGTHS, ToolPath
 from knotwork.tool_paths.path_timing import Timing
 from knotwork.waypoints import FloatArray
@@ -122,20 +122,14 @@ class TimedPath:
         position, rotation, _, _ = self.state(np.array([t]))
         return pin.SE3(rotation[0], position[0])
 
-    def state(
-        self, t: ArrayLike, at: ArrayLike | None = None, side: str = "right"
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Pose, velocity and acceleration of the tool.
+    def state(self, t: ArrayLike, at: ArrayLike | None = None, side: str = "right") -> ToolMotion:
+        """Pose, velocity and acceleration of the tool, in base axes.
 
         Args:
             t: Times [s], shape (k,).
             at: Times that choose the pieces of path and timing to evaluate, if other than t [s],
                 shape (k,): a piece goes on smoothly beyond its ends.
             side: Which piece is chosen at a break: `"right"` or `"left"`.
-
-        Returns:
-            Position [m], shape (k, 3); rotation, shape (k, 3, 3); twist [m/s, rad/s] and its
-            derivative [m/s², rad/s²], linear then angular in base axes, shape (k, 6).
 
         Raises:
             TimeRangeError: A time that chooses a piece is outside the path's.
@@ -149,10 +143,8 @@ class TimedPath:
         rotation, rate, change = path.orientation.states(s, along)
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
-        state = FrameState(rotation, place, twist, acceleration)
-        if self.carrier is not None:
-            state = self.carrier.since_rest(t).carried(state)
-        return state.origin, state.rotation, state.twist, state.acceleration
+        tool = ToolMotion(place, rotation, twist, acceleration)
+        return tool if self.carrier is None else self.carrier.since_rest(t).carried_tool(tool)
 
     def twist(self, t: float) -> pin.Motion:
         """Velocity of the tool at a time [s], in base axes."""

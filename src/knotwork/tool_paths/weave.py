@@ -17,7 +17,6 @@ import numpy as np
 
 from knotwork.polynomial.distinct import distinct
 from knotwork.tool_paths.curve import Curve
-from knotwork.tool_paths.moving_frame import FrameState
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.tool_paths.path import ToolPath
 from knotwork.tool_paths.path_timing import Timing
@@ -203,13 +202,9 @@ def woven(
     s, ds, dds = (timing(start + t, order) for order in range(3))
     rate, change = seam.rate(s), seam.rate(s, 1)
     ds, dds = ds[:, None], dds[:, None]
-    still, nothing = np.tile(np.eye(3), (len(t), 1, 1)), np.zeros((len(t), 3))
-    w, v, a = weave.offsets(t) @ about.T
-    carried = FrameState(
-        seam.rotation(s),
-        nothing,
-        np.hstack((nothing, rate * ds)),
-        np.hstack((nothing, change * ds**2 + rate * dds)),
-    ).carried(FrameState(still, w, np.hstack((v, nothing)), np.hstack((a, nothing))))
-    linear = carried.origin, carried.twist[:, :3], carried.acceleration[:, :3]
-    return start + t, np.array(linear)
+    spin, faster = rate * ds, change * ds**2 + rate * dds
+    offsets = weave.offsets(t) @ about.T
+    w, v, a = np.einsum("kij,nkj->nki", seam.rotation(s), offsets)
+    carried = np.cross(spin, w)
+    pull = np.cross(faster, w) + np.cross(spin, carried + 2.0 * v)
+    return start + t, np.array([w, v + carried, a + pull])

@@ -62,7 +62,7 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     for waypoint, time, _ in _reached(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
-            spin = waypoint.freedom or onward.get(waypoint.name)
+            spin = onward.get(waypoint.name) or waypoint.freedom
             robot, own = space.robot.seen(standing=waypoint.standing)
             yield from _tool_findings(waypoint, robot, q[own], v[own], scenario, spin)
 

@@ -200,6 +200,11 @@ class Rules(NamedTuple):
         """What travel is measured by [rad/s or m/s], shape (d,)."""
         return np.asarray(self.speed / self.weights)
 
+    @property
+    def beside(self) -> float:
+        """Part by which travel counts beside time: great weights are as small ones of others."""
+        return BESIDE / float(max(1.0, np.max(self.weights)))
+
     def of(self, joints: Any) -> Rules:
         """The same of some of the joints, by index."""
         keys = ("speed", "limit", "unbounded", "lower", "upper", "weights", "ramp")
@@ -213,7 +218,7 @@ class Rules(NamedTuple):
         if self.resting is None:
             return travel
         slowest = least_time(share, self.ramp).max(axis=-1)
-        return np.asarray(np.where(self.resting[interval], slowest + BESIDE * travel, travel))
+        return np.asarray(np.where(self.resting[interval], slowest + self.beside * travel, travel))
 
 
 def least_time(share: FloatArray, ramp: Any) -> FloatArray:
@@ -297,7 +302,7 @@ def _step_costs(
     fastest /= duration
     travel = np.sqrt(square)
     if resting:
-        travel = slowest + BESIDE * travel
+        travel = slowest + rules.beside * travel
     travel *= 0.5 * (start.weight[:, None] + layer.weight[None, :])
     infeasible: Any = 0.0
     violation: Any = 0.0

@@ -18,22 +18,25 @@ import numpy as np
 
 from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.collada_counts import check_whole, tag
 from knotwork.scene.meshes.part import MeshPart
 from knotwork.scene.meshes.size_limits import (
     MOST_ELEMENTS,
     MOST_NESTED,
     MOST_SHAPES,
     check_triangles,
+    require_whole,
 )
 from knotwork.waypoints import FloatArray
 
 # Elements of COLLADA that say what surfaces look like.
 _LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
 
-
 # Elements of COLLADA that are a part of a geometry.
 _PARTS = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
+_UNREAD = {
+    "instance_controller": "a skin or morph (<instance_controller>)",
+    "ph": "a polygon with holes (<ph>)",
+}
 
 
 def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...]:
@@ -53,7 +56,7 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     check_xml(data, MOST_ELEMENTS)
     root = ElementTree.fromstring(data)
     _check_shapes(root)
-    check_whole(root)
+    _check_whole(root)
     try:
         try:
             document = collada.Collada(io.BytesIO(data))
@@ -76,6 +79,50 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     return tuple(parts)
 
 
+def _tag(element: ElementTree.Element) -> str:
+    """Name of an element without its namespace; empty for comments."""
+    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
+
+
+def _check_whole(root: ElementTree.Element) -> None:
+    """Check that all shapes of a file are of kinds that are read.
+
+    pycollada takes values to lie one after the other, writes zeros in place of text that is no
+    number, and takes the first of several lists of corners.
+
+    Raises:
+        InputError: They are not.
+    """
+    for element in root.iter():
+        kind = _tag(element)
+        require_whole(kind not in _UNREAD, f"it has {_UNREAD.get(kind)}, which is not read")
+        if kind == "unit":
+            _check_unit(element.get("meter", "1"))
+        elif kind in ("p", "float_array") and "n" in (element.text or "").lower():
+            raise InputError(f"<{kind}> has numbers that are not finite")
+        elif kind == "accessor":
+            offset, stride = element.get("offset", "0"), element.get("stride", "1")
+            named = sum(_tag(one) == "param" for one in element)
+            require_whole(
+                offset == "0" and stride == str(named),
+                f"an accessor has offset {shown(offset)} and stride {shown(stride)}; read are "
+                f"offset 0 and a stride of its {named} values",
+            )
+        elif kind in ("triangles", "polylist"):
+            lists = sum(_tag(one) == "p" for one in element)
+            require_whole(lists <= 1, f"<{kind}> has {lists} <p>; read is one")
+
+
+def _check_unit(metres: str) -> None:
+    """Refuse a unit that pycollada takes for a metre because it is no number."""
+    try:
+        known = 0.0 <= float(metres) < float("inf")
+    except ValueError:
+        known = False
+    if not known:
+        raise InputError(f"its unit of length is {shown(metres)}, no number of metres")
+
+
 def _check_shapes(root: ElementTree.Element) -> None:
     """Count the shapes that nodes show, through the nodes that they show in turn.
 
@@ -85,11 +132,11 @@ def _check_shapes(root: ElementTree.Element) -> None:
         InputError: They are more than `MOST_SHAPES`, a node shows itself, or nodes are in one
             another deeper than `MOST_NESTED`.
     """
-    named = {e.get("id"): e for e in root.iter() if tag(e) == "node" and e.get("id")}
+    named = {e.get("id"): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
     parts = {
-        e.get("id"): sum(tag(part) in _PARTS for part in e.iter())
+        e.get("id"): sum(_tag(part) in _PARTS for part in e.iter())
         for e in root.iter()
-        if tag(e) == "geometry"
+        if _tag(e) == "geometry"
     }
     counts: dict[ElementTree.Element, int] = {}
     open_nodes: set[ElementTree.Element] = set()
@@ -106,7 +153,7 @@ def _check_shapes(root: ElementTree.Element) -> None:
         return counts[node]
 
     def shown_by(element: ElementTree.Element) -> int:
-        kind = tag(element)
+        kind = _tag(element)
         target = (element.get("url") or "").removeprefix("#")
         if kind == "instance_node":
             return count(named[target]) if target in named else 0
@@ -114,7 +161,7 @@ def _check_shapes(root: ElementTree.Element) -> None:
             return max(1, parts.get(target, 1))
         return count(element) if kind == "node" else 0
 
-    scenes = [element for element in root.iter() if tag(element) == "visual_scene"]
+    scenes = [element for element in root.iter() if _tag(element) == "visual_scene"]
     shapes = sum(shown_by(node) for scene in scenes for node in scene)
     if shapes > MOST_SHAPES:
         raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MOST_SHAPES} are read")
@@ -125,7 +172,7 @@ def _without_looks(data: bytes) -> io.BytesIO:
     root = ElementTree.fromstring(data)
     for element in list(root.iter()):
         for child in list(element):
-            if tag(child) in _LOOKS:
+            if _tag(child) in _LOOKS:
                 element.remove(child)
     return io.BytesIO(ElementTree.tostring(root))
 

@@ -1,4 +1,4 @@
-"""Reading mesh files whole: COLLADA with pycollada, glTF with trimesh, all else here.
+"""Reading mesh files whole: COLLADA with pycollada, STL and OBJ here, all else with trimesh.
 
 A file that is not read whole is an error, because the arm could hit a part that is left out. Of all
 formats but COLLADA only shapes are read. Files come from strangers, so all readers are written in
@@ -13,9 +13,9 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial.distinct import distinct
+from knotwork.scene.meshes.obj_file import read_obj
 from knotwork.scene.meshes.part import IndexArray, MeshPart
-from knotwork.scene.meshes.ply_file import read_ply
-from knotwork.scene.meshes.polygons import read_obj, read_off
+from knotwork.scene.meshes.ply_file import read_off, read_ply
 from knotwork.scene.meshes.size_limits import FARTHEST, check_triangles, read_bounded
 from knotwork.scene.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray

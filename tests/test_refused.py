@@ -1,0 +1,72 @@
+"""What no task can be is refused with its line: tables of changes to a task that is right.
+
+Each file of the folder `refused` has a task and cases. A case is what the error says (`says`, or
+patterns, `like`) of the task with other values (`with`, by place); `~` takes a value away.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import knotwork as kw
+from command_line import Command
+
+TABLES = {
+    path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
+    for path in sorted((Path(__file__).parent / "refused").glob("*.yaml"))
+}
+CASES = [(name, i) for name, table in TABLES.items() for i in range(len(table["cases"]))]
+
+
+def put(task: Any, place: str, value: Any) -> None:
+    """Change a value of a task, `a.b[2].c`, or take it away."""
+    *parents, last = (
+        int(index) if index else key
+        for key, index in re.findall(r"([^.\[\]]+)(?!\])|\[(\d+)\]", place)
+    )
+    for key in parents:
+        task = task[key]
+    if value == "~":
+        del task[last]
+    elif isinstance(task, list) and last == len(task):
+        task.append(copy.deepcopy(value))
+    else:
+        task[last] = copy.deepcopy(value)
+
+
+def write(folder: Path, name: str, change: dict[str, Any]) -> Path:
+    table = TABLES[name]
+    for file, text in table.get("files", {}).items():
+        (folder / file).write_text(text, encoding="utf-8")
+    task = copy.deepcopy(table["task"])
+    for place, value in change.items():
+        put(task, place, value)
+    path = folder / "task.yaml"
+    path.write_text(yaml.safe_dump(task, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_the_task_that_is_changed_is_right(name: str, tmp_path: Path) -> None:
+    kw.load_scenario(write(tmp_path, name, {}))
+
+
+@pytest.mark.parametrize(("name", "index"), CASES)
+def test_what_is_wrong_is_refused_with_its_line(
+    name: str, index: int, knotwork: Command, tmp_path: Path
+) -> None:
+    case = TABLES[name]["cases"][index]
+    ran = knotwork("plan", write(tmp_path, name, case["with"]))
+    said = " ".join(ran.err.split())
+    assert (ran.code, ran.out) == (2, ""), said
+    assert re.search(r"task\.yaml: line \d+: ", said), said
+    wanted = case.get("says", [])
+    for words in [wanted] if isinstance(wanted, str) else wanted:
+        assert words in said
+    assert re.search(case.get("like", ""), said), said
