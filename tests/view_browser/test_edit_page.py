@@ -293,8 +293,9 @@ def covered(tab: Any) -> Any:
     """What lies over the ball of the handle that is held, and over the tips of its arrows."""
     spots = [tab.evaluate(TIP, axis) for axis in ([0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1])]
     return tab.evaluate(
-        """spots => spots.map(([x, y]) => document.elementFromPoint(x, y)).filter(
-          (one) => !one || one.closest(".panel")).map((one) => one?.closest(".panel").id ?? "edge")""",
+        """spots => spots.map(([x, y]) => document.elementFromPoint(x, y))
+          .filter((one) => !one || one.closest(".panel"))
+          .map((one) => one?.closest(".panel").id ?? "edge")""",
         spots,
     )
 
