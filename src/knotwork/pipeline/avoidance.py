@@ -112,7 +112,7 @@ def _colliding_intervals(plan: Any) -> list[int]:
     times = plan.scenario.times
     when = [one.at for one in failed_pairs(plan.report.findings) if one.at is not None]
     after = np.searchsorted(times, when, side="right")
-    return [int(i) for i in np.unique(np.clip(after - 1, 0, len(times) - 2))]
+    return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
 def _with_detour(planner: Planner[PlanT], best: PlanT, tried: int) -> PlanT:
