@@ -65,7 +65,8 @@ def test_messages_say_what_would_work() -> None:
     with pytest.raises(SingularityError, match=r"the closest attainable velocity is \(") as caught:
         solve_velocity_ik(UR5, WRIST_STRAIGHT, possible + 0.1 * lost)
     numbers = [
-        float(x) for x in re.findall(r"-?[\d.]+(?:e-\d+)?", str(caught.value).split("velocity is (")[1])
+        float(x)
+        for x in re.findall(r"-?[\d.]+(?:e-\d+)?", str(caught.value).split("velocity is")[1])
     ]
     np.testing.assert_allclose(numbers[:6], possible, rtol=0.01, atol=1e-8)
     near = WRIST_STRAIGHT.copy()
