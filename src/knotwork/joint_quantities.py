@@ -12,10 +12,10 @@ class JointQuantity:
     """One quantity of a joint.
 
     Attributes:
-        name: As in scenario files and reports, for example `"velocity"`.
-        plural: As in tables of many joints, for example `"velocities"`.
-        order: Order of the derivative of position; `None` if it is no derivative.
-        units: SI unit for a turning (`"rad"`) and for a sliding (`"m"`) joint.
+        name: Name in scenario files and reports, for example `"velocity"`.
+        plural: Name in tables of many joints, for example `"velocities"`.
+        order: Order of the derivative of position; `None` if it is not a derivative.
+        units: SI unit for a revolute (`"rad"`) and for a prismatic (`"m"`) joint.
         limit: `"range"` has a lower and an upper limit, `"magnitude"` the same on both sides.
     """
 

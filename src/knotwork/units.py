@@ -1,4 +1,4 @@
-"""`Units`: those that a scenario's file is written in, for whatever people read."""
+"""`Units`: the units of a scenario file, for output."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 
 _FACTORS = {"m": 1.0, "mm": 1e3, "rad": 1.0, "deg": 180.0 / math.pi}
-"""What one SI unit is in each of them."""
+"""Each unit per SI unit."""
 MOST_DIGITS = 7
-"""Of numbers without a power of ten."""
+"""Maximum digits of a number without a power of ten."""
 
 
 @dataclass(frozen=True)
 class Units:
-    """Units of length and angle that values are shown in; what is computed and stored is in SI.
+    """Units of length and angle for output; values are computed and stored in SI.
 
     >>> Units("mm", "deg").shown(0.25, "m/s")
     (250.0, 'mm/s')
@@ -30,15 +30,15 @@ class Units:
         """A value in SI in these units, and the name of its unit.
 
         Args:
-            value: In SI.
-            unit: Its SI unit; those without metres or radians at their head stay as they are.
+            value: Value in SI.
+            unit: SI unit of the value; units that don't begin with metres or radians are unchanged.
         """
         head, slash, rest = unit.partition("/")
         own = {"m": self.length, "rad": self.angle}.get(head)
         return (value, unit) if own is None else (value * _FACTORS[own], f"{own}{slash}{rest}")
 
     def text(self, value: float, unit: str, form: str = ".6g") -> str:
-        """A value in SI in words, in these units.
+        """Text of an SI value in these units.
 
         >>> Units("mm", "deg").text(3.14159, "rad/s²", ".4g")
         '180 deg/s²'
@@ -48,7 +48,7 @@ class Units:
 
 
 def readable(value: float, form: str = ".4g") -> str:
-    """A number for people: no powers of ten below ten millions, and short ones next to others.
+    """Text of a number without a power of ten below ten millions.
 
     >>> readable(-429_718.3), readable(1.25e9), readable(2.54e-14, ".3g")
     ('-429700', '1.25e9', '2.54e-14')

@@ -1,4 +1,4 @@
-"""Waypoints: what the user asks for, at the tool (`CartesianWaypoint`) or at the joints."""
+"""Waypoints of a task, for the tool (`CartesianWaypoint`) or for the joints (`JointWaypoints`)."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def read_only(
     """Copy values into a read-only array of floats of the given shape.
 
     Args:
-        values: Anything NumPy takes as numbers.
-        shape: The shape it must have.
-        what: What the values are, for the error.
-        unknown: NaN is accepted, for a value that is not known.
+        values: Numbers, as for NumPy.
+        shape: Required shape.
+        what: Description of the values, for the error.
+        unknown: Whether NaN is accepted, for unknown values.
 
     Raises:
-        WaypointDataError: The values are no numbers, not finite or of another shape.
+        WaypointDataError: The values are not numbers, not finite or have a wrong shape.
     """
     try:
         array = np.array(values, dtype=float)
@@ -55,7 +55,7 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
     """Copy waypoint times [s], shape (n,), n >= 2, into a read-only array, strictly increasing.
 
     Raises:
-        WaypointDataError: Fewer than two times, not finite, or one not after the one before it.
+        WaypointDataError: There are fewer than two times, or they are not finite or increasing.
     """
     array = np.array(times, dtype=float)
     if array.ndim != 1 or array.size < 2:
@@ -69,7 +69,7 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
         name = f" ({names[i]!r})" if names is not None else ""
         raise WaypointDataError(
             f"time of waypoint {i}{name} is {array[i]:.15g} s; "
-            f"it must be later than {array[i - 1]:.15g} s, the time of the one before it",
+            f"it must be later than {array[i - 1]:.15g} s, the time of the previous waypoint",
             waypoint=i,
             value=float(array[i]),
         )
@@ -77,10 +77,10 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
 
 
 def known_rows(acceleration: FloatArray, names: Sequence[str] = ()) -> NDArray[np.bool_]:
-    """Where the accelerations at waypoints, shape (n, d), are known; NaN stands for unknown ones.
+    """Whether the accelerations (n, d) at each waypoint are known; NaN is unknown.
 
     Raises:
-        WaypointDataError: They are known for some joints only.
+        WaypointDataError: Accelerations are known for some joints only.
     """
     missing = np.isnan(acceleration)
     partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
@@ -101,7 +101,7 @@ def checked_joints(
     """Return names and units of joints as tuples; without units all are `"rad"`.
 
     Raises:
-        WaypointDataError: There is no name, one occurs twice, or a unit is missing or unknown.
+        WaypointDataError: There are no names, a name is repeated, or a unit is missing or unknown.
     """
     names = tuple(names)
     units = tuple(units or ()) or ("rad",) * len(names)
@@ -115,7 +115,7 @@ def checked_joints(
 
 
 def rotation_fault(matrix: FloatArray, tolerance: float) -> str:
-    """Say how far a matrix of shape (3, 3) is from a rotation; empty if within the tolerance."""
+    """Text about the difference of a matrix (3, 3) from a rotation; empty within the tolerance."""
     error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
     determinant = float(np.linalg.det(matrix))
     if error <= tolerance and determinant > 0.0:
@@ -124,7 +124,7 @@ def rotation_fault(matrix: FloatArray, tolerance: float) -> str:
 
 
 class ReadOnlyArrays:
-    """Base of what holds read-only arrays: those of a copy are read-only, too."""
+    """Base class of objects with read-only arrays, which stay read-only in copies."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
@@ -136,16 +136,16 @@ class ReadOnlyArrays:
 class TorchRanges(NamedTuple):
     """Ranges of a torch's angles, in the axes of its seam.
 
-    With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-about) in these axes, what is
-    free takes it to that of the pose by A Ry(travel - t) Rx(work - w) A', where t and w are the
-    pose's own angles and A = Rz(about) diag(1, -1, -1) Ry(t).
+    With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-about) in these axes, the
+    rotation to the pose is A Ry(travel - t) Rx(work - w) A', where t and w are the pose's angles
+    and A = Rz(about) diag(1, -1, -1) Ry(t).
 
     Attributes:
-        work: Least and greatest work angle, from that of the pose [rad].
-        travel: Least and greatest travel angle, from that of the pose [rad].
+        work: Minimum and maximum work angle, relative to the pose's [rad].
+        travel: Minimum and maximum travel angle, relative to the pose's [rad].
         own: Travel angle of the pose [rad].
         own_work: Work angle of the pose [rad].
-        about: Angle about the tool's z axis of its axis that points along the seam [rad].
+        about: Angle about the tool's z axis of the tool axis along the seam [rad].
     """
 
     work: tuple[float, float]
@@ -157,13 +157,13 @@ class TorchRanges(NamedTuple):
 
 @dataclass(frozen=True)
 class PoseFreedom:
-    """What a pose leaves open: a turn of the tool about its z axis, a tilt of that axis, its place.
+    """Freedom of a pose: a turn of the tool about its z axis, a tilt of that axis, its position.
 
     Attributes:
-        turn: Least and greatest turn from the pose [rad]; infinite where any will do.
-        tilt: Greatest angle between the axis and that of the pose [rad].
-        box: Least and greatest place along each axis of the pose [m].
-        torch: Ranges of its angles to a seam, or `None`.
+        turn: Minimum and maximum turn from the pose [rad]; infinite if unlimited.
+        tilt: Maximum angle between the axis and that of the pose [rad].
+        box: Minimum and maximum position along each axis of the pose [m].
+        torch: Ranges of a torch's angles to a seam, or `None`.
 
     >>> kw.waypoints.PoseFreedom((-1.5, 1.5)).tilt
     0.0
@@ -176,11 +176,11 @@ class PoseFreedom:
 
     @property
     def moves(self) -> bool:
-        """Whether the place is open."""
+        """Whether the position is free."""
         return any(low < high for low, high in self.box)
 
     def within(self, other: PoseFreedom | None) -> bool:
-        """Whether another leaves open all that this one does.
+        """Whether another freedom includes this one.
 
         >>> PoseFreedom((-0.1, 0.1)).within(PoseFreedom((-0.2, 0.2), tilt=0.1))
         True
@@ -198,19 +198,19 @@ class PoseFreedom:
 
 @dataclass(frozen=True, eq=False)
 class CartesianWaypoint:
-    """A pose the tool must reach at a time, with the velocity it must have there.
+    """A pose that the tool must reach at a time, with its velocity there.
 
-    Everything is in the axes of the robot's base frame, or of what stands still, at the tool centre
+    Everything is in the axes of the robot's base frame, or of the world frame, at the tool centre
     point (TCP).
 
     Attributes:
         name: Name of the waypoint.
-        time: When [s].
+        time: Time [s].
         pose: Pose of the tool [m]. The waypoint keeps a copy.
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
-        where: Where the waypoint was defined, for messages.
-        freedom: What the pose leaves open, or `None`.
-        standing: Whether it is in the axes of `Robot.standing_frame` where the base frame moves.
+        where: Location of its definition, for messages.
+        freedom: Freedom of the pose, or `None`.
+        standing: Whether it is in the world frame (`Robot.standing_frame`) of a moving base.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
@@ -269,7 +269,7 @@ class CartesianWaypoint:
 
 @dataclass(frozen=True, eq=False)
 class JointWaypoints(ReadOnlyArrays):
-    """Joint positions and velocities to be met at given times.
+    """Joint positions and velocities at given times.
 
     Attributes:
         joint_names: Names of the joints, length d.
@@ -278,10 +278,9 @@ class JointWaypoints(ReadOnlyArrays):
         velocity: Joint velocities [rad/s or m/s], shape (n, d).
         names: Names of the waypoints, length n; by default their indices.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        acceleration: Joint accelerations that are known beforehand, as along a tool path or where
-            the arm waits [rad/s² or m/s²], shape (n, d), NaN at waypoints where they aren't; or
-            `None` where none is.
-        asked: Indices of those that were asked for, in order; others were inserted along tool
+        acceleration: Known joint accelerations, for example along a tool path or during a wait
+            [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.
+        asked: Indices of the waypoints of the task, in order; others were inserted along tool
             paths. By default all.
 
     Raises:
@@ -324,13 +323,12 @@ class JointWaypoints(ReadOnlyArrays):
 
 @dataclass(frozen=True, eq=False)
 class ChosenRun(ReadOnlyArrays):
-    """A segment whose motion was chosen: accelerations at its knots, linear between.
+    """A segment with a chosen motion: accelerations at its knots, linear between.
 
     Attributes:
-        times: Of the knots [s], shape (m,), m >= 4, those of its waypoints among them.
-        acceleration: There [rad/s² or m/s²], shape (m, d).
-        velocity: Joint velocities where they were chosen [rad/s or m/s], shape (d,), by the name of
-            the waypoint.
+        times: Knot times [s], including its waypoints', shape (m,), m >= 4.
+        acceleration: Accelerations at the knots [rad/s² or m/s²], shape (m, d).
+        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by name of the waypoint.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, or times not increasing.

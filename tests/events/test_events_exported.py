@@ -106,7 +106,7 @@ def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Pat
     assert knotwork("export", file, "-f", "csv", "--rate", 50, "-o", out).code == 0
     rows = list(csv.DictReader(out.read_text().splitlines()))
     switched = [(float(row["time_s"]), row["event"]) for row in rows if row["event"]]
-    assert [text for _, text in switched] == [one.said for one in plan.events]
+    assert [text for _, text in switched] == [one.text for one in plan.events]
     for event, (time, _) in zip(plan.events, switched, strict=True):
         assert -1e-9 <= time - event.time < 0.02
     for row in rows:
@@ -130,12 +130,12 @@ def test_other_tables(plan: kw.Plan, tmp_path: Path, name: str) -> None:
     if name == "npz":
         events = list(np.load(made)["event"])
     elif name == "json":
-        events = [kw.trajectory.Event(**one).said for one in json.loads(made.read_text())["events"]]
+        events = [kw.trajectory.Event(**one).text for one in json.loads(made.read_text())["events"]]
     else:
         import pyarrow.parquet
 
         events = pyarrow.parquet.read_table(made)["event"].to_pylist()
-    assert [one for one in events if one] == [one.said for one in plan.events]
+    assert [one for one in events if one] == [one.text for one in plan.events]
 
 
 @pytest.mark.parametrize("name", ["ros2", "pvt", "mat", "scipy"])
@@ -178,7 +178,7 @@ def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
     assert not moved.ok
     assert moved.value == pytest.approx(0.08 * 0.01, rel=1e-2)  # 80 mm/s for 10 ms
     said = [one.message for one in plan.report.select(group="Segments")]
-    assert said == [one.said for one in plan.segments]
+    assert said == [one.text for one in plan.segments]
     assert any("output 17 on" in line.text for line in plan.report.brief())
 
 
@@ -190,7 +190,7 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
     assert failures == [
         "output 9 on at 3.001 s: the motion has it, and the scenario does not ask for it",
         "output 9 on at 3.000 s: the scenario asks for it, and the motion does not have it",
-        f"{rest[-1].said} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
+        f"{rest[-1].text} at {rest[-1].time:.3f} s: the scenario asks for it, and the motion does "
         "not have it",
     ]
     none = kw.check(replace(motion, events=()), plan.scenario)

@@ -20,7 +20,7 @@ def plan() -> kw.Plan:
 
 def test_the_strip_has_them(plan: kw.Plan) -> None:
     strip = page.scene(plan.view())["strip"]
-    assert strip["events"] == [[one.time, one.said] for one in plan.events]
+    assert strip["events"] == [[one.time, one.text] for one in plan.events]
     assert [one[:3] for one in strip["segments"]] == [
         [one.start, one.end, one.name] for one in plan.segments
     ]
@@ -31,7 +31,7 @@ def test_plots_mark_them_on_their_upper_edge(plan: kw.Plan) -> None:
     for figure in (plot_joints(plan), plot_tool(plan)):
         drawn = {str(line.get_gid()).split(":")[0]: line for line in figure.axes[0].lines}
         named = figure.legends[-1].get_title().get_text()
-        assert named == "events: " + ", ".join(dict.fromkeys(one.said for one in plan.events))
+        assert named == "events: " + ", ".join(dict.fromkeys(one.text for one in plan.events))
         assert drawn["event"].get_xdata().tolist() == times
         for kind in ("tool path", "wait"):
             spans = [(one.start, one.end) for one in plan.segments if one.kind == kind]

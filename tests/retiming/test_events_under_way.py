@@ -41,8 +41,8 @@ def test_slower_motions_keep_names_of_segments_and_places_of_events(seam: kw.Pla
         assert (now.name, now.kind) == (was.name, was.kind)
         assert (now.start, now.end) == pytest.approx((2 * was.start, 2 * was.end))
     for before, after in zip(seam.events, slow.events, strict=True):
-        assert (after.said, after.waypoint, after.output) == (
-            before.said,
+        assert (after.text, after.waypoint, after.output) == (
+            before.text,
             before.waypoint,
             before.output,
         )
@@ -55,7 +55,7 @@ def test_slower_motions_keep_names_of_segments_and_places_of_events(seam: kw.Pla
 @pytest.mark.parametrize("on_path", [True, False])
 def test_what_is_on_is_on_after_a_stop(seam: kw.Plan, on_path: bool, tmp_path: Path) -> None:
     stop = seam.stop(4.0, on_path=on_path)
-    assert [(one.said, one.output, one.time) for one in stop.events] == [
+    assert [(one.text, one.output, one.time) for one in stop.events] == [
         ("gas on", 8, 0),
         ("arc on", 7, 0),
         ("feed 3", None, 0),
@@ -70,7 +70,7 @@ def test_what_is_on_is_on_after_a_stop(seam: kw.Plan, on_path: bool, tmp_path: P
     assert "start to end" in table or not on_path
     # gas is off again on the way, later than the stop
     after = seam.stop(6.2, on_path=on_path)
-    assert [one.said for one in after.events] == ["gas on", "feed 3"]
+    assert [one.text for one in after.events] == ["gas on", "feed 3"]
 
 
 GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "after": 4}]}
@@ -98,11 +98,11 @@ def test_another_task_has_what_is_on(
     seam: kw.Plan, task: dict[str, Any], said: list[tuple[str, int | None]]
 ) -> None:
     new = seam.replace(4.0, task)
-    found = [(one.said, one.output) for one in new.events if one.name != "feed"]
+    found = [(one.text, one.output) for one in new.events if one.name != "feed"]
     if task is GOAL:
         said = [("output 8 on", 8), ("output 7 on", 7)]
     assert found == said
-    assert any(one.said == "feed 3" and one.time == 0 for one in new.events)
+    assert any(one.text == "feed 3" and one.time == 0 for one in new.events)
     assert new.report.ok
 
 

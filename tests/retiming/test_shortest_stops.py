@@ -118,7 +118,7 @@ def test_a_rest_of_the_motion_ends_the_stop(before: float) -> None:
     if before < 0.5:  # it brakes as hard as it may already
         assert stop.trajectory.duration == pytest.approx(before, abs=1e-9)
         assert stop.scenario.waypoints[-1].name == "there"
-        passed = [one.said for one in stop.events]
+        passed = [one.text for one in stop.events]
         assert passed == ["light on", "jaw open"]
         told = [one.message for one in stop.report.findings if one.group == "Events"]
         assert any(one.startswith(f"jaw open at {before:.3f} s: at 'there'") for one in told)

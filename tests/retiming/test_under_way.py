@@ -245,12 +245,12 @@ def test_what_is_switched_keeps_its_place_on_the_path() -> None:
     ]
     plan = kw.plan({"limits": LIMITS, "outputs": {"arc": 7}, "waypoints": waypoints})
     slow = plan.scaled({0: 0.5})
-    assert [one.said for one in slow.events] == [one.said for one in plan.events]
+    assert [one.text for one in slow.events] == [one.text for one in plan.events]
     assert [one.time for one in slow.events] == pytest.approx([2 * one.time for one in plan.events])
     assert [one.output for one in slow.events] == [None, 3, 7, 7]
     assert slow.segments[1].start == pytest.approx(4)
-    assert [one.said for one in plan.stop(2.2).events] == ["output 3 on", "arc on"]
-    assert [one.said for one in plan.stop(2.2, on_path=False).events] == ["output 3 on"]
+    assert [one.text for one in plan.stop(2.2).events] == ["output 3 on", "arc on"]
+    assert [one.text for one in plan.stop(2.2, on_path=False).events] == ["output 3 on"]
 
 
 @pytest.mark.parametrize(

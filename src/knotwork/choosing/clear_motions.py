@@ -26,7 +26,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 from knotwork.ways.blame import to_blame
 from knotwork.ways.configurations import at_time
 from knotwork.ways.problem import NoWayError, Way, WayProblem
-from knotwork.ways.search import find_way, lasting
+from knotwork.ways.search import find_way, stretch
 
 MOST_SOLUTIONS = 12
 """Solutions of a pose that a way may begin or end at."""
@@ -216,7 +216,7 @@ def _slowed(
     duration = max(way.duration, least) if np.isnan(given) else given
     if duration == way.duration:
         return way.curve
-    curve = lasting(wanted, way, duration) if duration > way.duration else None
+    curve = stretch(wanted, way, duration) if duration > way.duration else None
     if curve is None:
         error = InputError(
             f"{duration:g} s is shorter than the fastest way found, which lasts "

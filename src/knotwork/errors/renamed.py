@@ -22,6 +22,8 @@ RENAMED = {
     "knotwork.kinematics.solve_all": "knotwork.kinematics.solve_pose_ik_all",
     "knotwork.kinematics.solve_many": "knotwork.kinematics.solve_pose_ik_batch",
     "knotwork.Robot.solve_all": "knotwork.Robot.solve_pose_ik_all",
+    "knotwork.trajectory.Event.said": "knotwork.trajectory.Event.text",
+    "knotwork.trajectory.Segment.said": "knotwork.trajectory.Segment.text",
 }
 """Full old name to full new name."""
 
@@ -50,6 +52,11 @@ def old_method(name: str) -> Callable[..., Any]:
         return getattr(self, _new_name(name).rpartition(".")[2])(*arguments, **options)
 
     return call
+
+
+def old_property(name: str) -> property:
+    """Make the property of an old name, which gives the one that replaces it."""
+    return property(lambda self: getattr(self, _new_name(name).rpartition(".")[2]))
 
 
 def _new_name(old: str) -> str:

@@ -32,7 +32,7 @@ def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[s
     switched: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
         row = int(np.searchsorted(time, event.time - SAME_TIME))
-        switched[min(row, len(time) - 1)].append(event.said)
+        switched[min(row, len(time) - 1)].append(event.text)
     segment = [names[i] for i in np.searchsorted(starts, time, "right")]
     return {"segment": segment, "event": ["; ".join(row) for row in switched]}
 

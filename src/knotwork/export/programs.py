@@ -301,7 +301,7 @@ def _number(event: Event, maker: str) -> int:
 
 def _refused(event: Event, maker: str, known: str) -> ExportError:
     return ExportError(
-        f"{event.said} at {event.time:.3f} s, {called(event.waypoint)}: a program for {maker} "
+        f"{event.text} at {event.time:.3f} s, {called(event.waypoint)}: a program for {maker} "
         f"can't switch it; accepted: on and off, with {known}; or --without-events",
         time=event.time,
     )

@@ -224,7 +224,7 @@ def _between(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
         lines[int(np.abs(time - load.time).argmin())].append(_load(load))
     for segment in trajectory.segments:
         i = int(np.searchsorted(time, segment.start, "right")) - 1
-        lines[max(i, 0)].append(f"# {_comment(segment.said)}")
+        lines[max(i, 0)].append(f"# {_comment(segment.text)}")
     return lines
 
 
@@ -261,13 +261,13 @@ def _switch(event: Event) -> str:
         known = f"output {n}" if n is not None else f"signal {event.name!r}"
         numbers = "0 to 7 (standard), 8 to 15 (configurable), 16 or 17 (at the tool)"
         raise ExportError(
-            f"{event.said} at {event.time:.3f} s, {called(event.waypoint)}: a controller of "
+            f"{event.text} at {event.time:.3f} s, {called(event.waypoint)}: a controller of "
             f"Universal Robots has no {known}; accepted: on and off, with the number of a digital "
             f"output, {numbers}, given by outputs: {{{event.name}: number}}; or --without-events",
             time=event.time,
         )
     kind, number = OUTPUTS[n]
-    words = f"{_comment(event.said)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
+    words = f"{_comment(event.text)}, {event.time:.3f} s, waypoint {_comment(event.waypoint)}"
     return f"set_{kind}_digital_out({number}, {bool(event.value)})  # {words}"
 
 

@@ -1,4 +1,4 @@
-"""Planners: curves through joint waypoints. Nothing here knows a robot."""
+"""Planners: curves through joint waypoints, independent of robots."""
 
 import lazy_loader
 

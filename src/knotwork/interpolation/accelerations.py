@@ -1,4 +1,4 @@
-"""The accelerations at the waypoints that make the jerk continuous there: one tridiagonal system.
+"""Accelerations at the waypoints with continuous jerk: one tridiagonal system.
 
 Take an interval of length h between two waypoints with positions y0, y1, velocities v0, v1 and
 accelerations a0, a1, and its two knots a time p h after the one and b h before the other. Position
@@ -38,7 +38,7 @@ class Waypoints(NamedTuple):
         dydx: Velocities, shape (d, n).
         left: Knot at or before each waypoint [s], shape (n,).
         right: Knot at or after each waypoint [s], shape (n,).
-        known: Where the acceleration is given, shape (n,).
+        known: Whether the acceleration at each waypoint is given, shape (n,).
     """
 
     x: FloatArray
@@ -55,7 +55,7 @@ class _Sums(NamedTuple):
     Attributes:
         start: Weights of a0, shape (n-1,).
         end: Weights of a1, shape (n-1,).
-        given: What positions and velocities give, shape (d, n-1).
+        given: Terms of positions and velocities, shape (d, n-1).
     """
 
     start: FloatArray
@@ -88,7 +88,7 @@ def solved_accelerations(
     # with the weights of a0 and a1 in A and B,
     #     -B0/(b h) a[i-1] + ((1 - B1)/(b h) + (1 - A0)/(p h)) a[i] - A1/(p h) a[i+1]
     #         = what is given of A/(p h) and B/(b h)
-    # and where it is known a = what is given; at an end where it isn't, a is found afterwards
+    # and where it is known a = the given value; at an end where it isn't, a is computed afterwards
     rate_after, rate_before = 1.0 / after, 1.0 / before
     if not known[0]:
         rate_after[0] = 0.0
@@ -108,7 +108,7 @@ def solved_accelerations(
     rhs[:, known] = given
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
     right, left = A.at(a), B.at(a)
-    if not known[0]:  # p = 0: neither of the two depends on what a[0] still is
+    if not known[0]:  # p = 0: neither depends on a[0]
         a[:, 0] = right[:, 0]
     if not known[-1]:
         a[:, -1] = left[:, -1]
@@ -116,7 +116,7 @@ def solved_accelerations(
 
 
 def _knot_sums(data: Waypoints, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
-    """A and B of all intervals, whose knots are at the given times from their ends."""
+    """A and B of all intervals, with knots at the given distances from their ends."""
     x, y, v = data.x, data.y, data.dydx
     h = np.diff(x)
     p, b = after / h, before / h

@@ -1,4 +1,4 @@
-"""From accelerations at the waypoints to the polynomials between the knots."""
+"""Polynomials between the knots, from accelerations at the waypoints."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def assembled(
     Args:
         data: Times, positions, velocities and knots.
         a: Accelerations at the waypoints as rows, shape (d, n).
-        left: Those at their left knots, shape (d, n).
-        right: Those at their right knots, shape (d, n).
+        left: Accelerations at their left knots, shape (d, n).
+        right: Accelerations at their right knots, shape (d, n).
 
     Returns:
         The knots [s], shape (m,), and the coefficients, shape (4, m-1, d), highest power first.
@@ -49,5 +49,5 @@ def assembled(
 
 
 def _paired(left: FloatArray, right: FloatArray) -> FloatArray:
-    """What is at the left and the right knot of each waypoint in turn, shape (..., 2n)."""
+    """Interleave values at the left and the right knots of the waypoints, shape (..., 2n)."""
     return np.stack((left, right), axis=-1).reshape(*left.shape[:-1], 2 * left.shape[-1])

@@ -26,12 +26,12 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
 
     The complete (clamped) cubic spline: positions at all waypoints and velocities at both ends
     are met. It can't meet velocities at inner waypoints; they follow from continuous acceleration.
-    Of all curves through these positions with these end velocities, it has the least integral of
-    squared acceleration.
+    Among all curves through these positions with these end velocities, it has the minimum integral
+    of squared acceleration.
 
     Args:
         waypoints: Positions and velocities, n >= 2; inner velocities are not used.
-        options: Limits only; there is nothing to choose.
+        options: Not used.
     """
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     # h0/3 a0 + h0/6 a1 = s0 - v0 at the start, its mirror image at the end, and

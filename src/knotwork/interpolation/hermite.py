@@ -1,4 +1,4 @@
-"""The paper's interpolant: positions and velocities met by a C2 cubic on rebuilt knots."""
+"""The paper's interpolant: a C2 cubic through positions and velocities, on rebuilt knots."""
 
 from __future__ import annotations
 
@@ -41,18 +41,18 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         knots: `"paper"` for Eq. (39); `"balanced"` or a `BalancedKnots` for knots at equal
             distances next to each waypoint; or the m knot times [s] themselves.
         end_acceleration: `None` for the paper's curve, m = 2n - 2 knots, which starts and stops
-            with an acceleration of its own; or the second derivatives wanted at start and end, a
-            pair of scalars or arrays of the trailing shape of `y`, or `"zero"` for both: one more
-            knot in the first and in the last interval, m = 2n.
-        acceleration: Second derivatives that are known, of the shape of `y`, NaN at waypoints
-            where they aren't. An inner waypoint where they are ends one section of the curve and
-            begins the next: it is a knot itself, and neither side depends on the other.
+            with free accelerations; or the second derivatives at start and end, a pair of scalars
+            or arrays of the trailing shape of `y`, or `"zero"` for both: one more knot in the first
+            and in the last interval, m = 2n.
+        acceleration: Known second derivatives, of the shape of `y`, NaN at waypoints where they
+            are unknown. An inner waypoint with known ones ends one section of the curve and begins
+            the next: it is a knot itself, and neither side depends on the other.
 
     Attributes:
         x: Knot times, the breaks of the curve, shape (m,). For n = 2 without end accelerations
             there is nothing to rebuild: the one cubic is the plain Hermite one.
         c: Coefficients, shape (4, m-1, ...), highest power first.
-        axis: As given, counted from 0.
+        axis: Time axis, counted from 0.
         waypoint_times: Times of the waypoints, shape (n,).
         waypoint_acceleration: Second derivative at the waypoints, of the shape of `y`.
 
@@ -65,7 +65,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         UnknownNameError: There is no knot rule of that name.
     """
 
-    # what overflows is reported with the reason, by the checks
+    # the checks report overflow with its reason
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def __init__(
         self,
@@ -145,7 +145,7 @@ def _real(values: ArrayLike, what: str) -> NDArray[Any]:
     """Take real numbers as an array.
 
     Raises:
-        WaypointDataError: They are complex or no numbers.
+        WaypointDataError: Values are complex or not numbers.
     """
     array = np.asarray(values)
     if array.dtype.kind not in "buif":
@@ -175,7 +175,7 @@ def end_accelerations(
     """First and last acceleration of all components, flat, shape (d,) each; `None` if not given.
 
     Raises:
-        OptionError: They are neither `"zero"` nor a pair of finite numbers, or of another shape.
+        OptionError: The value is neither `"zero"` nor a pair of finite numbers of the right shape.
     """
     if given is None:
         return None

@@ -1,4 +1,4 @@
-"""From coefficients to a curve through waypoints."""
+"""Curves through waypoints, from coefficients."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from knotwork.waypoints import FloatArray, JointWaypoints
 def joined(
     waypoints: JointWaypoints, c: FloatArray, breaks: FloatArray | None = None
 ) -> PiecewisePolynomial:
-    """Join polynomials to a curve; pieces without duration are left out.
+    """Join polynomials to a curve, without pieces of zero duration.
 
     Args:
-        waypoints: What it was planned through.
+        waypoints: The waypoints of the curve.
         c: Coefficients, shape (k+1, m, d), highest power first.
-        breaks: Times at which they meet [s], shape (m+1,), never decreasing; by default the
+        breaks: Ends of the polynomials [s], shape (m+1,), never decreasing; by default the
             waypoint times.
 
     Raises:

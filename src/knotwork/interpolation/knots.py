@@ -73,8 +73,8 @@ def place_knots(
         rule: `"paper"` for Eq. (39), at 1/4 and 3/4 of an interval with two knots and at 0.618
             from the end in an interval with one; `"balanced"` or a `BalancedKnots`; or the knot
             times [s] themselves, the first and the last waypoint included, inner ones left out.
-        known: Where the acceleration is given, shape (n,). An end interval holds two knots there,
-            else one, and an inner waypoint is a knot itself.
+        known: Whether the acceleration at each waypoint is given, shape (n,). An end interval then
+            holds two knots, otherwise one, and an inner waypoint is a knot itself.
 
     Returns:
         The left and the right knot of every waypoint [s], shape (n,) each. The left knot of the
@@ -121,7 +121,7 @@ def _balanced(x: FloatArray, c: float, known: NDArray[np.bool_]) -> tuple[FloatA
     h = np.diff(x)
     before, after = np.insert(h, 0, np.inf), np.append(h, np.inf)
     shorter = np.minimum(before, after)
-    # where a section ends, what lies beyond it doesn't count
+    # at the end of a section, the interval beyond it doesn't count
     before, after = (c * np.where(known, side, shorter) for side in (before, after))
     before[0] = after[-1] = 0.0
     meeting = after[:-1] + before[1:] >= h
@@ -165,7 +165,7 @@ def _given(
 
 
 def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotError:
-    """Error for too few or too many knots, naming the first interval where they are so."""
+    """Make the error for too few or too many knots, naming the first wrong interval."""
     n = x.size
     needed = np.full(n - 1, 2)
     needed[0] -= not known[0]
@@ -195,7 +195,7 @@ def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotE
 def _check_order(
     x: FloatArray, left: FloatArray, right: FloatArray, known: NDArray[np.bool_]
 ) -> None:
-    """Raise a KnotError for the first knot that is out of its place."""
+    """Raise a KnotError for the first misplaced knot."""
     # a knot and its waypoint coincide at the ends only
     wrong_left = ~((left[1:] > x[:-1]) & (left[1:] < x[1:]))
     wrong_right = ~((right[:-1] > x[:-1]) & (right[:-1] < x[1:]))
@@ -206,7 +206,7 @@ def _check_order(
     if not wrong.any():
         return
     i = int(np.flatnonzero(wrong)[0])
-    # what the interval's other knot leaves, if that one is in its place itself
+    # the range left by the interval's other knot, if that one is placed correctly
     if wrong_right[i]:
         high = left[i + 1] if not wrong_left[i] else x[i + 1]
         raise _misplaced(i, "after", right[i], x[i], high)

@@ -1,9 +1,8 @@
-"""Planner `modified-hermite`: the paper's method, and segments whose knots were chosen beforehand.
+"""Planner `modified-hermite`: the paper's method, and segments with chosen knots.
 
 Between chosen knots the acceleration is linear, so position and velocity at the waypoints and the
-accelerations give the curve. Rounding of the numbers is corrected: in each interval the
-accelerations at the knots between the waypoints change by the least that meets position and
-velocity at its end.
+accelerations give the curve. Rounding is corrected by the minimum change of the accelerations at
+the knots between two waypoints that meets position and velocity at the end of the interval.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ SAME_TIME = 1e-9
 """Times that differ by less than this, relative to the largest, are one."""
 
 STALE = 1e-3
-"""A correction greater than this part of the largest acceleration is no rounding."""
+"""Maximum correction of rounding, relative to the largest acceleration."""
 
 
 def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
@@ -35,18 +34,18 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
 
     Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
     whose acceleration is known are met with it, and divide the curve into sections that don't
-    depend on one another. Runs whose motion was chosen are sections, too.
+    depend on one another. Chosen segments are sections, too.
 
     Args:
         waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
-        options: Where the knots sit (`knots`), the accelerations at both ends
-            (`end_acceleration`), and the runs that were chosen (`chosen`).
+        options: Knot placement (`knots`), accelerations at both ends (`end_acceleration`), and
+            chosen segments (`chosen`).
 
     Raises:
         KnotError: Knots given by hand don't suit the waypoints.
-        OptionError: End accelerations are not as they must be. A chosen run does not begin, end and
-            pass at waypoints, has fewer than two knots between two of them, or overlaps another; or
-            its accelerations are for other waypoints.
+        OptionError: End accelerations are wrong. A chosen segment does not begin, end and pass at
+            waypoints, has fewer than two knots between two of them, overlaps another, or has
+            accelerations for other waypoints.
     """
     runs = options.chosen or ()
     placed = [_placed(waypoints, run, i) for i, run in enumerate(runs, 1)]
@@ -62,7 +61,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
     done = 0
     for i, ((rows, knots), run) in enumerate(zip(placed, runs, strict=True), 1):
         if rows[0] < done:
-            raise OptionError("chosen", f"run {i} begins before the one before it ends")
+            raise OptionError("chosen", f"run {i} begins before the end of the previous run")
         parts += _between(waypoints, known, done, rows[0], options)
         parts.append(_run(waypoints, known, rows, knots, run, i))
         done = rows[-1]
@@ -72,12 +71,12 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
 
 
 def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
-    """Put values in place of those that are not known."""
+    """Replace unknown values."""
     known[rows] = np.where(np.isnan(known[rows]), values, known[rows])
 
 
 def _placed(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArray, IndexArray]:
-    """The waypoints of a run, and the index of the knot at each."""
+    """The waypoints of a chosen segment, and the index of the knot at each."""
     t, x = waypoints.time, run.times
     if run.acceleration.shape[1:] != waypoints.position.shape[1:]:
         raise OptionError("chosen", f"run {i} has accelerations of other joints")
@@ -103,7 +102,7 @@ def _placed(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[IndexArr
 def _between(
     waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Knots and coefficients of the curve between runs; none where nothing is between."""
+    """Knots and coefficients of the curve between chosen segments, if there is a gap."""
     if first == last:
         return []
     rows = slice(first, last + 1)
@@ -125,7 +124,7 @@ def _run(
     run: ChosenRun,
     i: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Knots and coefficients of a chosen run."""
+    """Knots and coefficients of a chosen segment."""
     x, a = run.times.copy(), run.acceleration.copy()
     x[knots] = waypoints.time[rows]
     a[[0, -1]] = known[rows[[0, -1]]]

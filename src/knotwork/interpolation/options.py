@@ -20,7 +20,7 @@ ACCELERATION_RULES = ("zero", "estimated")
 
 @dataclass(frozen=True, eq=False)
 class PlannerOptions:
-    """Options of the planners; one that a planner does not support is an error.
+    """Options of the planners; an option that a planner does not support is an error.
 
     Each planner's `PlannerSpec` names the options that it supports. Arrays are kept read-only,
     `knots` and `end_acceleration` as tuples; options can be compared.
@@ -30,8 +30,8 @@ class PlannerOptions:
     ('knots', 'end_acceleration')
 
     Attributes:
-        knots: Where the rebuilt knots sit: `"paper"` for Eq. (39), `"balanced"`, a
-            `BalancedKnots`, or the knot times [s] themselves.
+        knots: Placement of the rebuilt knots: `"paper"` for Eq. (39), `"balanced"`, a
+            `BalancedKnots`, or the knot times [s].
         end_acceleration: `None` to leave the first and last acceleration to the planner,
             `"zero"`, or a pair (start, end) of scalars or arrays of shape (d,)
             [rad/s² or m/s²].
@@ -41,7 +41,7 @@ class PlannerOptions:
         chosen: Segments whose motion was chosen beforehand, in order of time, or `None`.
 
     Raises:
-        OptionError: `accelerations` is no name that is accepted, or no finite numbers.
+        OptionError: `accelerations` is not an accepted name, nor finite numbers.
     """
 
     knots: str | BalancedKnots | ArrayLike = "paper"
@@ -67,7 +67,7 @@ class PlannerOptions:
 
     @property
     def requested(self) -> tuple[str, ...]:
-        """Names of the options that ask for something else than the default."""
+        """Names of the options that differ from the default."""
         return tuple(
             field.name
             for field in fields(self)
@@ -85,7 +85,7 @@ class PlannerOptions:
 
 
 def _as_tuples(value: Any) -> Any:
-    """Turn arrays and lists into tuples, however nested; leave everything else as it is."""
+    """Convert nested arrays and lists to tuples, leaving other values unchanged."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, list | tuple):
@@ -94,7 +94,7 @@ def _as_tuples(value: Any) -> Any:
 
 
 def _key(value: Any) -> Any:
-    """The key that a value is compared by."""
+    """The key by which a value is compared."""
     if isinstance(value, np.ndarray):
         # adding 0.0 turns -0.0 into 0.0
         return value.shape, (value + 0.0).tobytes()
@@ -105,7 +105,7 @@ def _numbers(what: str, given: Any) -> Any:
     """Copy numbers into a read-only array; `None` stays `None`.
 
     Raises:
-        OptionError: They are no real numbers, or not finite.
+        OptionError: Values are not real numbers, or not finite.
     """
     if given is None:
         return None

@@ -19,11 +19,11 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
 
         a = (h₋ a₋ + h₊ a₊) / (h₋ + h₊),
 
-    and at the ends the acceleration of the one piece. Of all curves with its end positions and
-    velocities the cubic has the least integral of squared acceleration. A quintic whose
-    acceleration at one end differs from the cubic's by e exceeds that by a multiple of h e². So the
-    estimate costs both neighbouring quintics together the least, if their accelerations at the far
-    ends are those of the cubics. It is exact for quadratic and cubic motions, local, and for even
+    and at the ends the acceleration of the one piece. Among all curves with its end positions and
+    velocities the cubic has the minimum integral of squared acceleration. A quintic whose
+    acceleration at one end differs from the cubic's by e exceeds it by a multiple of h e². So the
+    estimate minimises the sum over both neighbouring quintics, if their accelerations at the far
+    ends are those of the cubics. It is exact for quadratic and cubic motions, local, and for equal
     intervals the mean of both.
 
     Returns:
@@ -40,9 +40,9 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
 
 
 def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
-    """Accelerations at the waypoints as the options ask for them, zeros by default, shape (n, d).
+    """Accelerations at the waypoints given by the options, zeros by default, shape (n, d).
 
-    Those that the waypoints know beforehand count before what the options ask for.
+    Accelerations of the waypoints have priority over the options.
 
     Raises:
         OptionError: An array has another shape, or end accelerations are given together with one.
@@ -67,7 +67,7 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
 
 
 def with_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArray:
-    """Put those that are known beforehand in place of what an option asks for."""
+    """Replace the accelerations of an option by those that the waypoints have."""
     known = waypoints.acceleration
     return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
 
@@ -78,10 +78,10 @@ def preset_rows(given: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> F
     Args:
         given: Value of the option `accelerations`.
         waypoints: The waypoints.
-        skipped: How many waypoints at either end have no row of their own.
+        skipped: Number of waypoints at either end without a row.
 
     Raises:
-        OptionError: The shape is another.
+        OptionError: The shape is wrong.
     """
     n, joints = waypoints.position.shape
     shape = max(n - 2 * skipped, 0), joints

@@ -1,4 +1,4 @@
-"""Planners by name, with or without a rule; each is loaded when it is first asked for."""
+"""Planners by name, with or without a rule, loaded on first use."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ RULES: Mapping[str, tuple[str, ...]] = {
     "knots": KNOT_RULES,
     "accelerations": ACCELERATION_RULES,
 }
-"""Options that a rule after a planner's name can stand for, and the rules."""
+"""Options that a rule after a planner's name can set, and the rules."""
 
 
 def get_planner(name: str) -> Planner:
-    """Return the planner of a name, which a rule may follow: `quintic`, `quintic:estimated`.
+    """Return the planner of a name with an optional rule: `quintic`, `quintic:estimated`.
 
-    A planner with a rule takes the same options but the one that the rule stands for, and its
-    trajectories bear its whole name.
+    A planner with a rule takes the same options except the one that the rule sets, and its
+    trajectories have the whole name.
 
     >>> waypoints = kw.JointWaypoints(("lift",), [0, 1, 3], [[0], [1], [2]], [[0], [1], [0]])
     >>> trajectory = kw.interpolation.get_planner("quintic:estimated")(waypoints)
@@ -44,7 +44,7 @@ def get_planner(name: str) -> Planner:
 
 
 def planner_and_rule(name: str) -> tuple[str, dict[str, Any]]:
-    """Split `planner` or `planner:rule` into the planner and the option that the rule stands for.
+    """Split `planner` or `planner:rule` into the planner and the option that the rule sets.
 
     >>> planner_and_rule("quintic:estimated")
     ('quintic', {'accelerations': 'estimated'})

@@ -1,6 +1,6 @@
-"""The guarantees and limitations of each planner, and the options it supports.
+"""Guarantees, limitations and supported options of each planner.
 
-Only words: nothing here loads a planner, so that names and specs cost next to nothing.
+Nothing here loads a planner, so that names and specs cost next to nothing.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from knotwork.interpolation.options import PlannerOptions
 
 @dataclass(frozen=True)
 class PlannerSpec:
-    """One planner in words.
+    """Description of a planner.
 
     >>> spec = kw.interpolation.PLANNER_SPECS["quintic"]
     >>> spec.degree, spec.continuity
     (5, 2)
 
     Attributes:
-        name: The name that scenarios and the command line use.
-        summary: What it is.
+        name: The name in scenarios and on the command line.
+        summary: Short description.
         continuity: Order k of the C^k smoothness that it guarantees for all waypoints.
         degree: Largest degree of its polynomials.
-        guarantees: What the motion meets.
-        cannot: What it can not do.
+        guarantees: Guarantees of the motion.
+        cannot: Limitations.
         supports: Names of the `PlannerOptions` that it supports.
         makes: Module of `knotwork.interpolation` and function in it that make its curve.
     """
@@ -156,7 +156,7 @@ _ALL = (
 )
 
 PLANNER_SPECS: Mapping[str, PlannerSpec] = MappingProxyType({spec.name: spec for spec in _ALL})
-"""All planners in words, by name."""
+"""Descriptions of all planners, by name."""
 
 _WORDS = {
     "knots": "a choice of knots",
@@ -169,7 +169,7 @@ def check_supported(planner: str, options: PlannerOptions) -> None:
     """Check that a planner supports the options.
 
     Raises:
-        OptionError: One is asked for that the planner does not support.
+        OptionError: The planner does not support an option.
     """
     for option in options.requested:
         if option not in PLANNER_SPECS[planner].supports:

@@ -79,8 +79,8 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     """Make a C2 smooth curve of quartic, cubics and quartic through the positions.
 
     Positions at all waypoints, velocities and accelerations at both ends are met. It can't meet
-    velocities at inner waypoints; they come out as continuous acceleration makes them. Two
-    waypoints take no two quartics: one quintic then meets all that is promised.
+    velocities at inner waypoints; they follow from continuous acceleration. With two waypoints
+    there are no two quartics: one quintic then meets the same conditions.
 
     Args:
         waypoints: Positions and velocities, n >= 2; inner velocities are not used.

@@ -18,7 +18,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 FRACTION = 1.0 / 3.0
-"""Part of an interval, or of the shorter neighbour of a waypoint, for a change of speed."""
+"""Duration of a change of speed, relative to an interval or a waypoint's shorter neighbour."""
 
 
 def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
@@ -112,7 +112,7 @@ def _resolved(time: FloatArray, span: FloatArray) -> FloatArray:
     Then a break is at the same time for both polynomials that meet there, however large the times.
 
     Raises:
-        InputError: Nothing is left of one.
+        InputError: A duration rounds to zero.
     """
     size = np.abs(time)
     rounded = (size + span) - size

@@ -75,7 +75,7 @@ def solve_accelerations(diagonal: FloatArray, between: FloatArray, rhs: FloatArr
     the opposite sign turns it into an M-matrix.
 
     Args:
-        diagonal: Shape (m,), each above the sum of its neighbours.
+        diagonal: Diagonal entries, each above the sum of its neighbours, shape (m,).
         between: Entries next to it, shape (m-1,), positive.
         rhs: Right-hand sides, shape (m, d).
 

@@ -1,4 +1,4 @@
-"""Figures of a motion: at the joints, and of the tool along its path."""
+"""Metrics of a motion: of the joints, and of the tool along its path."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Deviation of the tool from its path, or from the straight one between its waypoints."""
+"""Deviation of the tool from its path, or from straight lines between its waypoints."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SAMPLES = 40
-# Length that a radian counts as where the tool moves and turns at once [m].
+# Length equivalent to a radian where the tool moves and turns at once [m].
 RADIAN = 0.1
 
 
@@ -27,7 +27,7 @@ class PathDeviation:
 
     Attributes:
         position: Distance of the TCP from the nearest pose on the line between two waypoints [m].
-        orientation: Angle of the tool from that pose, which turns evenly along the line [rad].
+        orientation: Angle of the tool from that pose, which turns uniformly along the line [rad].
     """
 
     position: float
@@ -40,7 +40,7 @@ def straight_path_deviation(
     waypoints: Sequence[object],
     paths: Sequence[ScenarioPath] = (),
 ) -> PathDeviation | None:
-    """Measure how far the tool strays from straight lines between waypoints given by poses.
+    """Measure the deviation of the tool from straight lines between waypoints given by poses.
 
     >>> plan = kw.plan("planar2_closed_form")
     >>> robot, waypoints = plan.space.robot, plan.scenario.waypoints
@@ -50,9 +50,9 @@ def straight_path_deviation(
 
     Args:
         robot: The arm.
-        trajectory: Its motion, joints in the robot's order.
-        waypoints: Those of the scenario; intervals next to joint waypoints are left out.
-        paths: Tool paths through them; intervals on these are left out, too.
+        trajectory: The motion, joints in the robot's order.
+        waypoints: Waypoints of the scenario; intervals next to joint waypoints are left out.
+        paths: Tool paths through the waypoints; their intervals are left out, too.
 
     Returns:
         The largest deviations, or `None` if no two poses follow each other.
@@ -70,7 +70,7 @@ def straight_path_deviation(
 def straight_legs(
     waypoints: Sequence[object], paths: Sequence[ScenarioPath]
 ) -> list[tuple[CartesianWaypoint, CartesianWaypoint]]:
-    """Poses that follow each other with no tool path between them."""
+    """Pairs of consecutive poses without a tool path between them."""
     along = {i for path in paths for i in range(path.first, path.last)}
     return [
         (before, after)
@@ -83,7 +83,7 @@ def straight_legs(
 
 
 def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
-    """Distance [m] and angle [rad] of a pose from the nearest one on the straight path to another.
+    """Distance [m] and angle [rad] of a pose from the nearest one on the line between two poses.
 
     On a line that is short for its turn, distances alone would not locate the tool:
     a radian counts as 0.1 m.
@@ -114,8 +114,8 @@ def deviation_from_path(
         robot: The arm.
         q: Joint positions at the times [rad or m], shape (k, d).
         path: The path.
-        stretch: Which of its stretches the tool is on.
-        times: Times in order, from which the nearest points are searched [s], shape (k,).
+        stretch: The stretch of the path.
+        times: Times in order, guesses of the nearest points [s], shape (k,).
     """
     poses = [robot.forward(row) for row in q]
     place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
@@ -142,7 +142,7 @@ def speed_along_path(
         q: Joint positions at the times [rad or m], shape (k, d).
         v: Joint velocities [rad/s or m/s], shape (k, d).
         path: The path.
-        stretch: Which of its stretches the tool is on.
+        stretch: The stretch of the path.
         times: Times in order [s], shape (k,).
     """
     poses = [robot.forward(row) for row in q]

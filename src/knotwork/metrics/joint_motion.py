@@ -1,4 +1,4 @@
-"""Figures of a joint motion: misses, jumps, peaks, fluctuation, effort.
+"""Metrics of a joint motion: misses, jumps, peaks, fluctuation, effort.
 
 Nothing here is sampled: extrema, variations and integrals come from the polynomials.
 """
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Peak:
-    """Greatest magnitude of one quantity: of the joint nearest its limit, or else the largest.
+    """Peak magnitude of a quantity: of the joint nearest its limit, or else the largest.
 
     Attributes:
         value: Magnitude [rad or m, and per second].
         joint: Name of the joint.
-        time: When [s].
-        use: Part of the limit that is used; `None` where no joint has one.
+        time: Time of the peak [s].
+        use: Magnitude relative to the limit; `None` if no joint has one.
     """
 
     value: float
@@ -57,7 +57,7 @@ def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 
 
 def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
-    """Largest difference of a joint's velocity from the one asked for [rad/s or m/s].
+    """Largest difference of a joint's velocity from its waypoint's [rad/s or m/s].
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
     >>> velocity_miss(kw.interpolation.get_planner("cubic")(asked), asked)
@@ -117,7 +117,7 @@ def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
     Args:
         trajectory: The motion.
         order: Order of the derivative.
-        limit: Limit of its magnitude for each joint, infinite where there is none, shape (d,).
+        limit: Magnitude limit of each joint, infinite where there is none, shape (d,).
     """
     extrema = trajectory.polynomial.extrema(order)
     limited = np.isfinite(limit)
@@ -133,17 +133,17 @@ def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
 def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints) -> FloatArray:
     """Variation of each joint's velocity beyond the minimum of its task [rad/s or m/s], shape (d,).
 
-    On the interval between two waypoints, with the velocities v₀ and v₁ asked for at its ends and
-    the mean velocity m = Δq/h that its displacement makes, no motion has less variation
-    than `|m − v₀| + |m − v₁|`: the velocity must go from v₀ to m and on to v₁, because it takes its
-    mean somewhere. The rest is its fluctuation there,
+    On the interval between two waypoints, with given velocities v₀ and v₁ at its ends and the mean
+    velocity m = Δq/h of its displacement, every motion has a variation of at least
+    `|m − v₀| + |m − v₁|`: the velocity changes from v₀ to m and on to v₁, because it has its mean
+    value somewhere. The excess is the fluctuation,
 
         F = |v(t₀) − v₀| + ∫ |a| dt + |v₁ − v(t₁)| − |m − v₀| − |m − v₁| ≥ 0,
 
-    where velocities that are missed at the waypoints count as changes made at once. The
-    displacement is the motion's own: a miss of position is a figure of its own. The fluctuation of
-    a joint is the sum over the intervals. A velocity that goes from v₀ to v₁ without turning
-    back scores zero; so does one that is constant.
+    where velocities missed at the waypoints count as instantaneous changes. The displacement is
+    that of the motion: a miss of position is a separate metric. The fluctuation of a joint is the
+    sum over the intervals. A velocity that changes monotonically from v₀ to v₁, or is constant, has
+    zero fluctuation.
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
     >>> for name in "cubic", "quintic":

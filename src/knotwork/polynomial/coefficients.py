@@ -1,4 +1,4 @@
-"""Coefficients and orders of derivatives, checked at the gate: nothing overflows behind it."""
+"""Checks of coefficients and derivative orders, so that later computations can't overflow."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     """Return a derivative order as an integer.
 
     Raises:
-        InputError: It is no integer or negative.
+        InputError: The order is not an integer, or negative.
     """
     if type(nu) is int and nu >= 0:  # as nearly always
         return nu
@@ -39,10 +39,10 @@ LARGEST = 1e200
 
 
 def _of_bounded_degree(c: FloatArray) -> FloatArray:
-    """Return coefficients without the leading zeros that are beyond the bound.
+    """Return coefficients without leading zeros above the maximum degree.
 
     Raises:
-        InputError: The degree is too high even so.
+        InputError: The degree is too high.
     """
     excess = c.shape[0] - 1 - MAX_DEGREE
     if excess <= 0:
@@ -55,7 +55,7 @@ def _of_bounded_degree(c: FloatArray) -> FloatArray:
 
 
 def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
-    """Check that the sizes of all terms add up to a number that allows for derivatives.
+    """Check that the sum of the terms' magnitudes leaves room for derivatives.
 
     Raises:
         InputError: The sum of the terms is too large within a piece, or within 1 s.
@@ -75,16 +75,16 @@ def checked_coefficients(c: ArrayLike, breaks: FloatArray, axis: int) -> FloatAr
     """Copy coefficients with the axes of powers and pieces in front.
 
     Args:
-        c: As `PiecewisePolynomial` takes them.
-        breaks: Of the pieces, shape (m+1,).
-        axis: Where the axis of powers stands.
+        c: Coefficients, as for `PiecewisePolynomial`.
+        breaks: Breaks of the pieces, shape (m+1,).
+        axis: Index of the axis of powers.
 
     Returns:
         Shape (k+1, m, ...).
 
     Raises:
-        InputError: They are complex, not finite or above 1e200, do not fit the breaks or the axis,
-            or are of a degree above 30.
+        InputError: Coefficients are complex, not finite or above 1e200, do not fit the breaks or
+            the axis, or have a degree above 30.
     """
     coefficients = np.asarray(c)
     if coefficients.dtype.kind not in "buif":

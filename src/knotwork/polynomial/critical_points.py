@@ -1,8 +1,8 @@
-"""Times at which polynomials of any degree may have extrema inside their pieces, all at once.
+"""Candidates for extrema of polynomials of any degree inside their pieces, vectorised.
 
 Everything is in the unit variable s in [0, 1] of a piece. A returned point need not be a root of
-the derivative: where there is none, another point of the piece takes its place, which does no harm
-in a search for the largest and smallest values.
+the derivative: if there is none, another point of the piece replaces it, which is harmless in a
+search for the largest and smallest values.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def to_bernstein(degree: int) -> FloatArray:
 
 
 def critical_points(c: FloatArray) -> FloatArray:
-    """Points among which are all inner extrema of polynomials on [0, 1].
+    """Points that include all inner extrema of polynomials on [0, 1].
 
     Degrees up to three are solved in closed form. Above, the roots of each derivative cut [0, 1]
     into intervals on which the next lower derivative is monotone, where its root is bracketed.
@@ -80,7 +80,7 @@ def critical_points(c: FloatArray) -> FloatArray:
 
 
 def _in_piece(s: FloatArray) -> FloatArray:
-    """Replace what is not a number in [0, 1] by 0."""
+    """Replace values outside [0, 1] and NaN by 0."""
     return np.where((s >= 0.0) & (s <= 1.0), s, 0.0)
 
 

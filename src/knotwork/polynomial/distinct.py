@@ -1,4 +1,4 @@
-"""The values of an array, each once."""
+"""Distinct values of an array."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ NumberT = TypeVar("NumberT", np.float64, np.intp)
 
 
 def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
-    """Return values in order, each once.
+    """Return the distinct values in order.
 
-    `np.unique` does the same to them, but first loads NumPy's masked arrays, which takes longer
-    than all other imports that a plan needs of NumPy while it runs.
+    `np.unique` does the same, but first loads NumPy's masked arrays, which takes longer than all
+    other NumPy imports of a plan.
 
     Args:
-        values: Of any shape, without NaN.
-        more: Values to put in among them: scalars or arrays of any shape.
+        values: Values of any shape, without NaN.
+        more: Additional values: scalars or arrays of any shape.
 
     Returns:
         Shape (k,).

@@ -1,4 +1,4 @@
-"""`EndlessCurve`: a curve that goes on before its start and after its end; curves side by side."""
+"""`EndlessCurve`: a curve extended before its start and after its end; stacking of curves."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class EndlessCurve:
-    """A motion that is known at all times.
+    """A motion known at all times.
 
     Attributes:
         curve: Positions, trailing shape (e,).
-        stands: Outside its time it stands where it begins and ends; else it keeps its velocity.
-        delay: The curve's time 0 is at this time [s].
+        stands: Whether it rests at its ends outside its time; otherwise it keeps its velocity.
+        delay: Time of the curve's time 0 [s].
 
     >>> rising = EndlessCurve(PiecewisePolynomial([[[2.0]], [[0.0]]], [0, 1]))
     >>> rising([-1.0, 3.0]).T, rising.between(2, 3).c.T
@@ -41,7 +41,7 @@ class EndlessCurve:
         return np.where(beyond != 0.0, 0.0, found) if nu else found
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
-        """The same as a curve from one time to a later one [s]."""
+        """The curve from one time to a later one [s]."""
         x, c = self.curve.x + self.delay, np.array(self.curve.c)
         if len(c) == 1:
             c = np.concatenate((np.zeros_like(c), c))
@@ -58,7 +58,7 @@ class EndlessCurve:
 
 
 def side_by_side(*curves: PiecewisePolynomial) -> PiecewisePolynomial:
-    """Join the components of curves of one time, shapes (e,): their breaks are those of all.
+    """Stack the components of curves over the same time, shapes (e,), with the breaks of all.
 
     >>> rising, still = ([[[1.0]], [[0.0]]], [[[3.0]]])
     >>> side_by_side(*(PiecewisePolynomial(c, [0, 2]) for c in (rising, still)))(1.0)

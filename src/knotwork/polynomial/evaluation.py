@@ -1,8 +1,8 @@
 """Fast evaluation of piecewise polynomials: in cache-sized blocks into one preallocated array.
 
-Where times are sorted and many fall in one piece, all of them use the same coefficients: their
-values are the product of the powers of time with these. Otherwise the coefficients of each time are
-gathered. Both ways agree to rounding.
+If times are sorted and many fall in one piece, they share its coefficients: their values are the
+product of the powers of time with these. Otherwise the coefficients of each time are gathered. Both
+methods agree to rounding.
 """
 
 from __future__ import annotations
@@ -16,18 +16,17 @@ from knotwork.errors import TimeRangeError
 from knotwork.waypoints import FloatArray
 
 BLOCK = 49152
-"""Values that are worked on together: their buffers stay in the nearer caches, and bookkeeping is
-negligible next to them."""
+"""Values per block: small enough for the caches, large enough to make overhead negligible."""
 
 FEW = 12288
-"""Values that are gathered together, without regard to how many fall in one piece."""
+"""Number of values below which they are always gathered."""
 
 PRODUCT_THRESHOLD = 1024
 """Mean number of values in a piece from which products are faster than gathering."""
 
 
 def falling_factorials(size: int, nu: int) -> list[float]:
-    """Factors that the highest `size` powers get when differentiated `nu` times.
+    """Factors of the highest `size` powers after `nu` differentiations.
 
     Args:
         size: Number of coefficients left after differentiation, highest power first.
@@ -82,7 +81,7 @@ def _gathered(x: FloatArray, c: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _evaluate_block(x: FloatArray, c: FloatArray, block: FloatArray, target: FloatArray) -> None:
-    """Evaluate in the way that suits how many of the times share a piece."""
+    """Evaluate by products or by gathering, depending on how many times share a piece."""
     first, last = x[1:-1].searchsorted(block[[0, -1]], side="right").tolist()
     is_sorted = bool((block[1:] >= block[:-1]).all())
     if is_sorted and target.size >= PRODUCT_THRESHOLD * (last - first + 1):

@@ -10,12 +10,12 @@ from knotwork.polynomial.critical_points import critical_points, horner
 from knotwork.waypoints import FloatArray
 
 BLOCK = 8192
-"""Pieces times components examined together, so that the temporaries stay small."""
+"""Pieces times components per block, to limit memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Extrema:
-    """Least and greatest value of each component of a curve, and when it takes them first.
+    """Minimum and maximum of each component of a curve, and the first times at which they occur.
 
     At a break both one-sided values count: where the curve jumps, the time of an extremum may be
     a break at which evaluation, which takes the right-hand piece, gives the other value.
@@ -36,12 +36,12 @@ class Extrema:
 
     @property
     def peak(self) -> FloatArray:
-        """Greatest absolute value of each component."""
+        """Maximum absolute value of each component."""
         return np.maximum(np.abs(self.minimum), np.abs(self.maximum))
 
     @property
     def peak_time(self) -> FloatArray:
-        """When each component takes its greatest absolute value [s]."""
+        """Time at which each component has its maximum absolute value [s]."""
         return np.where(
             np.abs(self.minimum) > np.abs(self.maximum), self.minimum_time, self.maximum_time
         )
@@ -61,7 +61,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     while leading < c.shape[0] - 1 and not c[leading].any():
         leading += 1
     c = c[leading:]
-    # greatest values of each component, and of its negative, and when they are first taken
+    # maxima of each component and of its negative, and the first times at which they occur
     best = np.full((2, c.shape[2]), -np.inf)
     time = np.zeros((2, c.shape[2]))
     step = max(1, BLOCK // max(1, c.shape[2]))
@@ -72,7 +72,7 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
             found.swapaxes(0, 1).reshape(-1, c.shape[2])
             for found in candidates(x[low : high + 1], c[:, low:high])
         )
-        # what is not a number may be anything: no limit is kept
+        # NaN is unbounded: no limit is kept
         lost = np.isnan(values)
         for i, sign in enumerate((1.0, -1.0)):
             signed = np.where(lost, np.inf, sign * values)
@@ -95,7 +95,7 @@ def candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
         Both of shape (number of candidates of a piece, m, d).
     """
     span, unit = np.diff(x)[:, None], np.array(c)
-    for low in range(1, len(c)):  # no power of the span by itself, which may overflow
+    for low in range(1, len(c)):  # powers of the span alone may overflow
         unit[:low] *= span
     inner = critical_points(unit)
     local = np.empty((len(inner) + 2, *c.shape[1:]))

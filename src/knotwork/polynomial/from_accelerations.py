@@ -1,12 +1,12 @@
-"""C2 cubics from accelerations at their breaks: as exact as rounding at given positions.
+"""C2 cubics from accelerations at their breaks, exact to rounding at given positions.
 
 With the durations τ of the pieces of an interval, velocity and position at its end are linear in
 the accelerations a at the breaks,
 
     Δv = Σ τ (a + a')/2        Δq - v h = Σ τ² (2 a + a')/6 + τ R (a + a')/2,
 
-with R the time from the end of a piece to that of the interval. So the least change of the inner
-accelerations that meets both is the solution of two equations a component.
+with R the time from the end of a piece to that of the interval. So the minimum-norm change of the
+inner accelerations that meets both is the solution of two equations per component.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from knotwork.waypoints import FloatArray
 def corrected_accelerations(
     span: FloatArray, a: FloatArray, position: FloatArray, velocity: FloatArray
 ) -> FloatArray:
-    """Change the inner accelerations of each interval by the least that meets both its ends.
+    """Make the minimum-norm change of inner accelerations that meets both ends of each interval.
 
     Args:
         span: Durations of the pieces [s], shape (n - 1, pieces).
         a: Accelerations at the ends of the pieces, shape (n - 1, pieces + 1, d).
-        position: At the ends of the intervals, shape (n, d).
-        velocity: At the ends of the intervals, shape (n, d).
+        position: Positions at the ends of the intervals, shape (n, d).
+        velocity: Velocities at the ends of the intervals, shape (n, d).
 
     Returns:
         Accelerations, of the shape of `a`.
@@ -44,7 +44,7 @@ def corrected_accelerations(
     wanted = np.stack((v1 - v0, mean - v0), axis=1) / h[:, None, None]
     a, inner = np.array(a), weights[:, :, 1:-1]
     normal = inner @ inner.transpose(0, 2, 1)
-    for _ in range(2):  # the second time takes away the rounding of the first
+    for _ in range(2):  # the second iteration removes the rounding errors of the first
         missing = wanted - weights @ a
         a[:, 1:-1] += inner.transpose(0, 2, 1) @ np.linalg.solve(normal, missing)
     return a
@@ -55,7 +55,7 @@ def cubics_from_accelerations(
 ) -> FloatArray:
     """Coefficients of the cubics, shape (4, (n - 1) pieces, d), highest power first.
 
-    Args as of `corrected_accelerations`; positions and velocities count where intervals begin.
+    Args as of `corrected_accelerations`; only positions and velocities at interval starts are used.
     """
     left, right, s = a[:, :-1], a[:, 1:], span[:, :, None]
     gain = 0.5 * s * (left + right)

@@ -13,7 +13,7 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
     """Coefficients of the polynomials that take given derivatives 0 … k-1 at both ends.
 
     With s = (t - t0)/h from 0 to 1, a piece is p(s) = D(s) + s^k Q(s): D is its Taylor polynomial
-    at s = 0, and Q, of degree k - 1, makes up for what D leaves at s = 1. If the residual has the
+    at s = 0, and Q, of degree k - 1, removes the residual of D at s = 1. If the residual has the
     Taylor coefficients R_i there, Q is the series of s^-k (sum over i of R_i (s - 1)^i) about
     s = 1, cut off. Two cases of it are Eqs. (5), (6), with k = 2, and Eqs. (7), (8), with k = 3.
 
@@ -57,5 +57,5 @@ def _closing_weights(k: int) -> list[list[int]]:
 
 
 def raised(c: FloatArray, degree: int) -> FloatArray:
-    """Coefficients of the same polynomials as ones of a higher degree."""
+    """Coefficients of polynomials, written with a higher degree."""
     return np.concatenate((np.zeros((degree + 1 - c.shape[0], *c.shape[1:])), c))

@@ -1,9 +1,9 @@
-"""Jumps at the inner breaks, and which of them count.
+"""Jumps at the inner breaks, and the rounding that they may come from.
 
-A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the rounding of
-the coefficients and of the times can make it, and in any case if it is larger than `NEGLIGIBLE`.
-That last rule does not depend on the curve, so that no choice of breaks and no other part of the
-curve can hide a jump.
+A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the effect of
+rounding of coefficients and times, and in any case if it is larger than `NEGLIGIBLE`. This last
+rule does not depend on the curve, so that no choice of breaks and no other part of the curve can
+hide a jump.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ CONTINUITY_TOLERANCE = 1e-9
 Rounding makes jumps of about 1e-14; a controller's resolution is far coarser than 1e-9."""
 
 ROUNDING = 64 * np.finfo(float).eps
-"""Coefficients are rounded by up to this, relative to the largest term of their piece."""
+"""Rounding of coefficients, relative to the largest term of their piece."""
 
 NEGLIGIBLE = (1e-9, 1e-7, 1e-5)
-"""Larger jumps of position, velocity and acceleration count whatever the curve is like [rad or m,
-per s, per s²].
+"""Larger jumps of position, velocity and acceleration count for every curve [rad or m, per s,
+per s²].
 
-Rounding makes jumps of an acceleration as large as 8 · 2⁻⁵² · |q| / h², which is less for pieces of
-h > 30 µs (at |q| = 6); pieces that are too short to carry their data so count as jumps."""
+Rounding causes acceleration jumps up to 8 · 2⁻⁵² · |q| / h², which is less for pieces of h > 30 µs
+(at |q| = 6); in shorter pieces, too short for their data, it counts as a jump."""
 
 TIME_STEP = 1e-9
-"""Messages and drives give times in whole nanoseconds [s]. A break that moves by this makes a
-jump of this times that of the next derivative."""
+"""Resolution of times in messages and drives [s]. A break that moves by this causes a jump of this
+times the jump of the next derivative."""
 
 WINDOW = 1e-6
-"""Jumps within this time of one another count together [s]: no drive distinguishes them."""
+"""Jumps within this time are added up [s]: no drive distinguishes them."""
 
 
 def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:
@@ -45,10 +45,9 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
         nu: Order of the derivative.
 
     Returns:
-        Absolute values, each with those that follow within `WINDOW`, and the largest that does not
-        count, shape (m-2, d) both. What rounding can make does not count: so noise about zero, as
-        in the acceleration of a straight motion, is no jump, nor is what becomes of a smooth curve
-        whose breaks are moved to whole nanoseconds.
+        Absolute values, each with those that follow within `WINDOW`, and the largest value that
+        rounding explains, shape (m-2, d) both. So neither noise about zero, as in the acceleration
+        of a straight motion, nor rounding of breaks to whole nanoseconds counts as a jump.
     """
     sizes = _together(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
@@ -58,9 +57,9 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
 
 
 def rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
-    """Jump of the nu-th derivative that rounding can make at each inner break, shape (m-2, d).
+    """Bound on jumps of the nu-th derivative by rounding at each inner break, shape (m-2, d).
 
-    Each term c Hᵏ of a piece of length H is as good as the largest of them is rounded.
+    Each term c Hᵏ of a piece of length H has the rounding error of the largest one.
     """
     h = np.diff(curve.x)[:, None]
     size = np.zeros(curve.c.shape[1:])
@@ -82,9 +81,9 @@ def _together(x: FloatArray, sizes: FloatArray) -> FloatArray:
 
 
 def evaluation_noise(curve: PiecewisePolynomial, orders: int) -> FloatArray:
-    """By how much rounding may change computed values of the derivatives, shape (orders, d).
+    """Bound on the rounding of computed derivative values, shape (orders, d).
 
-    Horner's scheme rounds by at most 2 k · 2⁻⁵³ of the sum of the sizes of the terms, for degree k.
+    The error of Horner's scheme is at most 2 k · 2⁻⁵³ of the sum of the terms' sizes, degree k.
     """
     span = np.diff(curve.x)[:, None]
     noise = np.zeros((orders, curve.c.shape[2]))

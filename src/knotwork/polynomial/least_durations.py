@@ -1,4 +1,4 @@
-"""How long one joint has to take between two states, within limits of velocity and acceleration."""
+"""Feasible durations of one joint between two states, under velocity and acceleration limits."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from knotwork.waypoints import FloatArray
 def feasible_durations(
     move: FloatArray, v0: FloatArray, v1: FloatArray, V: FloatArray, A: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Find what durations are possible for each joint.
+    """Find the feasible durations of each joint.
 
     Args:
-        move: What it moves by, shape (d,).
+        move: Displacement, shape (d,).
         v0: Velocity at the start, shape (d,).
         v1: Velocity at the end, shape (d,).
         V: Velocity limits, shape (d,).
         A: Acceleration limits, shape (d,).
 
     Returns:
-        t1, t2 and t3, shape (d,) each: it can take from t1 to t2, and from t3 on. Where every
-        duration from t1 on is possible, t2 is infinite.
+        t1, t2 and t3, shape (d,) each: durations from t1 to t2 and from t3 on are feasible. t2 is
+        infinite if every duration from t1 on is.
     """
     unlimited = np.isinf(A)
     A = np.where(unlimited, 1.0, A)
-    # what it moves by if it goes from the one velocity to the other at once
+    # displacement of a direct change from one velocity to the other
     direct = 0.5 * (v0 + v1) * np.abs(v1 - v0) / A
     rounding = 1e-12 * (np.abs(move) + np.abs(direct))
     # mirrored so that it accelerates first
     sign = np.where(move > direct, 1.0, -1.0)
     D, a, b = sign * move, sign * v0, sign * v1
     first = np.where(np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked(D, a, b, V, A))
-    # braking first, it takes longer, up to where it would have to stop and go back
+    # braking first takes longer, up to the duration at which it would have to reverse
     lowest_squared = 0.5 * (a * a + b * b) - A * D
     blocked = (np.minimum(a, b) > 0.0) & (lowest_squared > 0.0)
     last = (a + b - 2.0 * np.sqrt(np.maximum(lowest_squared, 0.0))) / A

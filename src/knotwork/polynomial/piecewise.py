@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 KEPT = 524288
-"""Coefficients up to which those of a derivative are kept, once it was evaluated."""
+"""Maximum number of coefficients of a derivative that is cached."""
 
 
 class PiecewisePolynomial(ReadOnlyArrays):
@@ -65,7 +65,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         self._orders = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_orders": {}}  # made anew where they are needed
+        return {**self.__dict__, "_orders": {}}  # a cache
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
@@ -117,7 +117,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
         Raises:
             TimeRangeError: A time is outside [x[0], x[-1]], be it by one rounding, or NaN.
-            InputError: `nu` is no integer or negative.
+            InputError: `nu` is not an integer, or negative.
         """
         t = np.asarray(x)
         if t.dtype.kind not in "buif":
@@ -137,7 +137,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         """Return the nu-th derivative as a curve; a negative order integrates.
 
         Raises:
-            InputError: `nu` is no integer.
+            InputError: `nu` is not an integer.
         """
         if isinstance(nu, (int, np.integer)) and nu < 0:
             return self.antiderivative(-nu)
@@ -155,7 +155,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         It is continuous with its first nu - 1 derivatives. A negative order differentiates.
 
         Raises:
-            InputError: `nu` is no integer.
+            InputError: `nu` is not an integer.
         """
         if isinstance(nu, (int, np.integer)) and nu < 0:
             return self.derivative(-nu)
@@ -220,7 +220,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
             Right-hand less left-hand value, shape (m-1, ...).
 
         Raises:
-            InputError: `nu` is no integer or negative.
+            InputError: `nu` is not an integer, or negative.
 
         >>> curve = PiecewisePolynomial([[1, -1], [0, 2], [0, 1]], [0, 1, 2])  # t², 1 + 2 s - s²
         >>> curve.jumps(1), curve.jumps(2)
@@ -231,7 +231,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         return c[-1, 1:] - horner(c[:, :-1], span)
 
     def extrema(self, nu: int = 0) -> Extrema:
-        """Find the least and greatest values of the nu-th derivative, without sampling.
+        """Find the minimum and maximum of the nu-th derivative, without sampling.
 
         Inner extrema come from the polynomials themselves, in closed form up to degree three,
         by bracketed root finding above it. Both one-sided values count at breaks.
@@ -240,7 +240,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
             Values and times, of the trailing shape.
 
         Raises:
-            InputError: `nu` is no integer or negative.
+            InputError: `nu` is not an integer, or negative.
 
         >>> found = PiecewisePolynomial([[-1], [1], [0]], [0, 2]).extrema()  # t - t²
         >>> found.maximum, found.maximum_time, found.minimum

@@ -1,4 +1,4 @@
-"""The same curve with more breaks, and a part of it."""
+"""Insertion of breaks into curves, and parts of curves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from knotwork.waypoints import FloatArray
 
 
 def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
-    """Give the same curve with more breaks.
+    """Insert breaks into a curve.
 
     >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
     >>> refined(parabola, [1.0]).c.T
@@ -19,7 +19,7 @@ def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomia
 
     Args:
         curve: A curve along axis 0.
-        times: Breaks to be added where there are none, within the curve's time.
+        times: Additional breaks, within the curve's time.
     """
     breaks = distinct(curve.x, times)
     piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)

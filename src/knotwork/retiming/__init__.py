@@ -1,4 +1,4 @@
-"""A motion with another timing on the same path, and stops; no robot, no scenario."""
+"""New timings of a motion on the same path, and stops; without robot or scenario."""
 
 import lazy_loader
 

@@ -1,6 +1,6 @@
-"""Clocks: the time τ of a planned motion as a curve over the time t in which it is run.
+"""Clocks: the time τ of a planned motion as a curve over execution time t.
 
-A clock is C2 smooth, never runs back, and its rate τ' is the speed override.
+A clock is C2 smooth and never decreases; its rate τ' is the speed override.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ BISECTIONS = 60
 
 
 def rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
-    """Rates over time (C1 smooth): two parabolas from each value to the next, level at both.
+    """Rates over time (C1 smooth): two parabolas between values, with zero slope at each value.
 
     Args:
         times: Strictly increasing [s], shape (n,), n >= 2.
-        rates: Shape (n,).
+        rates: Rates, shape (n,).
     """
     middle = 0.5 * (times[1:] + times[:-1])
     half, rise = 0.5 * np.diff(times), np.diff(rates)
@@ -35,7 +35,7 @@ def rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
 
 
 class Profile(NamedTuple):
-    """A speed override over time: it changes smoothly from each value to the next.
+    """A speed override over time, with smooth changes between values.
 
     Attributes:
         times: From 0 on, strictly increasing [s], shape (n,).
@@ -57,8 +57,8 @@ class Profile(NamedTuple):
         The clock ends with the motion, or with the profile if that ends at 0.
 
         Args:
-            start: When the motion starts by its own time [s].
-            duration: That of the motion [s].
+            start: Start time of the motion [s].
+            duration: Duration of the motion [s].
         """
         times, rates = self
         if rates[-1] > 0.0:  # the last override stays until the motion ends
@@ -73,7 +73,7 @@ class Profile(NamedTuple):
 
 
 def checked_profile(profile: Mapping[float, float]) -> Profile:
-    """A speed override over time, checked.
+    """Check a speed override over time.
 
     Before the first time and after the last the override keeps its value.
 
@@ -81,8 +81,7 @@ def checked_profile(profile: Mapping[float, float]) -> Profile:
         profile: Overrides by time [s]; 1 is the planned speed.
 
     Raises:
-        InputError: A time or an override is negative or not finite, or the override is 0 for good
-            before anything moves.
+        InputError: A time or an override is negative or not finite, or the override is always 0.
     """
     if not profile:
         raise InputError("an override profile has no values; accepted: {0: 1.0, 2.0: 0.3}")
@@ -102,14 +101,14 @@ def checked_profile(profile: Mapping[float, float]) -> Profile:
 
 
 def inverse_time(clock: PiecewisePolynomial, at: FloatArray) -> FloatArray:
-    """When a clock first shows given times.
+    """Times at which a clock first reaches given values.
 
     Args:
-        clock: A curve that never falls.
-        at: Values between those at its ends, shape (n,).
+        clock: A curve that never decreases.
+        at: Values within the range of the clock, shape (n,).
 
     Returns:
-        Times at which it has these values, shape (n,).
+        Times, shape (n,).
     """
     shown = clock(clock.x)
     piece = np.clip(np.searchsorted(shown, at, side="left") - 1, 0, len(shown) - 2)

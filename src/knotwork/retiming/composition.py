@@ -1,4 +1,4 @@
-"""A motion run by another clock: the exact composition, and a cubic curve through it."""
+"""Composition of a motion with a clock, exactly and as a cubic curve."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from knotwork.retiming.clock import inverse_time
 from knotwork.waypoints import FloatArray
 
 MOST_HALVINGS = 8
-# Breaks nearer than this part of the duration are one.
+# Breaks within this fraction of the duration are one.
 NEAR = 1e-9
 
 
 def composed(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
-    """The curve q(τ(t)) of a curve q and a clock τ, exactly; as smooth as both.
+    """The exact composition q(τ(t)) of a curve q and a clock τ, as smooth as both.
 
     Args:
-        curve: Values over the time that the clock shows, trailing shape (d,).
-        clock: Time of the curve over time, never falling.
+        curve: Values over the clock's values, trailing shape (d,).
+        clock: Time of the curve over time, never decreasing.
 
     Returns:
         A curve over the clock's time; its degree is the product of both.
@@ -56,20 +56,20 @@ def cubic_through(
 ) -> tuple[PiecewisePolynomial, FloatArray]:
     """A curve of cubics (C2 smooth) that deviates from a C2 smooth one by at most a tolerance.
 
-    At every break of the curve, and at given times, position, velocity and acceleration are those
-    of the curve. Between them the modified cubic Hermite method builds the knots. Steps are halved
-    until the deviation, which comes from the polynomials and not from samples, is kept.
+    At every break of the curve, and at given times, position, velocity and acceleration are equal.
+    Between them the modified cubic Hermite method places knots. Steps are halved until the
+    deviation, computed from the polynomials and not from samples, is within the tolerance.
 
     Args:
-        curve: Any degree, trailing shape (d,).
-        tolerance: Greatest deviation of a component, in its unit.
-        through: Further times at which the cubics pass through the curve, within its time.
+        curve: A curve of any degree, trailing shape (d,).
+        tolerance: Maximum deviation of a component, in its unit.
+        through: Additional times at which the curves are equal, within the curve's time.
 
     Returns:
-        The cubics, and the greatest deviation of each component, shape (d,).
+        The cubics, and the maximum deviation of each component, shape (d,).
 
     Raises:
-        InputError: The tolerance is not kept with steps a 256th of those of the curve.
+        InputError: The tolerance is not met with steps of 1/256 of those of the curve.
     """
     times = distinct(curve.x, np.array(through))
     for _ in range(MOST_HALVINGS + 1):
@@ -78,7 +78,7 @@ def cubic_through(
         one, other = refined(curve, cubics.x), refined(cubics, curve.x)
         gap = PiecewisePolynomial(one.c - raised(other.c, one.degree), one.x).extrema(0).peak
         if gap.max() <= tolerance:
-            # what is a cubic stays what it is, for rounding would change its third derivative
+            # cubic pieces are kept: rounding would change their third derivative
             own = np.logical_not(one.c[:-4].any(axis=(0, 2)))
             return PiecewisePolynomial(
                 np.where(own.reshape(-1, 1), one.c[-4:], cubics.c), one.x

@@ -1,7 +1,7 @@
-"""Speed overrides that change as fast as a motion's limits leave it, where that is slower.
+"""Speed overrides with changes slowed down as far as a motion's limits need.
 
-Where a joint is at a limit, the override can't leave 1, or reach it, at any rate: a change has to
-begin later, to take longer, or to begin and end a little below 1.
+Where a joint is at a limit, the override can't leave or reach 1 there at any rate: a change has to
+begin later, take longer, or begin and end a little below 1.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from knotwork.retiming.shortest import use
 from knotwork.waypoints import FloatArray
 
 CAPS = (1.0, 0.99, 0.97, 0.94, 0.9, 0.8)
-"""Greatest overrides that are tried; the one with the least deviation counts most."""
+"""Maximum overrides that are tried; the smallest deviation is preferred."""
 STRETCHES = (1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 5.0, 8.0)
-"""Durations of a change that are tried, in those asked for."""
+"""Durations of a change that are tried, relative to the requested one."""
 DELAYS = 80
-"""Moments at which a change may begin, over the duration of the motion."""
+"""Number of start times of a change that are tried, over the duration of the motion."""
 SAMPLES = 40
-"""Places of a change where limits are compared, at least."""
+"""Minimum number of samples of a change at which limits are compared."""
 GRID = 400
-"""Places where deviations from the profile are compared."""
+"""Number of samples at which deviations from the profile are compared."""
 ASIDE = 1e-9
-"""How far from a break samples on both sides of it are [s]."""
+"""Distance of the samples on both sides of a break [s]."""
 
 
 def slower_ramps(
@@ -35,16 +35,16 @@ def slower_ramps(
     acceleration: FloatArray,
     jerk: FloatArray,
 ) -> list[Profile]:
-    """Overrides that keep limits at samples, the nearest to one asked for first.
+    """Overrides that keep limits at samples, the one nearest the request first.
 
     Args:
         asked: The override, at most 1.
-        curve: Positions over time, trailing shape (d,), which keep the limits.
-        acceleration: Limits, shape (d,); infinite where there is none.
-        jerk: Limits, shape (d,).
+        curve: Positions over time within the limits, trailing shape (d,).
+        acceleration: Acceleration limits, shape (d,); infinite where there is none.
+        jerk: Jerk limits, shape (d,).
 
     Returns:
-        One for each greatest override, 1 and below, with which there is any.
+        One profile for each maximum override, 1 and below, that is feasible.
     """
     duration = float(curve.x[-1] - curve.x[0])
     times = np.linspace(0.0, asked.times[-1] + duration, GRID)
@@ -62,7 +62,7 @@ def slower_ramps(
 def _with_ramps(
     asked: Profile, curve: PiecewisePolynomial, acceleration: FloatArray, jerk: FloatArray
 ) -> Profile | None:
-    """The override with each change, in turn, as soon and as short as limits allow."""
+    """The override with each change as early and as short as limits allow."""
     duration = float(curve.x[-1] - curve.x[0])
     times, rates = [0.0], [float(asked.rates[0])]
     shown = float(curve.x[0])
@@ -112,6 +112,6 @@ def _ramp_fits(
     times = np.clip(times, 0.0, min(last, length - ASIDE))
     shown = np.clip(begin + clock(times), curve.x[0], curve.x[-1])
     used = use(curve, (shown, rate(times), rate(times, 1), rate(times, 2)), acceleration, jerk)
-    # even rates are at a limit themselves, up to rounding
+    # constant rates may be at a limit themselves, up to rounding
     most = max(np.abs(used.acceleration).max(), np.abs(used.jerk).max())
     return bool(most <= 1.0 + ASIDE)

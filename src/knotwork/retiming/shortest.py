@@ -1,9 +1,9 @@
-"""The shortest clock that comes to a stop within the limits, by a sequence of linear programs.
+"""The minimum-time clock that stops within the limits, by a sequence of linear programs.
 
-The stop takes T, in parts of given shares. In each the second derivative of the clock's rate is
-constant, and all is linear in it: rate, change of the rate, time shown. What a stop uses of the
-limits is not, so that is linearised about the last clock, T is minimised within a trust region that
-shrinks each time, and what can't be kept on the way counts as much as it exceeds.
+The stop takes T, divided into parts of given fractions. The second derivative of the clock's rate
+is constant in each part, and rate, slope of the rate and clock value are linear in it. The use of
+limits is linearised about the last clock; T is minimised within a shrinking trust region, with a
+penalty on violations.
 """
 
 from __future__ import annotations
@@ -18,36 +18,36 @@ from knotwork.retiming.clock import inverse_time
 from knotwork.waypoints import FloatArray
 
 BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspace(0.09, 1.0, 25)))
-"""Ends of the parts of a stop, over 0…1: shorter at first, where the motion may be at limits."""
+"""Ends of the parts of a stop in [0, 1]: shorter at first, where the motion may be at limits."""
 PARTS = len(BREAKS) - 1
 STEPS = 18
-"""Linear programs at most."""
+"""Maximum number of linear programs."""
 SETTLED = 1e-5
-"""Change of its length, as a part of it, with which a stop is found."""
+"""Relative change of the duration at convergence."""
 REGION = 0.3
-"""The first trust region: the part of its length by which a stop may change."""
+"""First trust region, as a relative change of the duration."""
 SHRINK = 0.75
 """Factor of the trust region from one program to the next."""
 CHANGE = 6.0
-"""Greatest change of the rate's slope over a whole stop, in a trust region of 1."""
+"""Maximum change of the rate's slope over a whole stop, for a trust region of 1."""
 PENALTY = 10.0
-"""What exceeding a limit by its whole costs, in first guesses of T."""
+"""Penalty of exceeding a limit by 100 %, relative to the first guess of T."""
 ASIDE = 1e-9
-"""How far from a break, in parts of the length, samples on both sides of it are."""
+"""Distance of the samples on both sides of a break, relative to the duration."""
 
 
 class Use(NamedTuple):
-    """What clocks use of limits at samples, signed, shape (samples, d).
+    """Signed use of limits at samples, relative, shape (samples, d).
 
     With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
-    q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve. A limit counts as no
-    less than what the curve itself takes at that rate, so that an even rate always keeps it.
+    q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve. Limits are raised to
+    the values of the curve itself, so that a constant rate always keeps them.
     """
 
     acceleration: FloatArray
     jerk: FloatArray
     slopes: tuple[FloatArray, FloatArray]
-    """Derivatives with respect to time shown, s, s', s'', shape (4, samples, d), of both."""
+    """Derivatives of both over clock value, s, s', s'', shape (4, samples, d)."""
 
 
 def use(
@@ -56,13 +56,13 @@ def use(
     acceleration: FloatArray,
     jerk: FloatArray,
 ) -> Use:
-    """What a clock uses of the limits.
+    """Compute a clock's use of the limits.
 
     Args:
         curve: Positions, trailing shape (d,).
-        clock: Time shown, within that of the curve, s, s' and s'', shape (samples,) each.
-        acceleration: Limits, shape (d,); infinite where there is none.
-        jerk: Limits, shape (d,).
+        clock: Clock values within the curve's time, s, s' and s'', shape (samples,) each.
+        acceleration: Acceleration limits, shape (d,); infinite where there is none.
+        jerk: Jerk limits, shape (d,).
     """
     q1, q2, q3 = (curve(clock[0], nu) for nu in (1, 2, 3))
     s, change, bend = (one[:, None] for one in clock[1:])
@@ -93,15 +93,15 @@ def shortest_stop(
     acceleration: FloatArray,
     jerk: FloatArray,
 ) -> PiecewisePolynomial | None:
-    """The shortest clock whose rate goes from 1 to 0 and never beyond (C2 smooth).
+    """The minimum-time clock with a rate from 1 to 0, within [0, 1] (C2 smooth).
 
     Args:
         curve: Positions, trailing shape (d,).
-        start: Time that it shows at first.
-        end: Time that it may show at last.
-        guess: Roughly how long it takes.
-        acceleration: Limits, shape (d,); infinite where there is none.
-        jerk: Limits, shape (d,).
+        start: First value of the clock.
+        end: Maximum last value.
+        guess: Approximate duration.
+        acceleration: Acceleration limits, shape (d,); infinite where there is none.
+        jerk: Jerk limits, shape (d,).
 
     Returns:
         The clock, from time 0 on; `None` if none was found.
@@ -121,7 +121,7 @@ def shortest_stop(
 
 
 class _Search:
-    """Linear programs for a stop; unknown are the bends of the rate over 0…1, and its length."""
+    """Linear programs for a stop; unknowns are the second derivatives of the rate, and T."""
 
     def __init__(
         self,
@@ -135,17 +135,17 @@ class _Search:
         self.curve, self.start, self.end, self.guess = curve, start, end, guess
         self.limits = acceleration, jerk
         self.middle = 0.5 * (BREAKS[1:] + BREAKS[:-1])
-        # bends, change of the rate, rate and time shown over 0…1, by the bends
+        # second derivative of the rate, slope, rate and clock in [0, 1], by the unknowns
         unit = PiecewisePolynomial(np.eye(PARTS)[None], BREAKS)
         self.curves = tuple(unit.antiderivative(nu) for nu in range(4))
         self.change, self.rate, self.time = (one(BREAKS) for one in self.curves[1:])
 
     def shown(self, bend: FloatArray, length: float) -> float:
-        """Time that the clock shows at its end."""
+        """Last value of the clock."""
         return self.start + length * (1.0 + float(self.time[-1] @ bend))
 
     def samples(self, bend: FloatArray, length: float) -> FloatArray:
-        """Places in 0…1 just beside the ends of all parts, and where the curve's pieces end."""
+        """Points in [0, 1] on both sides of the ends of all parts, and of the curve's pieces."""
         inner = self.curve.x[(self.curve.x > self.start) & (self.curve.x < self.end)]
         clock = self.clock(bend, length)
         inner = inner[inner < clock(length)]
@@ -154,9 +154,9 @@ class _Search:
         return np.clip(beside, 0.0, 1.0)
 
     def used(self, bend: FloatArray, length: float, at: FloatArray) -> tuple[Use, FloatArray]:
-        """What a clock uses at places in 0…1, and derivatives by bends and length.
+        """Use of limits at points in [0, 1], and its derivatives by the unknowns.
 
-        The derivatives are those of time shown, s, s' and s'', shape (4, places, parts + 1).
+        The derivatives are those of clock value, s, s' and s'', shape (4, points, parts + 1).
         """
         bends, change, rate, time = (one(at) for one in self.curves)
         passed, slope = at + time @ bend, change @ bend
@@ -174,7 +174,7 @@ class _Search:
     def step(
         self, bend: FloatArray, length: float, region: float
     ) -> tuple[FloatArray, float] | None:
-        """The best change of bends and length within a trust region, by the linearised limits."""
+        """The best change of the unknowns within a trust region, by the linearised limits."""
         from scipy.optimize import linprog
 
         found, inner = self.used(bend, length, self.samples(bend, length))
@@ -186,7 +186,7 @@ class _Search:
         soft = np.concatenate((slopes, -slopes, end[None]))
         room = (self.end - self.shown(bend, length)) / length
         bound = np.concatenate((1.0 - values, 1.0 + values, [room]))
-        # the rate stays within 0…1, and its slope in the trust region
+        # the rate stays within [0, 1], and its slope in the trust region
         rate, slope = (np.pad(one[1:], ((0, 0), (0, 1))) for one in (self.rate, self.change))
         now = 1.0 + self.rate[1:] @ bend
         hard = np.concatenate((rate, -rate, slope, -slope))

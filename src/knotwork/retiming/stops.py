@@ -1,4 +1,4 @@
-"""The shortest stops from a moment of a motion on: on its path, and of each joint alone."""
+"""Minimum-time stops from a time of a motion: on its path, and of each joint independently."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from knotwork.retiming.shortest import shortest_stop
 from knotwork.waypoints import FloatArray
 
 SHARES = (0.999, 0.99, 0.95)
-"""Parts of the limits that the samples may take, until what lies between them keeps the limits."""
+"""Fractions of the limits for samples, tried until the limits are kept between samples."""
 TINY = 1e-9
-"""Phases of a stop that are shorter than this [s] are none."""
+"""Shorter phases of a stop are left out [s]."""
 STILL = 1e-9
-"""Velocities and accelerations below this, relative to the greatest, or to 1 in SI, are rest."""
+"""Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
 LATER = 3
-"""Breaks of a curve where a stop may begin later, if none is found from its first moment on."""
+"""Number of later breaks at which a stop may begin, if none is found from the first time."""
 GUESS = 1.3
-"""First guess of a stop on the path, in parts of what the joints need by themselves."""
+"""First guess of the duration of a stop on the path, relative to that of independent joints."""
 GAIN = 1e-3
-"""A stop before the curve rests by itself has to be shorter by this part to be looked for."""
+"""Minimum relative gain over the curve's next rest for a stop to be searched for."""
 
 
 def joint_stop(
     q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> PiecewisePolynomial:
-    """Each joint's shortest stop from a state (C2 smooth, cubics); it leaves the path.
+    """Minimum-time stop of each joint from a state (C2 smooth, cubics); it leaves the path.
 
-    The acceleration goes to a peak, stays there where the limit is reached, and goes to zero. With
+    The acceleration goes to a peak, stays there if it is the limit, and goes to zero. With
     direction d = ±1 of the peak p, v + d (2 p² - a²)/(2 J) = 0 where the limit is not reached.
 
     Args:
@@ -42,9 +42,9 @@ def joint_stop(
         jerk: Limits of jerk, finite.
 
     Returns:
-        Positions over the time from the state on [s]; joints that stop earlier stand still.
+        Positions over the time since the state [s]; joints that stop earlier stay at rest.
     """
-    # a state above the limit gets back to it
+    # a state above the limit returns to it
     direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
     free = np.sqrt(np.maximum(0.5 * a**2 - direction * v * jerk, 0.0))
     peak = np.minimum(free, acceleration)
@@ -74,20 +74,20 @@ def stop_on_path(
     jerk: FloatArray,
     tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
-    """The shortest stop on the path (C2 smooth, cubics), at a speed override of 1 at most.
+    """The minimum-time stop on the path (C2 smooth, cubics), with a speed override of at most 1.
 
-    Where the curve comes to rest by itself sooner, that is the stop.
+    If the curve comes to rest earlier, that is the stop.
 
     Args:
         curve: Positions over time, trailing shape (d,).
-        at: When the stop begins [s]; the curve moves then.
+        at: Start time of the stop [s]; the curve is not at rest.
         acceleration: Limits [rad/s² or m/s²], shape (d,); infinite where there is none.
         jerk: Limits [rad/s³ or m/s³], shape (d,).
-        tolerance: Greatest deviation of a joint from the path [rad or m].
+        tolerance: Maximum deviation of a joint from the path [rad or m].
 
     Returns:
-        The clock, which is the time of the curve over the time from the stop's beginning on [s],
-        and the motion; `None` where no such stop keeps the limits before the curve ends.
+        The clock, which is the time of the curve over the time since the start of the stop [s], and
+        the motion; `None` if no such stop keeps the limits before the curve ends.
     """
     rest = first_rest(curve, at)
     end = float(curve.x[-1]) if rest is None else rest
@@ -114,7 +114,7 @@ def stop_on_path(
 
 
 def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
-    """The first time from a time on at which a curve is at rest, or `None`."""
+    """The first time after a given one at which a curve is at rest, or `None`."""
     times = np.append(at, curve.x[curve.x > at])
     moves = np.zeros(len(times), bool)
     for nu in (1, 2):
@@ -126,14 +126,14 @@ def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
 def _least(
     curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
 ) -> float:
-    """What the joints need to stop, each by itself: no stop on the path is shorter [s]."""
+    """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
     jolt = np.where(np.isfinite(jerk), jerk, acceleration / TINY)
     return float(joint_stop(q, v, a, acceleration, jolt).x[-1])
 
 
 def _after(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
-    """A clock that begins at a time, after a rate of 1 from an earlier time on."""
+    """A clock extended to an earlier start with a rate of 1."""
     if begin == at:
         return clock
     first = np.zeros((len(clock.c), 1))
@@ -148,7 +148,7 @@ def keeps_limits(
     acceleration: FloatArray,
     jerk: FloatArray,
 ) -> bool:
-    """Whether a motion keeps limits, or exceeds them no more than the curve does."""
+    """Whether a motion keeps limits, or exceeds them at most as much as the curve."""
     return all(
         (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
         for nu, limit in ((2, acceleration), (3, jerk))
@@ -156,7 +156,7 @@ def keeps_limits(
 
 
 def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
-    """Lines between points, as a curve; of points at one time the last counts."""
+    """Piecewise linear curve through points; of points at one time the last counts."""
     kept = np.append(np.diff(times) > 0.0, True)
     times, heights = times[kept], heights[kept]
     slope = (np.diff(heights, axis=0).T / np.diff(times)).T

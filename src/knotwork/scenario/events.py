@@ -66,8 +66,8 @@ class EventReader:
             if before is not None and event.time <= before.time:
                 raise self.places.error(
                     where,
-                    f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, not after "
-                    f"{before.said} at {before.time:.6g} s, which is given before it",
+                    f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
+                    f"{before.text} at {before.time:.6g} s, which is given before it",
                     "a later moment, or the other order",
                 )
             last[event.signal] = event
@@ -144,7 +144,7 @@ class EventReader:
         if not start - ROUNDING <= event.time <= end + ROUNDING:
             raise self.places.error(
                 where,
-                f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
+                f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a moment from {start:.6g} s to {end:.6g} s",
             )
 

@@ -1,4 +1,4 @@
-"""What happens on the way of a motion, and what the motion consists of."""
+"""Events, loads and segments of a motion."""
 
 from __future__ import annotations
 
@@ -6,21 +6,23 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from knotwork.errors.renamed import old_property
+
 SegmentKind = Literal["free motion", "way", "tool path", "wait"]
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that is switched at a moment of a motion.
+    """A signal or output switched during a motion.
 
     Attributes:
-        time: When [s].
-        name: Of the signal; `"output 3"` for an output without a name.
+        time: Time [s].
+        name: Name of the signal; `"output 3"` for an output without a name.
         value: `True` for on, `False` for off, a number or text.
-        waypoint: Name of the waypoint that it was given at.
-        output: Number of the digital output that it switches, or `None`.
+        waypoint: Name of the waypoint at which it is defined.
+        output: Number of the digital output, or `None`.
 
-    >>> Event(1.5, "gripper", "close", "pick").said
+    >>> Event(1.5, "gripper", "close", "pick").text
     'gripper close'
     """
 
@@ -32,15 +34,17 @@ class Event:
 
     @property
     def signal(self) -> str | int:
-        """The output that is switched, by number, or the signal, by its name."""
+        """The number of the output, or the name of the signal."""
         return self.name if self.output is None else self.output
 
     @property
-    def said(self) -> str:
-        """Name and value in words."""
+    def text(self) -> str:
+        """Name and value as text."""
         words = {True: "on", False: "off"}
         shown = words[self.value] if isinstance(self.value, bool) else f"{self.value}"
         return f"{self.name} {shown}"
+
+    said = old_property("knotwork.trajectory.Event.said")
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""
@@ -48,9 +52,9 @@ class Event:
 
 
 def on_at(events: Iterable[Event], time: float) -> list[Event]:
-    """What is on at a time [s]: of each signal the last event, unless it is off, 0 or a text.
+    """Signals that are on at a time [s]: the last event of each, unless it is off, 0 or a text.
 
-    >>> on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].said
+    >>> on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].text
     'arc on'
     """
     state = {one.signal: one for one in events if one.time <= time}
@@ -59,14 +63,14 @@ def on_at(events: Iterable[Event], time: float) -> list[Event]:
 
 @dataclass(frozen=True)
 class Load:
-    """What the arm carries from a moment of a motion on: the tool, and what it holds.
+    """Load of the arm from a time on: the tool, and the objects that it holds.
 
     Attributes:
-        time: When [s].
-        mass: Of all of it [kg].
-        centre_of_mass: In the axes of the frame [m].
-        frame: Name of the link that carries it.
-        inertia: About that centre, in the axes of the frame: xx, yy, zz, xy, xz, yz [kg m²].
+        time: Time [s].
+        mass: Total mass [kg].
+        centre_of_mass: Centre of mass in the axes of the frame [m].
+        frame: Name of the link that carries the load.
+        inertia: Inertia about that centre, in the frame's axes: xx, yy, zz, xy, xz, yz [kg m²].
     """
 
     time: float
@@ -85,9 +89,9 @@ class Segment:
     """A part of a motion, from one waypoint to the next.
 
     Attributes:
-        name: Made of the names of the waypoints: `"pick to place"`, `"wait at pick"`.
-        start, end: When it begins and ends [s].
-        kind: `"free motion"`, `"way"` (it found its way), `"tool path"` or `"wait"`.
+        name: Name, from those of the waypoints: `"pick to place"`, `"wait at pick"`.
+        start, end: Start and end time [s].
+        kind: `"free motion"`, `"way"` (planned past obstacles), `"tool path"` or `"wait"`.
     """
 
     name: str
@@ -96,10 +100,12 @@ class Segment:
     kind: SegmentKind
 
     @property
-    def said(self) -> str:
-        """All of it in words."""
-        kind = "" if self.kind == "wait" else f"{self.kind}, "  # its name says so
+    def text(self) -> str:
+        """Name, kind and times as text."""
+        kind = "" if self.kind == "wait" else f"{self.kind}, "  # in its name
         return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"
+
+    said = old_property("knotwork.trajectory.Segment.said")
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON."""

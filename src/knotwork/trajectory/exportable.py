@@ -1,8 +1,7 @@
-"""`Exportable`: the `to_…` methods of a trajectory, and the options that they take.
+"""`Exportable`: the `to_…` methods of a trajectory, and their options.
 
-What writes the formats knows trajectories, so trajectories must not know it. When one of these
-methods is called, it asks the package itself for `knotwork.export`, and hands it the trajectory;
-nothing is loaded before.
+`knotwork.export` imports trajectories, so trajectories must not import it. These methods load it
+when they are called.
 """
 
 from __future__ import annotations
@@ -121,7 +120,7 @@ class TableOptions(TypedDict, total=False):
 
 
 class Exportable:
-    """A motion that can be handed over in every format of `knotwork.export`."""
+    """A motion that can be exported in every format of `knotwork.export`."""
 
     def _exported(self, function: str, *arguments: Any, **options: Any) -> Any:
         return getattr(importlib.import_module(_EXPORT), function)(self, *arguments, **options)

@@ -31,7 +31,7 @@ class Jump:
     """The largest jump of one quantity at the inner breaks of a trajectory, as measured.
 
     Attributes:
-        jump: Its absolute value, in the unit of the joint.
+        jump: Absolute value, in the unit of the joint.
         joint: Name of the joint; `None` if there is no inner break.
         time: Time of the break [s]; `None` if there is none.
         relative: The largest ratio of a joint's jump to that joint's own peak absolute value.
@@ -79,11 +79,11 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         joint_names: Names of the joints, length d.
         polynomial: Joint positions [rad or m] over time [s], trailing shape (d,).
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        planner: Name of the planner that made it, or empty.
-        waypoint_times: Times of the waypoints it was planned through [s], or `None`.
-        events: What is switched on the way, in order of time.
-        loads: What the arm carries, in order of time; empty where that is not known.
-        segments: What it consists of, in order of time; empty where that is not known.
+        planner: Name of its planner, or empty.
+        waypoint_times: Times of its waypoints [s], or `None`.
+        events: Switching events, in order of time.
+        loads: Loads of the arm, in order of time; empty if unknown.
+        segments: Segments of the motion, in order of time; empty if unknown.
 
     Raises:
         InputError: The polynomial has not one component a joint, a name occurs twice, a unit is
@@ -163,12 +163,12 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         *,
         owner: str = "the scenario",
     ) -> JointTrajectory:
-        """Give the same motion with its joints in another order.
+        """Give the motion with its joints in another order.
 
         Args:
             joint_names: The joints in the order wanted, length d.
-            joint_units: The unit that each must have; by default any.
-            owner: Whose joints they are, for the error.
+            joint_units: The required unit of each joint; by default any.
+            owner: Owner of the joints, for the error.
 
         Raises:
             InputError: The trajectory has other joints, or gives one in another unit.
@@ -235,7 +235,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         Raises:
             TimeRangeError: A time is before the start or after the end, be it by one rounding, or
                 NaN.
-            InputError: `nu` is no integer or negative.
+            InputError: `nu` is not an integer, or negative.
         """
         return self.polynomial(t, nu)
 
@@ -259,8 +259,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     def jerk(self, t: ArrayLike) -> FloatArray:
         """Joint jerks [rad/s³ or m/s³] at times t [s]; raises as calling does.
 
-        At a break, where the jerk of a cubic spline jumps, it is that of the piece after the
-        break; at the end time, that of the last piece.
+        At a break, where the jerk of a cubic spline jumps, the jerk is that of the next piece; at
+        the end time, that of the last piece.
         """
         return self.polynomial(t, 3)
 
@@ -273,11 +273,11 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
         Args:
             rate: Samples a second [Hz].
-            most: More samples than this are refused.
+            most: Maximum number of samples.
 
         Raises:
-            InputError: The rate is no positive finite number, gives too many samples, or a period
-                that the times cannot resolve.
+            InputError: The rate is not positive and finite, gives too many samples, or a period
+                below the resolution of the times.
 
         >>> motion = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
         >>> samples = motion.sample(rate=4)
@@ -288,9 +288,9 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
 
     def extrema(self, quantity: int | str = 0) -> Extrema:
-        """Find the exact least and greatest value of a quantity for every joint.
+        """Find the exact minimum and maximum of a quantity for every joint.
 
-        They come from the polynomials, not from samples; at breaks both one-sided values count.
+        Extrema are those of the polynomials, not of samples; at breaks both sides count.
 
         Args:
             quantity: `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`, or the order of the
@@ -301,7 +301,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
         Raises:
             UnknownNameError: There is no quantity of that name.
-            InputError: The order is no integer or negative.
+            InputError: The order is not an integer, or negative.
 
         >>> motion = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
         >>> fastest = motion.extrema("velocity")

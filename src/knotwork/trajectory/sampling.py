@@ -1,4 +1,4 @@
-"""Times at a fixed rate, and what a trajectory is at them."""
+"""Sample times at a fixed rate, and a trajectory's values at them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from knotwork.errors.arguments import finite_number
 from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6
-"""Smallest last step, as a fraction of a period: the end replaces a sample nearer than that."""
+"""Minimum last step, relative to a period: the end replaces a sample closer than that."""
 
 MAX_SAMPLES = 20_000_000
-"""More samples than this are refused: each takes 32 bytes a joint."""
+"""Maximum number of samples: each takes 32 bytes per joint."""
 
 LEAST_PERIOD = 16
-"""A sample period must be at least this many times the resolution of the times."""
+"""Minimum ratio of a sample period to the resolution of the times."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +27,9 @@ class Knots:
 
     Attributes:
         time: Times [s], shape (m,), strictly increasing.
-        position: [rad or m], shape (m, d).
-        velocity: [rad/s or m/s], shape (m, d).
-        acceleration: [rad/s² or m/s²], shape (m, d); of the piece after the break if it jumps.
+        position: Positions [rad or m], shape (m, d).
+        velocity: Velocities [rad/s or m/s], shape (m, d).
+        acceleration: Accelerations [rad/s² or m/s²], shape (m, d); of the next piece at a jump.
     """
 
     time: FloatArray
@@ -40,10 +40,10 @@ class Knots:
 
 @dataclass(frozen=True, eq=False)
 class Samples(Knots):
-    """A trajectory at a sequence of times, with what `Knots` has, and the jerk.
+    """A trajectory at a sequence of times, with the values of `Knots` and the jerk.
 
     Attributes:
-        jerk: [rad/s³ or m/s³], shape (s, d); at a break that of the piece after it.
+        jerk: Jerks [rad/s³ or m/s³], shape (s, d); at a break that of the next piece.
     """
 
     jerk: FloatArray

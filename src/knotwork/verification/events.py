@@ -24,7 +24,7 @@ MOST_NAMED = 4
 def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Say when each event is, and compare the tool's place with that asked for along a path."""
     asked = scenario.events
-    named = [f"{one.event.said} {one.event.time:.3f} s" for one in asked[:MOST_NAMED]]
+    named = [f"{one.event.text} {one.event.time:.3f} s" for one in asked[:MOST_NAMED]]
     more = f" and {len(asked) - MOST_NAMED} more" if len(asked) > MOST_NAMED else ""
     for i, one in enumerate(asked):
         event = one.event
@@ -36,7 +36,7 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
             event.name,
             "event",
             "information" if inside else "failed",
-            f"{event.said} at {event.time:.3f} s: {_place(one, scenario)}{late}",
+            f"{event.text} at {event.time:.3f} s: {_place(one, scenario)}{late}",
             time=event.time,
             brief=", ".join(named) + more if i == 0 else "",
         )
@@ -62,7 +62,7 @@ def _left_on(asked: Sequence[Event]) -> Iterator[Finding]:
         last[one.signal] = one
     found += [(one, "the motion ends with it on") for one in last.values() if one.value is True]
     for one, why in found:
-        said = f"{one.said} at {one.time:.3f} s: {why}"
+        said = f"{one.text} at {one.time:.3f} s: {why}"
         yield Finding("Warnings", "event", one.name, "event", "warning", said, time=one.time)
 
 
@@ -79,7 +79,7 @@ def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding
             slack = SAME_TIME * max(1.0, one.time)
             known = times.get(replace(one, time=0.0), [])
             if not any(abs(one.time - time) <= slack for time in known):
-                said = f"{one.said} at {one.time:.3f} s: {fault}"
+                said = f"{one.text} at {one.time:.3f} s: {fault}"
                 yield Finding(GROUP, "event", one.name, "event", "failed", said, time=one.time)
 
 
@@ -112,7 +112,7 @@ def _on_path(asked: AskedEvent, motion: Motion, scenario: Scenario, space: Joint
         name=event.name,
         quantity="place",
         verdict=judged(miss <= tolerance),
-        message=f"{event.said} at {event.time:.3f} s, {_place(asked, scenario)}: the tool is {off} "
+        message=f"{event.text} at {event.time:.3f} s, {_place(asked, scenario)}: the tool is {off} "
         f"from that place, tolerance {allowed}",
         value=miss,
         limit=tolerance,
@@ -132,6 +132,6 @@ def parts(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             one.name,
             "segment",
             "information",
-            one.said,
+            one.text,
             interval=(one.start, one.end),
         )

@@ -111,7 +111,7 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
     """Mark tool paths, ways, waits and events on the upper edge of the first panels."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
     events = [one for one in motion.trajectory.events if start <= one.time <= end]
-    said = ", ".join(dict.fromkeys(one.said for one in events))
+    said = ", ".join(dict.fromkeys(one.text for one in events))
     marked = {"event": [one.time for one in events]}
     for kind in SEGMENTS:
         spans = (

@@ -48,7 +48,7 @@ def strip(shown: Shown) -> dict[str, Any]:
         "curves": [
             {**one, "time": (one["time"] - start).tolist()} for one in _more_curves(shown, time)
         ],
-        "events": [[one.time - start, one.said] for one in trajectory.events],
+        "events": [[one.time - start, one.text] for one in trajectory.events],
         "segments": [
             [
                 one.start - start,

@@ -1,1 +1,1 @@
-"""Ways round obstacles: motions between two states that are C2, cubic and proved clear."""
+"""Collision-free motions between two states: C2, cubic, proved clear."""

@@ -1,4 +1,4 @@
-"""`to_blame`: the objects without which there is a way."""
+"""`to_blame`: the objects that prevent a collision-free motion."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ import numpy as np
 
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.problem import WayProblem
-from knotwork.ways.proof import too_near
+from knotwork.ways.proof import contacts_along
 from knotwork.ways.rrt import connect
-from knotwork.ways.search import CARES, affordable, stretches
+from knotwork.ways.search import STAGES, affordable, stretches
 
 
 def to_blame(problem: WayProblem, checks: int) -> list[str] | None:
-    """Objects without which a polyline is found; each of them is needed, as far as is seen.
+    """Find a set of objects without which a polyline exists, as small as found.
 
-    The first polyline passes through all objects. What it touches is then put back one by one.
+    The first polyline ignores all objects. The objects that it touches are then restored in turn.
 
     Args:
-        problem: A problem for which no way was found.
-        checks: Number of configurations looked at, for the first polyline and for all others.
+        problem: A problem for which no motion was found.
+        checks: Number of configurations checked, for the first polyline and for all others.
 
     Returns:
-        Names, none of them where one is found among all objects; `None` where none is found without
-        any object.
+        Names; empty if a polyline is found among all objects; `None` if none is found without
+        objects.
     """
     objects = {body.name for body in problem.model.bodies if body.kind == "object"}
     blamed = _passed_through(problem, objects, checks)
@@ -38,7 +38,7 @@ def to_blame(problem: WayProblem, checks: int) -> list[str] | None:
 
 
 def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[str] | None:
-    """The objects that polylines touch which are found without some of them, or `None`."""
+    """The objects that a polyline found without some of them touches, or `None`."""
     model, limits = problem.model, problem.timing.limits
     bodies, inner = model.bodies, problem.timing.position[1:-1]
     others = [
@@ -49,12 +49,12 @@ def _passed_through(problem: WayProblem, without: set[str], checks: int) -> set[
     fewer = replace(model, pairs=tuple(others))
     space = Configurations(problem.robot, fewer, limits, problem.loaded)
     rng, most = np.random.default_rng(0), affordable(checks, space) // (len(inner) + 1)
-    starts, goals = space.those_free(problem.starts), space.those_free(problem.goals)
+    starts, goals = space.select_free(problem.starts), space.select_free(problem.goals)
     touched = set[str]()
     for first, last in stretches(starts, inner, goals):
-        line = connect(space, first, last, rng, CARES[0].step, most)
+        line = connect(space, first, last, rng, STAGES[0].step, most)
         if line is None:
             return None
-        for one in too_near(model, line, problem.resolution):
+        for one in contacts_along(model, line, problem.resolution):
             touched |= {one.first.name, one.second.name}
     return touched & without

@@ -1,4 +1,4 @@
-"""Collisions, distances and gravity at single configurations, pairs in one call of Pinocchio."""
+"""Collisions, distances and gravity at single configurations, all pairs in one Pinocchio call."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from knotwork.timing.problem import TimingLimits
 from knotwork.waypoints import FloatArray
 
 SURFACE = 1e-9
-"""Two bodies nearer than this [m] have no nearest points; Coal's normal is taken."""
+"""Below this distance [m] two bodies have no nearest points, and Coal's normal is used."""
 
 
 class NearPair(NamedTuple):
-    """A pair of solids that is near at a configuration.
+    """A pair of nearby solids at a configuration.
 
     Attributes:
-        gap: Distance beyond the margin [m]; negative where it is not kept.
-        gradient: How the gap changes with each joint [m/rad or m/m], shape (d,).
+        gap: Distance minus margin [m]; negative if the margin is violated.
+        gradient: Derivative of the gap over each joint position [m/rad or m/m], shape (d,).
     """
 
     gap: float
@@ -33,7 +33,7 @@ class NearPair(NamedTuple):
 
 
 def at_time(model: CollisionModel, time: float) -> CollisionModel:
-    """The bodies that are there at a time [s], as if they were always there."""
+    """The collision model with the bodies that exist at a time [s], without their intervals."""
     there = [body.start <= time <= body.end for body in model.bodies]
     return replace(
         model,
@@ -43,19 +43,19 @@ def at_time(model: CollisionModel, time: float) -> CollisionModel:
 
 
 class Configurations:
-    """Which configurations keep the margins of a collision model, and how near bodies come.
+    """Collision tests and distances of configurations.
 
-    It looks at single configurations; what holds between them is for the proof. One that the arm
-    can't hold against gravity is not free.
+    Only single configurations are tested; motions between them are proved elsewhere. A
+    configuration that the arm can't hold against gravity counts as colliding.
 
     Args:
         robot: Pinocchio model of the arm.
-        model: Bodies, all of them there, and their pairs.
-        limits: Of positions and efforts.
-        loaded: Pinocchio model of the arm and what it carries, if efforts are limited.
+        model: Bodies and their pairs.
+        limits: Limits of positions and efforts.
+        loaded: Pinocchio model of the arm with its load, if efforts are limited.
 
     Attributes:
-        checks: Number of configurations looked at so far.
+        checks: Number of configurations checked so far.
     """
 
     def __init__(
@@ -97,12 +97,12 @@ class Configurations:
         self.keep_away(0.0)
 
     def keep_away(self, extra: float, ends: Sequence[FloatArray] = ()) -> None:
-        """Ask `free` for more than the margins.
+        """Require more clearance than the margins in `is_free`.
 
         Args:
-            extra: How much more [m].
-            ends: Configurations that have to pass, shape (d,) each: a pair that has less than twice
-                as much there keeps half of what it has.
+            extra: Additional clearance [m].
+            ends: Configurations that must pass, shape (d,) each: a pair with less than twice the
+                extra clearance there has to keep half of its gap.
         """
         wanted = np.full(len(self._pairs), extra)
         for q in ends:
@@ -115,8 +115,8 @@ class Configurations:
         """Whether a configuration is within the position limits."""
         return bool((q >= self.lower).all() and (q <= self.upper).all())
 
-    def free(self, q: FloatArray) -> bool:
-        """Whether a configuration keeps every margin, and what `keep_away` asks for."""
+    def is_free(self, q: FloatArray) -> bool:
+        """Whether a configuration keeps every margin and the clearance of `keep_away`."""
         self.checks += 1
         return self._held(q) and not pin.computeCollisions(
             self.robot, self._data, self._geometry, self._found, q, True
@@ -129,34 +129,34 @@ class Configurations:
         gravity = pin.computeGeneralizedGravity(self.loaded, self._loaded_data, q)
         return bool((np.abs(gravity) <= self.effort).all())
 
-    def those_free(self, qs: FloatArray) -> FloatArray:
-        """Those of several configurations that are free, shape (m, d)."""
-        return qs[[self.free(q) for q in qs]]
+    def select_free(self, qs: FloatArray) -> FloatArray:
+        """Select the collision-free configurations, shape (m, d)."""
+        return qs[[self.is_free(q) for q in qs]]
 
-    def free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
+    def is_free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
         """Whether samples between two configurations, at most a step apart, are free."""
         count = math.ceil(float(np.linalg.norm(end - start)) / step)
-        return all(self.free(start + k / count * (end - start)) for k in _coarse_first(count))
+        return all(self.is_free(start + k / count * (end - start)) for k in _coarse_first(count))
 
     def gaps(self, q: FloatArray) -> FloatArray:
-        """Distances of all pairs of solids beyond their margins [m]; negative where not kept."""
+        """Distances of all pairs of solids minus their margins [m]."""
         pin.computeDistances(self.robot, self._data, self._geometry, self._found, q)
         found = [one.min_distance for one in self._found.distanceResults]
         return np.asarray(np.array(found) - self.margin)
 
     def worst(self, q: FloatArray) -> tuple[float, tuple[str, str]]:
-        """The least gap at a configuration [m], and the two bodies."""
+        """The minimum gap at a configuration [m], and the two bodies."""
         gaps = self.gaps(q)
         k = int(np.argmin(gaps))
         return float(gaps[k]), self.bodies[k]
 
     def near(self, q: FloatArray, within: float, most: int) -> list[NearPair]:
-        """The nearest pairs of solids at a configuration, and how their gaps change.
+        """The nearest pairs of solids at a configuration, with the gradients of their gaps.
 
         Args:
             q: Configuration [rad or m], shape (d,).
-            within: Pairs with a larger gap than this [m] are left out.
-            most: Largest number of pairs.
+            within: Maximum gap of pairs [m].
+            most: Maximum number of pairs.
         """
         gaps = self.gaps(q)
         order = np.argsort(gaps, kind="stable")[:most]
@@ -164,7 +164,7 @@ class Configurations:
         return [NearPair(float(gaps[k]), self._gradient(int(k))) for k in order if gaps[k] < within]
 
     def _gradient(self, k: int) -> FloatArray:
-        """Gradient of the distance of a pair; distances and Jacobians are those computed last."""
+        """Gradient of the distance of a pair, from the distances and Jacobians computed last."""
         found = self._found.distanceResults[k]
         points = np.array(found.getNearestPoint1()), np.array(found.getNearestPoint2())
         normal = points[1] - points[0]
@@ -185,7 +185,7 @@ class Configurations:
 
 @lru_cache(maxsize=512)
 def _coarse_first(count: int) -> tuple[int, ...]:
-    """The numbers 1 to count - 1: the middle, then the quarters, and so on."""
+    """The numbers 1 to count - 1 in order of bisection: the middle, the quarters, and so on."""
     order: dict[int, None] = {}
     step = count
     while step > 1:

@@ -1,8 +1,8 @@
-"""From a clear motion to a fast one: the exchange method of semi-infinite programming.
+"""Minimum-time motion near a collision-free one: exchange method of semi-infinite programming.
 
-Distances are linear rows of the program at a few places of each piece. The proof over all time is
-the oracle: where it finds a contact, rows are added there, and the program is solved again. Only
-motions that are proved clear count, and the best is kept, so that it may end at any time.
+Distances are linearised constraints at a few points of each piece. The proof over all time is the
+oracle: constraints are added where it finds a contact, and the program is solved again. Only
+motions proved clear count, and the best one is kept, so that the iteration may end at any time.
 """
 
 from __future__ import annotations
@@ -18,57 +18,57 @@ from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.program import MotionProgram, Start
-from knotwork.ways.proof import not_clear
+from knotwork.ways.proof import contacts_of
 from knotwork.ways.states import Row, States, states_of
 
 PLACES = (0.0, 1 / 3, 2 / 3)
-"""Where in each piece distances are rows."""
+"""Points of each piece with distance constraints."""
 
 NEAR = 0.08
-"""Pairs with a larger gap than this [m] are left out."""
+"""Maximum gap of the pairs in constraints [m]."""
 
 MOST = 5
 MOST_CUTS = 3
-"""Largest numbers of pairs at a place of the reference, and where the proof finds a contact."""
+"""Maximum numbers of pairs at a point of the reference, and at a contact."""
 
 RADIUS = 0.6
 LEAST_RADIUS = 0.01
-"""Trust region: how far breaks may be from the reference [rad or m], first and at last."""
+"""First and last trust radius: distance of breaks from the reference [rad or m]."""
 
 GAIN = 0.003
-"""It ends where a round makes the motion shorter by less than this part."""
+"""Stop when a round shortens the motion by less than this fraction."""
 
 PLAY = 1e-3
 LOST = 2e-4
-"""Clearance beyond the margins that rows ask for [m], so that less is lost between them, and what a
-round may take of a gap that is smaller: the solver needs some."""
+"""Extra clearance in the constraints [m], a reserve between their points; and how much of a smaller
+clearance one round may use."""
 
 ROUNDS = 25
 LOOKS = 30
-"""Largest numbers of rounds, and of times in each at which contacts become rows."""
+"""Maximum numbers of rounds, and of contact times per round that become constraints."""
 
 NEARLY = 0.8
-"""Efforts and tool speed are held in pieces that have once taken more than this part of a limit."""
+"""Fraction of a limit above which effort or tool speed is constrained in a piece."""
 
 LENGTH = 0.1
-"""Unit of the distances that are rows [m]."""
+"""Unit of distance in the constraints [m]."""
 
 DEEP = 5e-3
-"""Coal's directions out of a contact deeper than this [m] are useless."""
+"""Penetration depth above which Coal's normals are not used [m]."""
 
 HALVINGS = 7
 
 
 class Exchange:
-    """Looks for the fastest motion near a clear one.
+    """Search for the minimum-time motion near a collision-free one.
 
     Args:
         space: Distances at single configurations.
         problem: The states at both ends, positions between them, and the limits.
-        first: A motion that keeps them and is proved clear.
-        times: When the first motion passes the waypoints of the problem [s].
-        pieces: Number of pieces from each waypoint to the next of the motions to be found.
-        resolution: A clearance nearer than this to its margin may count as not kept [m].
+        first: A motion within the limits that is proved clear.
+        times: Times at which it passes the waypoints of the problem [s].
+        pieces: Number of pieces of the new motions between consecutive waypoints.
+        resolution: Distance to the margin within which a clearance may be undecided [m].
 
     Attributes:
         best: The shortest motion so far.
@@ -91,11 +91,11 @@ class Exchange:
         self._improved = False
 
     def run(self, late: Callable[[], bool], beat: float = np.inf) -> PiecewisePolynomial:
-        """Go on until there is nothing to gain; the best motion.
+        """Iterate until convergence, and give the best motion.
 
         Args:
-            late: Whether it is to end now.
-            beat: A motion that is not shorter than this is of no use [s].
+            late: Gives whether to stop now.
+            beat: Duration that the motion has to undercut [s].
         """
         radius, failed, tried = RADIUS, 0, 0
         guess, start = self._reference, Start.FAR
@@ -116,7 +116,7 @@ class Exchange:
             tighter = tightened(self.program.problem, self.program.tightening, found.curve, NEARLY)
             if tighter is not None:
                 self.program.tightening = tighter
-            hits = not_clear(self.space.model, found.curve, self.resolution)
+            hits = contacts_of(self.space.model, found.curve, self.resolution)
             if not hits and tighter is None:
                 gain = 1.0 - found.duration / self._reference.duration
                 if found.duration < self.best.duration:
@@ -159,7 +159,7 @@ class Exchange:
         ]
 
     def _kept(self, gap: float) -> float:
-        """What is asked of a pair: the play; of one that is nearer already, most of what it has."""
+        """Clearance required of a pair: `PLAY`, or for a nearer one most of its clearance."""
         if gap <= 0.0:
             return PLAY
         return min(PLAY, max(0.5 * gap, gap - LOST))

@@ -1,4 +1,4 @@
-"""What a way is asked for, what it is, and why there is none."""
+"""Problem and result of a collision-free motion, and the error without one."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """A motion between two states that is proved clear.
+    """A motion between two states, proved clear.
 
     Attributes:
         curve: Joint positions over time, from time 0 on: cubic, C2.
-        time: When it passes the waypoints [s], shape (n,).
-        line: The polyline that it was made from, shape (n, d).
-        through: The problem with the polyline's corners as waypoints, or `None` where the motion
-            comes to rest or from rest other than straight.
+        time: Times of the waypoints [s], shape (n,).
+        line: The polyline from which it was made, shape (n, d).
+        through: The problem with the polyline's corners as waypoints, or `None` if a part of the
+            motion to or from rest is not straight.
         rests: Whether it rests at corners of the polyline between the waypoints.
         room: Clearance that it keeps beyond the margins [m].
     """
@@ -43,18 +43,18 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class WayProblem:
-    """Two states, and what the motion between them has to keep.
+    """Two states, and the constraints of the motion between them.
 
     Attributes:
-        timing: Waypoints, the first and the last of whose velocities and accelerations are known,
-            and the limits; jerk is limited.
-        starts, goals: Solutions of the first and of the last one, shape (m, d) each, the first of
-            which `timing` has; more than one only where the arm is at rest there.
+        timing: Waypoints, with known velocities and accelerations at the first and the last, and
+            the limits, including jerk.
+        starts, goals: Solutions of the first and of the last waypoint, shape (m, d) each; `timing`
+            has the first of each. More than one only if the arm is at rest there.
         robot: Pinocchio model of the arm.
-        model: Bodies that are there, and their pairs.
-        resolution: A clearance nearer than this to its margin may count as not kept [m].
-        stop: Gives a motion from the first state to rest, or `None`. It is looked at where braking
-            along the velocity is not clear.
+        model: Bodies and their pairs.
+        resolution: Distance to the margin within which a clearance may be undecided [m].
+        stop: Gives a motion from the first state to rest, or `None`; used if braking along the
+            velocity collides.
     """
 
     timing: TimingProblem
@@ -67,24 +67,23 @@ class WayProblem:
 
     @property
     def loaded(self) -> Any:
-        """Pinocchio model of the arm and what it carries, or `None` if no effort is limited."""
+        """Pinocchio model of the arm with its load, or `None` if no effort is limited."""
         dynamics = self.timing.dynamics
         limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()
         return dynamics.robot.model if dynamics is not None and limited else None
 
 
 class NoWayError(Exception):
-    """No way was found. That is no proof that there is none.
+    """No collision-free motion was found. This does not prove that none exists.
 
     Attributes:
-        end: `"start"`, `"goal"` or the number of a waypoint between them where the arm is too near
-            to something, or can't come to rest along its velocity without being so; empty where all
-            are free.
-        bodies: Names of the two bodies that are too near there.
-        depth: By how much [m], or how far the joint goes beyond its limit [rad or m].
-        moving: Whether it is the motion to rest that is not clear.
-        joint: Index of the joint that goes beyond its position limit until the arm is at rest.
-        checks: Number of configurations looked at.
+        end: `"start"`, `"goal"` or the number of a waypoint where the arm collides, or can't come
+            to rest along its velocity without a collision; empty if all are collision-free.
+        bodies: Names of the two colliding bodies.
+        depth: Violation of the margin [m], or of the joint's position limit [rad or m].
+        moving: Whether the motion to rest collides.
+        joint: Index of the joint that exceeds its position limit before the arm is at rest.
+        checks: Number of configurations checked.
         solutions: Number of solutions of the end, all of which collide.
     """
 

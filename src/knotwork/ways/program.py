@@ -1,12 +1,12 @@
-"""The program of one motion between two states: pieces, limits, and planes to stay beyond.
+"""The program of one motion between two states: pieces, limits, and separating planes.
 
-The pieces, their equations and the limits are those of `timing.section`; all breaks are free, but
-for the positions of waypoints between the states, each with as many pieces before it. A
-distance d that falls at the rate -g per joint position becomes a row for one place s of one piece,
+The pieces, their equations and the limits are those of `timing.section`; all breaks are variables,
+except for the positions of waypoints between the states, each after the same number of pieces. A
+distance d with gradient g becomes a row for one point s of one piece,
 
     d + g · (q(s) - q₀) >= margin,
 
-which holds near q₀, the place where d and g were measured.
+which is valid near q₀, the configuration of d and g.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from knotwork.waypoints import FloatArray
 from knotwork.ways.states import Row, States, states_of
 
 MARGIN = 3e-5
-"""Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
+"""Relative margin to each limit, larger than the solver's tolerance."""
 
 
 SHORT = 0.05
-"""Equations of pieces below this part of the mean duration are scaled as if they took as long."""
+"""Minimum duration in the scaling of a piece's equations, relative to the mean duration."""
 
 
 class Start(Enum):
-    """What a program starts from: a first guess, or a motion that is nearly the solution."""
+    """Start of a program: a first guess, or a motion close to the solution."""
 
     FAR = auto()
     NEAR = auto()
@@ -59,7 +59,7 @@ OPTIONS: dict[Start, dict[str, Any]] = {
         "ipopt.tol": 1e-4,
     },
 }
-"""Of IPOPT."""
+"""IPOPT options."""
 
 
 @lru_cache(maxsize=8)
@@ -78,7 +78,7 @@ def _row_kernel(d: int) -> Kernel:
 
 
 class MotionProgram:
-    """The shortest motion between the states of a problem, beyond planes.
+    """The minimum-time motion between the states of a problem, beyond planes.
 
     Args:
         problem: The states, the positions between them, and the limits.
@@ -93,14 +93,14 @@ class MotionProgram:
     def solve(
         self, guess: States, near: States, rows: Sequence[Row], radius: float, start: Start
     ) -> States | None:
-        """Solve it.
+        """Solve the program.
 
         Args:
-            guess: Where the solver starts.
-            near: The motion that breaks stay near, with as many pieces; it sets the units.
-            rows: Planes to stay beyond.
-            radius: How far breaks may be from it [rad or m].
-            start: What the guess is.
+            guess: Initial guess of the solver.
+            near: Reference motion of trust region and units, with the same number of pieces.
+            rows: Planes.
+            radius: Trust radius of the breaks [rad or m].
+            start: Kind of the guess.
 
         Returns:
             The motion, or `None` if the solver found none.
@@ -108,7 +108,7 @@ class MotionProgram:
         section = Section(self.problem, self._units(near), self.tightening)
         section.scale = scale = _scale(self.problem, near)
         form, at, given = section.form, layout(section.form), section.parameters()
-        # pieces differ more than those of other sections: each has its own scale
+        # durations of pieces differ more than in other sections: each has its own scale
         h = np.maximum(near.span, SHORT * near.duration / len(near.span)) / scale.time
         given[0][:2] = 1.0 / h, 1.0 / (h * h)
         low, high = section.bounds()
@@ -138,7 +138,7 @@ class MotionProgram:
         return states_of(section.rebuild(found.x).curve) if found.solved else None
 
     def _units(self, near: States) -> Guess:
-        """A motion as what a section is scaled by."""
+        """The motion as a guess, which sets the scale of a section."""
         span = near.span.reshape(len(self.problem.position) - 1, -1)
         duration = span.sum(axis=1)
         velocity = near.v[:: span.shape[1]]
@@ -146,7 +146,7 @@ class MotionProgram:
 
 
 def _scale(problem: TimingProblem, near: States) -> Scale:
-    """Units in which all numbers of the program are near one."""
+    """Units in which all numbers of the program are of order one."""
     limits, time = problem.limits, 5.0 * float(np.median(near.span))
     moves = limits.velocity * time, limits.acceleration * time**2, limits.jerk * time**3
     return Scale(time, np.min(moves, axis=0))

@@ -1,4 +1,4 @@
-"""Polylines between configurations that are free at samples: RRT-Connect, shortcuts.
+"""Polylines between configurations, collision-free at samples: RRT-Connect and shortcuts.
 
 RRT-Connect: Kuffner and LaValle, ICRA 2000. Trees are balanced, and each has a root for each
 solution of its end.
@@ -15,14 +15,14 @@ EXTENSION = 1.0
 """Length of an extension of a tree [rad or m]."""
 
 BEYOND = np.pi
-"""Joints go no farther beyond the ends than this while a way is looked for [rad or m]."""
+"""Maximum distance of sampled joint positions beyond the ends [rad or m]."""
 
 DIRECT = 24
 """Number of straight edges between ends that are tried, the shortest first."""
 
 SHORTCUTS = 150
 FAILURES = 40
-"""Number of shortcuts tried, and of those that fail in a row before it ends."""
+"""Maximum numbers of shortcuts tried, and of consecutive failures."""
 
 
 class _Tree:
@@ -68,20 +68,20 @@ def connect(
     """Find a polyline from one of several configurations to one of others.
 
     Args:
-        space: Which configurations are free.
-        starts: Where it may begin [rad or m], shape (m, d).
-        goals: Where it may end, shape (n, d).
-        rng: Random numbers.
-        step: Edges are sampled at this [rad or m].
-        most: Number of configurations to look at, about; then it gives up.
+        space: Collision tests.
+        starts: Possible starts [rad or m], shape (m, d).
+        goals: Possible ends, shape (n, d).
+        rng: Random number generator.
+        step: Step of samples on edges [rad or m].
+        most: Approximate maximum number of configurations checked.
 
     Returns:
-        Its corners, shape (n, d), or `None`.
+        Corners of the polyline, shape (n, d), or `None`.
     """
     length = np.linalg.norm(starts[:, None] - goals, axis=2)
     for k in length.argsort(axis=None, kind="stable")[:DIRECT]:
         i, j = divmod(int(k), len(goals))
-        if space.free_edge(starts[i], goals[j], step):
+        if space.is_free_edge(starts[i], goals[j], step):
             return np.stack((starts[i], goals[j]))
     ends = np.concatenate((starts, goals))
     lower = np.maximum(space.lower, ends.min(axis=0) - BEYOND)
@@ -109,7 +109,7 @@ def _extended(
     move = target - tree[near]
     length = float(np.linalg.norm(move))
     q = target if length <= EXTENSION else tree[near] + move * (EXTENSION / length)
-    if space.free(q) and space.free_edge(tree[near], q, step):
+    if space.is_free(q) and space.is_free_edge(tree[near], q, step):
         return tree.add(q, near)
     return None
 
@@ -117,7 +117,7 @@ def _extended(
 def _connected(
     space: Configurations, tree: _Tree, target: FloatArray, step: float
 ) -> tuple[int, bool]:
-    """Go as far towards a target as it is free: where that is, and whether it is the target."""
+    """Extend a tree towards a target until a collision; last node, and whether it is reached."""
     here: int | None = tree.nearest(target)
     while here is not None:
         last = here
@@ -134,14 +134,14 @@ def shortened(
     step: float,
     weights: FloatArray,
 ) -> FloatArray:
-    """Shorten a polyline by straight edges between random places of it, where these are free.
+    """Shorten a polyline by collision-free straight edges between random points of it.
 
     Args:
-        space: Which configurations are free.
-        line: Its corners [rad or m], shape (n, d).
-        rng: Random numbers.
-        step: Edges are sampled at this [rad or m].
-        weights: Lengths are measured in joint positions times these, shape (d,).
+        space: Collision tests.
+        line: Corners of the polyline [rad or m], shape (n, d).
+        rng: Random number generator.
+        step: Step of samples on edges [rad or m].
+        weights: Weights of the joints in lengths, shape (d,).
     """
     points, failed = list(line), 0
     for _ in range(SHORTCUTS):
@@ -158,7 +158,7 @@ def shortened(
             for k, s in zip((i, j), places.tolist(), strict=True)
         )
         shorter = np.linalg.norm((end - start) * weights) < 0.999 * (places[1] - places[0])
-        if shorter and space.free_edge(start, end, step):
+        if shorter and space.is_free_edge(start, end, step):
             points[i + 1 : j + 1] = [start, end]
             failed = 0
         else:
@@ -167,12 +167,12 @@ def shortened(
 
 
 def _straightened(space: Configurations, points: list[FloatArray], step: float) -> list[FloatArray]:
-    """Leave out corners as long as the straight edges past them are free."""
+    """Remove corners while the straight edges past them are collision-free."""
     moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
     points = [points[0], *(q for q, far in zip(points[1:], moved, strict=True) if far)]
     k = 1
     while k < len(points) - 1:
-        if space.free_edge(points[k - 1], points[k + 1], step):
+        if space.is_free_edge(points[k - 1], points[k + 1], step):
             del points[k]
             k = max(k - 1, 1)
         else:

@@ -1,4 +1,4 @@
-"""`find_way`: a motion between two states that keeps every margin, proved, and as fast as found."""
+"""`find_way`: a fast motion between two states, proved to keep every margin."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from knotwork.waypoints import FloatArray, IndexArray
 from knotwork.ways.configurations import Configurations
 from knotwork.ways.exchange import Exchange
 from knotwork.ways.problem import NoWayError, Way, WayProblem
-from knotwork.ways.proof import not_clear, too_near
+from knotwork.ways.proof import contacts_along, contacts_of
 from knotwork.ways.rrt import connect, shortened
-from knotwork.ways.states import backwards, followed, slowed
+from knotwork.ways.states import concatenate, reverse, slow_down
 
 
-class Care(NamedTuple):
-    """How carefully a polyline is looked for.
+class Stage(NamedTuple):
+    """Sampling settings of one stage of the search.
 
     Attributes:
-        step: Edges are sampled at this [rad or m].
-        extra: Clearance that samples keep beyond the margins [m].
-        checks: Number of configurations looked at before it gives up.
+        step: Step of samples on edges [rad or m].
+        extra: Clearance of samples beyond the margins [m].
+        checks: Maximum number of configurations checked.
     """
 
     step: float
@@ -38,26 +38,26 @@ class Care(NamedTuple):
     checks: int
 
 
-CARES = (
-    Care(0.05, 5e-3, 20_000),
-    Care(0.025, 5e-3, 20_000),
-    Care(0.025, 1e-3, 20_000),
-    Care(0.0125, 0.0, 40_000),
+STAGES = (
+    Stage(0.05, 5e-3, 20_000),
+    Stage(0.025, 5e-3, 20_000),
+    Stage(0.025, 1e-3, 20_000),
+    Stage(0.0125, 0.0, 40_000),
 )
-"""Tried in turn until a polyline is proved clear."""
+"""Stages, tried in turn until a polyline is proved clear."""
 
 PAIRS = 220
-"""With more pairs of solids, fewer configurations are looked at, in the same time."""
+"""With more pairs of solids fewer configurations are checked, in the same time."""
 
 ROOMS = (1.0, 0.5, 0.25)
-"""Parts of the room that is asked for, tried in turn."""
+"""Fractions of the requested clearance, tried in turn."""
 
 SEEDS = 3
-"""Number of polylines tried with each before the next."""
+"""Number of polylines tried in each stage."""
 
 PIECES_AN_EDGE = 4
 FEWEST, MOST = 12, 20
-"""Pieces of the motion for each edge of the polyline, and of the whole."""
+"""Pieces of the motion for each edge of the polyline, minimum and maximum."""
 
 
 def find_way(
@@ -68,54 +68,53 @@ def find_way(
     late: Callable[[], bool] = lambda: False,
     report: Callable[[int, Way | None], None] = lambda number, best: None,
 ) -> Way:
-    """Find a fast motion between two states that keeps every margin and limit, proved.
+    """Find a fast motion between two states, proved to keep every margin and limit.
 
     The same problem gives the same motion. More tries can only make it faster.
 
     Args:
         problem: The states, the limits and the bodies.
-        tries: Number of ways that are looked for; the fastest motion is taken.
-        room: Clearance that pairs keep beyond their margins [m], or a half, a quarter or nothing of
-            it if no way is found with more. A pair keeps no more than half of what it has at the
-            waypoints.
-        late: Whether the time is over; then the best so far is taken, once there is one.
-        report: Called with the number of the try, from 1 on, and the best motion so far, as each
+        tries: Number of motions searched for; the fastest one is returned.
+        room: Clearance of pairs beyond their margins [m]; a half, a quarter or nothing of it if no
+            motion is found with more. A pair keeps at most half of its clearance at the waypoints.
+        late: Gives whether time is over; then the best motion so far is returned, if any.
+        report: Called with the number of the try, from 1 on, and the best motion so far, when a
             try begins and when there is a better motion.
 
     Raises:
-        NoWayError: None was found.
+        NoWayError: No motion was found.
     """
     for part in ROOMS if room else ():
         try:
             roomy = _with_room(problem, part * room)
-            way = _Search(roomy, CARES[:1], late, report).best_of(tries)
+            way = _Search(roomy, STAGES[:1], late, report).best_of(tries)
             return replace(way, room=part * room)
         except NoWayError:
             continue
-    return _Search(problem, CARES, late, report).best_of(tries)
+    return _Search(problem, STAGES, late, report).best_of(tries)
 
 
-def lasting(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
-    """A way that lasts longer than it has to, or `None` where the arm can't go so slowly.
+def stretch(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomial | None:
+    """Stretch a motion to a longer duration; `None` if the arm can't move so slowly.
 
     Args:
-        problem: As for `find_way`.
-        way: The fastest.
-        duration: How long it is to last [s], no less than the fastest.
+        problem: The problem of `find_way`.
+        way: The fastest motion.
+        duration: The new duration [s], not below that of the motion.
     """
     timing = problem.timing
     if not timing.velocity[[0, -1]].any() and not timing.acceleration[[0, -1]].any():
-        return slowed(way.curve, duration / way.duration)
+        return slow_down(way.curve, duration / way.duration)
     if way.through is None:
         return None
     rests = resting(replace(way.through, total=duration), "resting")
-    if rests is None or not_clear(problem.model, rests.found.curve, problem.resolution):
+    if rests is None or contacts_of(problem.model, rests.found.curve, problem.resolution):
         return None
     return rests.found.curve
 
 
 def _with_room(problem: WayProblem, room: float) -> WayProblem:
-    """The problem with margins that are greater by some room [m]."""
+    """The problem with margins increased by a clearance [m]."""
     model, limits = problem.model, problem.timing.limits
     space = Configurations(problem.robot, model, limits)
     least = dict.fromkeys(space.bodies, room)
@@ -132,12 +131,12 @@ def _with_room(problem: WayProblem, room: float) -> WayProblem:
 def stretches(
     starts: FloatArray, inner: FloatArray, goals: FloatArray
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Where each polyline may begin and end, shape (m, d) each: from waypoint to waypoint."""
+    """Possible starts and ends of each polyline between waypoints, shape (m, d) each."""
     return pairwise([starts, *inner[:, None], goals])
 
 
 def affordable(checks: int, space: Configurations) -> int:
-    """How many configurations are looked at, of a number that few pairs allow."""
+    """Number of configurations checked, reduced for many pairs."""
     return checks * PAIRS // max(PAIRS, len(space.bodies))
 
 
@@ -145,11 +144,11 @@ class _Search:
     def __init__(
         self,
         problem: WayProblem,
-        cares: Sequence[Care],
+        stages: Sequence[Stage],
         late: Callable[[], bool],
         report: Callable[[int, Way | None], None],
     ) -> None:
-        self.problem, self.cares, self.late, self.report = problem, cares, late, report
+        self.problem, self.stages, self.late, self.report = problem, stages, late, report
         timing = problem.timing
         limits = timing.limits
         self.space = Configurations(problem.robot, problem.model, limits, problem.loaded)
@@ -158,29 +157,29 @@ class _Search:
         for k, q in enumerate(self.inner, 1):
             self._free(f"{k}", q[None])
         self.ends = [starts, self._free("goal", problem.goals)]
-        # to rest after the start, and from rest to the goal, where they are not straight
+        # motions to rest after the start and from rest to the goal, if they are not straight
         self.runs: list[PiecewisePolynomial | None] = [None, None]
         self.moves = [self._move_to_rest(k, self.ends[k][0]) for k in (0, -1)]
-        self.care = 0
+        self.stage = 0
 
     @property
     def rests(self) -> list[FloatArray]:
-        """Where the arm is at rest next to each of the starts and goals that are left."""
+        """Configurations at rest next to the remaining starts and goals."""
         return [q + move for q, move in zip(self.ends, self.moves, strict=True)]
 
     def _free(self, end: str, ends: FloatArray) -> FloatArray:
-        """Those of the solutions of an end where the arm is clear."""
-        free = self.space.those_free(ends)
+        """Select the collision-free solutions of an end."""
+        free = self.space.select_free(ends)
         if not len(free):
             gap, bodies = self.space.worst(ends[0])
             raise NoWayError(end, bodies, -gap, solutions=len(ends))
         return free
 
     def _move_to_rest(self, k: int, q: FloatArray) -> FloatArray:
-        """How far from the start, 0, or the goal, -1, the arm is at rest next to it, clear.
+        """Collision-free displacement to rest after the start (k = 0) or before the goal (-1).
 
-        It brakes straight, on a path that is given, or each joint by itself; what leads to the goal
-        does so backwards in time.
+        The arm brakes along its velocity, on a given path, or with each joint independently; next
+        to the goal backwards in time.
         """
         timing, problem = self.problem.timing, self.problem
         limits = timing.limits
@@ -188,7 +187,7 @@ class _Search:
         if not v.any() and not a.any():
             return np.zeros_like(q)
         move = braking_move(v, a, limits)
-        blame = self._against(k, q, move)
+        blame = self._obstruction(k, q, move)
         if blame is None:
             return move
         run = problem.stop() if k == 0 else None
@@ -196,11 +195,11 @@ class _Search:
             run = joint_stop(q, v, a, limits.acceleration, limits.jerk)
             if not self._is_possible(run):
                 raise blame
-        self.runs[k] = backwards(run) if k else run
+        self.runs[k] = reverse(run) if k else run
         return np.asarray(run(run.x[-1]) - q)
 
-    def _against(self, k: int, q: FloatArray, move: FloatArray) -> NoWayError | None:
-        """What is in the way of a straight move from an end."""
+    def _obstruction(self, k: int, q: FloatArray, move: FloatArray) -> NoWayError | None:
+        """Obstruction of a straight move from an end."""
         end, rest = ("goal" if k else "start"), q + move
         if not self.space.within_limits(rest):
             beyond = np.maximum(self.space.lower - rest, rest - self.space.upper)
@@ -211,13 +210,13 @@ class _Search:
         return NoWayError(end, bodies, max(-gap, 0.0), moving=True)
 
     def _is_possible(self, run: PiecewisePolynomial) -> bool:
-        """Whether a motion is clear and keeps limits."""
-        return keeps_limits(self.problem.timing, run) and not not_clear(
+        """Whether a motion is collision-free and within limits."""
+        return keeps_limits(self.problem.timing, run) and not contacts_of(
             self.problem.model, run, self.problem.resolution
         )
 
     def _is_clear(self, line: FloatArray) -> bool:
-        return not too_near(self.problem.model, line, self.problem.resolution)
+        return not contacts_along(self.problem.model, line, self.problem.resolution)
 
     def best_of(self, tries: int) -> Way:
         best: Way | None = None
@@ -239,14 +238,14 @@ class _Search:
         return best
 
     def _leave_out_far_ends(self, duration: float) -> None:
-        """Leave out ends between which no motion takes less than a time, however it goes."""
+        """Remove ends between which every motion takes longer than a duration."""
         first, last = self.ends
         fastest = np.abs(first[:, None] - last) / self.problem.timing.limits.velocity
         near = fastest.max(axis=2) < duration
         self.ends = [first[near.any(axis=1)], last[near.any(axis=0)]]
 
     def _lines(self, seed: int) -> list[FloatArray] | None:
-        """Polylines from each waypoint to the next that are proved clear."""
+        """Polylines between consecutive waypoints, proved clear."""
         found = []
         starts, goals = self.rests
         for k, ends in enumerate(stretches(starts, self.inner, goals)):
@@ -257,13 +256,13 @@ class _Search:
         return found
 
     def _line(self, seed: list[int], starts: FloatArray, goals: FloatArray) -> FloatArray | None:
-        """A polyline that is proved clear."""
+        """A polyline, proved clear."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
-        while self.care < len(self.cares):
-            step, extra, checks = self.cares[self.care]
-            # between all solutions, far ones are joined too soon, so those chosen come first
-            few = slice(None if self.care or seed[0] else 1)
+        while self.stage < len(self.stages):
+            step, extra, checks = self.stages[self.stage]
+            # among all solutions distant ones are connected too early: the chosen ones come first
+            few = slice(None if self.stage or seed[0] else 1)
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(SEEDS):
                 rng = np.random.default_rng([*seed, k])
@@ -274,11 +273,11 @@ class _Search:
                 for one in (shortened(self.space, line, rng, step, weights), line):
                     if len(one) == 1 or self._is_clear(one):
                         return one
-            self.care += 1
+            self.stage += 1
         return None
 
     def _fast(self, lines: list[FloatArray], best: Way | None, number: int) -> Way | None:
-        """The fastest motion near polylines that follow one another."""
+        """The fastest motion near consecutive polylines."""
         line = np.concatenate((lines[0][:1], *(one[1:] for one in lines)))
         edges = [len(one) - 1 for one in lines]
         passed, problem = np.cumsum([0, *edges]), self.problem
@@ -287,7 +286,7 @@ class _Search:
         if made is None:
             return None
         first, times, through = made
-        if not_clear(problem.model, first, problem.resolution) or not keeps_limits(inner, first):
+        if contacts_of(problem.model, first, problem.resolution) or not keeps_limits(inner, first):
             return None
         way = Way(first, times, line, through, rests=len(line) > len(passed))
         if best is None:
@@ -303,10 +302,10 @@ class _Search:
     ) -> tuple[PiecewisePolynomial, FloatArray, TimingProblem | None] | None:
         """A motion that rests at the corners of a line, its times there, and its problem."""
         before, after = self.runs
-        if len(line) == 1:  # one rest for both ends
+        if len(line) == 1:  # both ends have the same rest
             if before is None and after is None:
                 return None
-            curve = followed(before, after)
+            curve = concatenate(before, after)
             return curve, curve.x[[0, -1]], None
         through = self._through(line)
         position, velocity, acceleration = map(
@@ -322,7 +321,7 @@ class _Search:
         middle, times = rests.found.curve, rests.found.knots.time[passed]
         if before is None and after is None:
             return middle, times, through
-        curve = followed(before, middle, after)
+        curve = concatenate(before, middle, after)
         times = times + (0.0 if before is None else before.x[-1])
         times[[0, -1]] = curve.x[[0, -1]]
         return curve, times, None

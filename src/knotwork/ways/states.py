@@ -1,4 +1,4 @@
-"""A motion by the states at its breaks, and the planes that it stays beyond."""
+"""A motion by the states at its breaks, and separating planes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from knotwork.waypoints import FloatArray
 
 
 class Row(NamedTuple):
-    """A plane that the motion stays beyond at one place: normal · q >= offset.
+    """A linear constraint at one point of the motion: normal · q >= offset.
 
     Attributes:
         piece: Index of the piece.
-        place: Where in it, from 0 to 1.
-        normal: By joint position [1/rad or 1/m], shape (d,).
-        offset: A number near one or less, without a unit.
+        place: Position in the piece, 0 to 1.
+        normal: Normal in joint space [1/rad or 1/m], shape (d,).
+        offset: Dimensionless offset, of order one.
     """
 
     piece: int
@@ -34,7 +34,7 @@ class States:
     Attributes:
         span: Durations of the pieces [s], shape (n,).
         q, v, a: Positions, velocities, accelerations at the breaks, shape (n + 1, d) each.
-        curve: The motion that they are of; a first guess follows it only roughly.
+        curve: The motion of these states; for a first guess only approximately.
     """
 
     span: FloatArray
@@ -49,12 +49,12 @@ class States:
         return float(self.span.sum())
 
     def at(self, piece: int, place: float) -> FloatArray:
-        """Joint positions at a place of a piece, from 0 to 1."""
+        """Joint positions at a position in a piece, 0 to 1."""
         time = float(self.span[:piece].sum()) + place * float(self.span[piece])
         return np.asarray(self.curve(min(time, float(self.curve.x[-1]))))
 
     def place_of(self, time: float) -> tuple[int, float]:
-        """In which piece a time is, and where in it, from 0 to 1."""
+        """Piece that contains a time, and the position in it, 0 to 1."""
         x = self.curve.x
         piece = min(max(int(np.searchsorted(x, time, side="right")) - 1, 0), len(x) - 2)
         return piece, float((time - x[piece]) / self.span[piece])
@@ -66,14 +66,14 @@ def states_of(curve: PiecewisePolynomial) -> States:
     return States(np.diff(curve.x), curve(last), curve(last, 1), curve(last, 2), curve)
 
 
-def slowed(curve: PiecewisePolynomial, factor: float) -> PiecewisePolynomial:
-    """A cubic motion that begins at time 0, all along slower by a factor."""
+def slow_down(curve: PiecewisePolynomial, factor: float) -> PiecewisePolynomial:
+    """A cubic motion that begins at time 0, slowed down by a constant factor."""
     scale = factor ** -np.arange(3.0, -1.0, -1.0)
     return PiecewisePolynomial(curve.c * scale[:, None, None], factor * curve.x)
 
 
-def followed(*motions: PiecewisePolynomial | None) -> PiecewisePolynomial:
-    """Those motions that are there, one after the other, each from time 0 on."""
+def concatenate(*motions: PiecewisePolynomial | None) -> PiecewisePolynomial:
+    """Concatenate motions, each from time 0 on, without those that are `None`."""
     there = [one for one in motions if one is not None]
     starts = np.cumsum([0.0, *(one.x[-1] for one in there)])
     x = [start + one.x[:-1] for start, one in zip(starts[:-1], there, strict=True)]
@@ -82,8 +82,8 @@ def followed(*motions: PiecewisePolynomial | None) -> PiecewisePolynomial:
     )
 
 
-def backwards(curve: PiecewisePolynomial) -> PiecewisePolynomial:
-    """A cubic motion that begins at time 0, from its end to its start."""
+def reverse(curve: PiecewisePolynomial) -> PiecewisePolynomial:
+    """A cubic motion that begins at time 0, reversed."""
     span = np.diff(curve.x)[:, None]
     a, b, c, d = curve.c
     turned = (-a, b + 3.0 * a * span, -c - (2.0 * b + 3.0 * a * span) * span)
