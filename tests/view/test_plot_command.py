@@ -119,7 +119,6 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
         (["paper_case", "--quantities", "acceleratoin"], "did you mean 'acceleration'"),
         (["paper_case", "--planner", "cubik"], "did you mean 'cubic'"),
         (["paper_case", "--compare", "quintc"], "did you mean 'quintic'"),
-        (["paper_case", "--knots", "even"], "balanced"),
         (["paper_case", "-o", "a.gif"], "give .png, .svg, .pdf"),
         (["paper_case", "-o", "a"], "it has no suffix"),
         (["paper_case", "--tool"], "without a robot"),
