@@ -273,6 +273,7 @@ class Robot(ChainKinematics):
 
         Raises:
             UnknownNameError: There is no such joint.
+            RobotError: A joint does not move.
 
         >>> arm = kw.load_robot("ur5_rail")
         >>> eager, q = arm.with_weights({"rail": 0.2}), arm.configuration("home")
@@ -281,6 +282,13 @@ class Robot(ChainKinematics):
         [array([0.067, 0.068]), array([0.098, 0.004])]
         """
         for name in weights:
+            if name in self.locked:
+                raise RobotError(
+                    self.name,
+                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
+                    f"carries; joints that move: {', '.join(self.joint_names)}",
+                    joint=name,
+                )
             if name not in self.joint_names:
                 raise UnknownNameError(
                     "joint", name, self.joint_names, where=f"robot {self.name!r}"
