@@ -26,8 +26,8 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, to which paths with normals lead: these free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose or reaches beyond `MOST_TURNS`; a tilt is too
-            large; or a velocity is in axes that are free.
+        DocumentError: A turn does not contain the pose or reaches beyond `MOST_TURNS`; a tilt is
+            too large; or a velocity is in axes that are free.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
