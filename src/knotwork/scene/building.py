@@ -167,7 +167,7 @@ class _Builder:
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
-        pairing = Pairing(self.robot, scene, self.geometry, given.reasons)
+        pairing = Pairing(self.robot, self.joints, scene, self.geometry, given.reasons)
         pairs, ignored = pairing.pairs(bodies)
         return CollisionModel(
             self.joints,
