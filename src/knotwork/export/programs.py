@@ -176,8 +176,8 @@ def to_rapid(
         triggers = [flying[id(event)] for event in step.switched if id(event) in flying]
         if len(triggers) > MOST_TRIGGERS:
             raise ExportError(f"ABB switches {MOST_TRIGGERS} signals at a time at most")
-        more = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
-        name, middle = ("TriggAbsJ", f"{triggers[0]}{more}, ") if triggers else ("MoveAbsJ", "")
+        others = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
+        name, middle = ("TriggAbsJ", f"{triggers[0]}{others}, ") if triggers else ("MoveAbsJ", "")
         zone = "fine" if step.last else "z0"
         move = rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {middle}{zone}"
         lines += [f"    {move}, tool0;"]
