@@ -157,6 +157,20 @@ class Robot(ChainKinematics):
         """
         return self._given.urdf.added
 
+    @property
+    def carrying_joints(self) -> dict[str, frozenset[str]]:
+        """For each joint of its URDF, planned or not, itself and those that carry it.
+
+        >>> sorted(kw.load_robot("ur5_rail").carrying_joints["shoulder_pan_joint"])
+        ['rail', 'shoulder_pan_joint']
+        """
+        urdf = self._given.urdf
+        tree = read_urdf(urdf.files[0].path, self.name, urdf.axes).model
+        return {
+            name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
+            for joint, name in enumerate(tree.names[1:], 1)
+        }
+
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._given,)  # made anew: each copy has working memory of its own
 
