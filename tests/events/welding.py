@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 DOWN = {"rpy": [180, 0, 0]}
-WIRE = {"feed": 2.5, "at": 15}
 
 
 def weld(**changes: Any) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 from spline_reference import exact_pieces, knots_of_paper, paper_system
 
@@ -69,18 +68,6 @@ def test_equals_rational_arithmetic_for_extreme_knots(margin, n, ends):
         powers = np.diff(t) ** np.arange(3, -1, -1)[:, None]
         assert np.abs((spline.c - exact) * powers).max() <= 1e-14 * np.abs(exact * powers).max()
         assert np.abs(spline.c[1] - exact[1]).max() <= 1e-14 * np.abs(exact[1]).max()
-
-
-fractions = st.lists(st.floats(1e-6, 1 - 1e-6), min_size=2, max_size=2, unique=True).map(sorted)
-
-
-def test_is_the_cubic_hermite_spline_of_its_own_knots():
-    x, y, v = waypoints(20, ratio=4.0)
-    spline = ModifiedHermiteSpline(x, y, v)
-    other = CubicHermiteSpline(spline.x, spline(spline.x), spline(spline.x, 1))
-    t = np.linspace(x[0], x[-1], 2001)
-    for nu in range(3):
-        np.testing.assert_allclose(spline(t, nu), other(t, nu), atol=1e-10)
 
 
 @pytest.mark.parametrize(

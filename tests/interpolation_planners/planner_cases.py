@@ -26,16 +26,6 @@ def random_waypoints(n: int, seed: int = 0, joints: int = 3, ratio: float = 8.0)
     )
 
 
-def paper_waypoints() -> JointWaypoints:
-    """The paper's case in degrees."""
-    return JointWaypoints(
-        ("joint_1",),
-        [0.0, 5.0, 15.0, 25.0],
-        [[0.0], [30.0], [90.0], [180.0]],
-        [[0.0], [8.0], [8.0], [0.0]],
-    )
-
-
 class DenseSpline:
     """Polynomials of given degrees between breaks, fixed by linear conditions, solved densely."""
 

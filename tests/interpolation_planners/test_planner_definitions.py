@@ -43,23 +43,6 @@ def test_high_degrees_meet_all_that_is_given_at_both_ends(name, orders, n):
     assert_same(trajectory, dense, orders - 1)
 
 
-def test_quintic_is_equation_8_in_global_time():
-    waypoints = random_waypoints(2, joints=1)
-    t0, t1 = waypoints.time
-    matrix = [
-        [0.0 if k < nu else np.prod(np.arange(k, k - nu, -1.0)) * t ** (k - nu) for k in range(6)]
-        for nu in range(3)
-        for t in (t0, t1)
-    ]
-    a = np.linalg.solve(matrix, [*waypoints.position[:, 0], *waypoints.velocity[:, 0], 0.7, -0.4])
-    options = PlannerOptions(accelerations=[[0.7], [-0.4]])
-    trajectory = get_planner("quintic")(waypoints, options)
-    t = np.linspace(t0, t1, 11)
-    np.testing.assert_allclose(
-        trajectory.position(t)[:, 0], np.polynomial.polynomial.polyval(t, a), atol=1e-9
-    )
-
-
 @pytest.mark.parametrize("n", COUNTS)
 def test_bspline_is_the_complete_cubic_spline(n):
     waypoints = random_waypoints(n)
@@ -67,16 +50,6 @@ def test_bspline_is_the_complete_cubic_spline(n):
     expected = CubicSpline(t, y, bc_type=((1, v[0]), (1, v[-1])))
     trajectory = get_planner("bspline")(waypoints, PlannerOptions())
     assert_same(trajectory, expected, 3)
-    dense = DenseSpline(t, [3] * (n - 1))
-    dense.meet(0, t[0], 0, y[0])
-    dense.meet(0, t[0], 1, v[0])
-    for i in range(1, n - 1):
-        dense.meet(i, t[i], 0, y[i])
-    dense.meet(n - 2, t[-1], 0, y[-1])
-    dense.meet(n - 2, t[-1], 1, v[-1])
-    dense.join(2)
-    dense.solve()
-    assert_same(trajectory, dense, 3)
 
 
 @pytest.mark.parametrize("n", COUNTS)
@@ -217,13 +190,3 @@ def test_estimated_accelerations_cost_the_neighbouring_quintics_least(n):
             costs.append(total)
         assert (costs[1] < costs[0]).all()
         np.testing.assert_allclose(costs[0], costs[2], rtol=1e-8)
-
-
-def test_estimated_accelerations_are_exact_for_cubic_motions():
-    waypoints = random_waypoints(7)
-    t = waypoints.time[:, None]
-    k = np.array([1.0, -2.0, 0.5])
-    exact = type(waypoints)(
-        waypoints.joint_names, waypoints.time, k * t**3 - t**2, 3 * k * t**2 - 2 * t
-    )
-    np.testing.assert_allclose(estimated_accelerations(exact), 6 * k * t - 2, rtol=1e-9, atol=1e-8)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planner_cases import COUNTS, paper_waypoints, random_waypoints
+from planner_cases import COUNTS, random_waypoints
 
 from judged import judged_joints
 from knotwork.errors import InputError
@@ -114,49 +114,3 @@ def test_values_out_of_range_are_an_error_and_no_nan(name):
     )
     with pytest.raises(InputError, match=r"floating-point|finite|short|resol"):
         plan(name, waypoints)
-
-
-def test_the_papers_case_by_cubics_jumps_at_b_and_c():
-    waypoints = paper_waypoints()
-    trajectory = plan("cubic", waypoints)
-    # second derivatives 6 s/h - (2 v0 + 4 v1)/h before and after, from the table of the case:
-    # A-B: s = 6; B-C: s = 6; C-D: s = 9
-    end_of_ab = (-6 * 6 + 4 * 8) / 5
-    start_of_bc = (6 * 6 - 4 * 8 - 2 * 8) / 10
-    end_of_bc = (-6 * 6 + 2 * 8 + 4 * 8) / 10
-    start_of_cd = (6 * 9 - 4 * 8) / 10
-    np.testing.assert_allclose(
-        trajectory.polynomial.jumps(2)[:, 0],
-        [start_of_bc - end_of_ab, start_of_cd - end_of_bc],
-        rtol=1e-12,
-    )
-    assert trajectory.continuity.order == 1
-    assert trajectory.continuity.acceleration.time == 15.0
-    assert trajectory.continuity.acceleration.jump == pytest.approx(1.0)
-
-
-def turns(trajectory, low, high):
-    """How often the velocity turns back inside (low, high)."""
-    t = np.linspace(low, high, 2003)[1:-1]
-    signs = np.sign(trajectory.acceleration(t)[:, 0])
-    return int((np.diff(signs[signs != 0]) != 0).sum())
-
-
-def test_the_papers_case_by_quintics_swings_with_a_bad_preset_at_c():
-    waypoints = paper_waypoints()
-    proposed = plan("modified-hermite", waypoints, knots=[0, 3, 8, 13, 19, 25])
-    swinging = plan("quintic", waypoints, accelerations=[[0], [0], [-6], [0]])
-    fitting = plan("quintic", waypoints, accelerations="estimated")
-    assert turns(swinging, 5, 25) == turns(proposed, 5, 25) + 2 == turns(fitting, 5, 25) + 2
-    highest = swinging.extrema("velocity").maximum[0]
-    assert highest > 1.25 * proposed.extrema("velocity").maximum[0]
-    # about C the velocity goes up beyond what is asked for there, down below it, and up again
-    before, after = np.linspace(10, 15, 501), np.linspace(15, 20, 501)
-    assert swinging.velocity(before).max() > 8 + 3 > proposed.velocity(before).max()
-    assert swinging.velocity(after).min() < 8 - 2 < proposed.velocity(after).min()
-    variation = [
-        np.abs(np.diff(curve.velocity(np.linspace(0, 25, 20001)), axis=0)).sum()
-        for curve in (swinging, proposed, fitting)
-    ]
-    assert variation[0] > 1.5 * max(variation[1:])
-    assert swinging.continuity.order == 2

@@ -165,15 +165,15 @@ ROWS = {
 @pytest.mark.parametrize(
     ("points", "says"),
     [
-        ("{file: no.csv, resolution: 10}", "line 10: scene.objects.part.points.file: there is no"),
+        ("{file: no.csv, resolution: 10}", "line 3: scene.objects.part.points.file: there is no"),
         ("{file: good.csv}", "scene.objects.part.points.resolution: is missing"),
         ("{file: good.csv, resolution: 0}", "resolution: 0: must be greater than 0"),
         ("{file: good.csv, resolution: -1}", "resolution: -1: must be greater than 0"),
         ("{file: good.csv, resolution: 10, scale: .nan}", "part.points.scale"),
-        ("{file: empty.csv, resolution: 10}", "it holds no points"),
+        ("{file: empty.csv, resolution: 10}", "holds no rows"),
         ("{file: bare.csv, resolution: 10}", "it holds no points"),
         ("{file: plain.csv, resolution: 10}", "expected are headings x,y,z"),
-        ("{file: word.csv, resolution: 10}", "line 4: '1,two,3' has no numbers for x, y and z"),
+        ("{file: word.csv, resolution: 10}", "line 4: column 2 (y): 'two' is no number"),
         ("{file: nan.csv, resolution: 10}", "point 2 of 2 is [1.0, nan, 3.0], not finite"),
         ("{file: small.csv, resolution: 10}", "less than a cell of 0.01 m; give a smaller"),
         ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),

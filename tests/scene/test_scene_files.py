@@ -12,7 +12,7 @@ from command_line import Command
 TASK = """\
 units: {{length: mm, angle: deg}}
 robot: ur5
-scene: {{objects: {{part: {{{part}}}}}}}
+scene: {{objects: {{{objects}}}}}
 start: home
 waypoints:
   - {{name: here, after: 2, pose: {{position: [450, 0, 300], rpy: [180, 0, 0]}}}}
@@ -24,6 +24,15 @@ def half(mesh: trimesh.Trimesh) -> str:
     text = str(mesh.export(file_type="stl_ascii"))
     facets = text.split("endfacet\n")
     return "endfacet\n".join([*facets[: len(mesh.faces) // 2], ""])
+
+
+def run(knotwork: Command, folder: Path, objects: str) -> str:
+    """What `plan` says of a task that can't be planned."""
+    path = folder / "task.yaml"
+    path.write_text(TASK.format(objects=objects))
+    ran = knotwork("plan", path)
+    assert ran.code == 2, ran.out + ran.err
+    return " ".join(ran.err.split())
 
 
 @pytest.mark.parametrize(
@@ -45,11 +54,7 @@ def test_a_mesh_that_is_no_solid_or_of_another_unit_is_refused(
     (tmp_path / "half.stl").write_text(half(box))
     box.copy().apply_scale(1e-3).export(tmp_path / "small.stl")
     box.copy().apply_scale(1e3).export(tmp_path / "large.stl")
-    path = tmp_path / "task.yaml"
-    path.write_text(TASK.format(part=part))
-    ran = knotwork("plan", path)
-    assert ran.code == 2, ran.out + ran.err
-    assert says in " ".join(ran.err.split())
+    assert says in run(knotwork, tmp_path, f"part: {{{part}}}")
 
 
 def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:

@@ -108,12 +108,12 @@ def test_what_is_refused(vary: Any, options: dict[str, Any], said: str | None) -
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "line 1: the header is []"),
+        ("", "holds no rows"),
         ("rate,rate\n1,2\n", "each once"),
         ("rate\n", "has no rows"),
-        ("rate,knots\n1\n", "line 2: has 1 values for 2 paths"),
+        ("rate,knots\n1\n", "line 2: has 1 values (2, as headings)"),
         ("rate\n1\n.inf\n", "line 3: rate is varied over inf"),
-        ("rate\n{\n", "line 2: can't read"),
+        ("rate\n{\n", "line 2: column 1 (rate): can't read"),
     ],
 )
 def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, said: str) -> None:

@@ -67,11 +67,6 @@ def sharp(t: np.ndarray, dwell: float = 0.0) -> np.ndarray:
     return np.interp((t + 0.5 * crossing) % (2 * half) - 0.5 * crossing, times, values)
 
 
-def even_speed(plan: kw.Plan, t: np.ndarray) -> np.ndarray:
-    """How far along the seam the tool is asked for, with its changes of speed."""
-    return plan.scenario.paths[0].motion.timing(t)
-
-
 A, TURN = 0.5 * WIDTH, 2 * np.pi * RATE
 ACROSS, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 ALONG = np.array([1.0, 0.0, 0.0])

@@ -11,8 +11,9 @@ import numpy as np
 
 from knotwork import documents, storage
 from knotwork.documents import Document
+from knotwork.documents.csv_rows import MOST_BYTES
 from knotwork.errors import DocumentError, Problem
-from knotwork.foreign.csv_file import MOST_BYTES, read_csv
+from knotwork.foreign.csv_file import read_csv
 from knotwork.foreign.points import read_points
 from knotwork.foreign.polynomials import read_polynomials
 from knotwork.foreign.table import Joints, to_trajectory

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.foreign.csv_file import Rows, read_rows
+from knotwork.documents.csv_rows import Rows, read_rows
 from knotwork.foreign.header import HeadingError
 from knotwork.recording.columns import LogColumns, log_columns
 from knotwork.waypoints import FloatArray

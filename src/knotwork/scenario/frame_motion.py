@@ -75,7 +75,7 @@ def _from_file(
 
 
 def _read(path: Path) -> JointTrajectory:
-    from knotwork.foreign.csv_file import read_rows
+    from knotwork.documents.csv_rows import read_rows
     from knotwork.foreign.reading import CSV, read_trajectory
 
     names = list(JOINTS)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import random
 import re
@@ -14,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.documents import parse, read_text
+from knotwork.documents import parse
+from knotwork.documents.csv_rows import read_rows
 from knotwork.errors import DocumentError, InputError, shown
 
 ACCEPTED = (
@@ -178,30 +177,20 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
 
 def _rows(file: Path) -> dict[str, Sequence[Any]]:
     """Columns of a CSV file by the path in its header."""
-    lines = list(csv.reader(io.StringIO(read_text(file))))
-    header = [name.strip() for name in lines[0]] if lines else []
-    if not header or not all(header) or len(set(header)) < len(header):
-        raise InputError(
-            f"{file}: line 1: the header is {shown(header)}; accepted: paths of values, each once, "
-            "for example frames.block.position[0]"
-        )
-    table = []
-    for number, line in enumerate(lines[1:], 2):
-        if not line:
-            continue
-        if len(line) != len(header):
-            raise InputError(
-                f"{file}: line {number}: has {len(line)} values for {len(header)} paths"
-            )
-        try:
-            table.append([parse(cell.strip()).data for cell in line])
-        except DocumentError as error:
-            raise InputError(
-                f"{file}: line {number}: can't read {shown(line)}; accepted: values as in a "
-                "scenario file"
-            ) from error
-        for path, value in zip(header, table[-1], strict=True):
-            _check_finite(f"{file}: line {number}: {path}", value)
-    if not table:
-        raise InputError(f"{file}: has no rows; accepted: a header of paths, then a row a scenario")
-    return {path: tuple(row[i] for row in table) for i, path in enumerate(header)}
+    rows = read_rows(file, ",")
+    header = [name.strip() for name in rows.headings]
+    if not all(header) or len(set(header)) < len(header):
+        accepted = "paths of values, each once, for example frames.block.position[0]"
+        raise rows.error(rows.head, None, f"the header is {shown(header)}", accepted)
+    if not rows.lines:
+        raise rows.error(None, None, "has no rows", "a header of paths, then a row a scenario")
+    columns: dict[str, list[Any]] = {path: [] for path in header}
+    for line, cells in zip(rows.lines, rows.cells, strict=True):
+        for i, (path, cell) in enumerate(zip(header, cells, strict=True)):
+            try:
+                columns[path].append(parse(cell.strip()).data)
+            except DocumentError as error:
+                message = f"can't read {shown(cell)}"
+                raise rows.error(line, i, message, "values as in a scenario file") from error
+            _check_finite(f"{file}: line {line}: {path}", columns[path][-1])
+    return {path: tuple(values) for path, values in columns.items()}

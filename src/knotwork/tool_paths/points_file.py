@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.documents import read_text
+from knotwork.documents.csv_rows import Rows, is_number, read_rows
 from knotwork.errors import DocumentError, Problem, did_you_mean
 from knotwork.tool_paths.curve import REPEATED
 from knotwork.waypoints import FloatArray
@@ -48,13 +45,9 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
         DocumentError: The file can't be read, a heading or a value is wrong, there are fewer than
             two points, or two neighbours are the same.
     """
-    rows = _rows(path)
-    if not rows:
-        raise DocumentError(path, [Problem(None, "", "holds no rows")])
-    line, cells = rows[0]
-    names = _columns(path, line, [cell.strip() for cell in cells])
-    values = _numbers(path, rows[1:], names)
-    lines = [number for number, _ in rows[1:]]
+    rows = read_rows(path)
+    names, lines = _names(rows), rows.lines
+    values = np.column_stack([rows.numbers(i, finite=True) for i in range(len(names))])
     if len(values) < 2:
         message = f"has {'one point' if len(values) else 'no points'}"
         raise DocumentError(path, [Problem(None, "", message, "two or more")])
@@ -82,84 +75,28 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
     return PathPoints(points, *units)
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows that hold something, each with its line."""
-    lines = io.StringIO(read_text(path))
-    reader = csv.reader(lines)
-    try:
-        return [
-            (reader.line_num, cells)
-            for cells in reader
-            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
-        ]
-    except csv.Error as error:
-        raise DocumentError(path, [Problem(None, "", f"can't be read: {error}")]) from error
-
-
-def _columns(path: Path, line: int, names: list[str]) -> list[str]:
+def _names(rows: Rows) -> list[str]:
     """Check the headings.
 
     Raises:
         DocumentError: One is unknown, missing or there twice, or there are none.
     """
+    names = [cell.strip() for cell in rows.headings]
     accepted = "x, y, z and, for the rotation, qx, qy, qz, qw or the surface's normal nx, ny, nz"
-    if all(_number(name) is not None for name in names):
-        message = "has no headings above the numbers"
-        raise DocumentError(path, [Problem(line, "", message, accepted)])
-    for mark in (";", "\t"):
-        if len(names) == 1 and mark in names[0]:
-            message = f"columns are separated by {mark!r}"
-            raise DocumentError(path, [Problem(line, "", message, "a comma")])
+    if all(map(is_number, names)):
+        raise rows.error(rows.head, None, "has no headings above the numbers", accepted)
     known = (*POSITION, *QUATERNION, *NORMAL)
-    problems = []
     for i, name in enumerate(names):
-        where = f"column {i + 1}"
         if name not in known:
             hint = did_you_mean(name.lower(), known)
-            problems.append(Problem(line, where, f"unknown heading {name!r}", hint))
-        elif name in names[:i]:
-            problems.append(
-                Problem(line, where, f"{name!r} is already column {names.index(name) + 1}")
-            )
+            raise rows.error(rows.head, i, f"unknown heading {name!r}", hint)
+        if name in names[:i]:
+            raise rows.error(rows.head, i, f"is column {names.index(name) + 1}, too")
     given = [columns for columns in (QUATERNION, NORMAL) if set(names) & set(columns)]
     if len(given) > 1:
-        problems.append(Problem(line, "", "gives rotations and normals", "one of them"))
-    needed = (*POSITION, *(name for columns in given[:1] for name in columns))
+        raise rows.error(rows.head, None, "gives rotations and normals", "one of them")
+    needed = (*POSITION, *(name for columns in given for name in columns))
     missing = [name for name in needed if name not in names]
     if missing:
-        problems.append(Problem(line, "", f"no column is named {', '.join(missing)}", accepted))
-    if problems:
-        raise DocumentError(path, problems)
+        raise rows.error(rows.head, None, f"no column is named {', '.join(missing)}", accepted)
     return names
-
-
-def _numbers(path: Path, rows: list[tuple[int, list[str]]], names: list[str]) -> FloatArray:
-    """Values of the rows, shape (n, columns).
-
-    Raises:
-        DocumentError: A row has another number of values, or one is no finite number.
-    """
-    problems = []
-    values = np.zeros((len(rows), len(names)))
-    for row, (line, cells) in enumerate(rows):
-        if len(cells) != len(names):
-            message = f"has {len(cells)} values"
-            problems.append(Problem(line, "", message, f"{len(names)}, one a column"))
-            continue
-        for column, cell in enumerate(cells):
-            value = _number(cell)
-            if value is None or not math.isfinite(value):
-                where = f"column {column + 1} ({names[column]})"
-                problems.append(Problem(line, where, f"{cell.strip()!r}", "a finite number"))
-            else:
-                values[row, column] = value
-    if problems:
-        raise DocumentError(path, problems)
-    return values
-
-
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None

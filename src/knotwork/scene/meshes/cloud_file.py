@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
 
+from knotwork.documents.csv_rows import read_rows
 from knotwork.errors import InputError
 from knotwork.scene.meshes.ply_file import read_ply
 from knotwork.scene.meshes.size_limits import FARTHEST, read_bounded
@@ -28,7 +28,7 @@ def read_cloud(path: Path) -> FloatArray:
         read = readers.get(path.suffix.lower())
         if read is None:
             raise InputError(f"read are {' and '.join(readers)}")
-        points = read(read_bounded(path))
+        points = read(path)
         if not len(points):
             raise InputError("it holds no points")
         wrong = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
@@ -42,43 +42,21 @@ def read_cloud(path: Path) -> FloatArray:
     return points
 
 
-def _read_csv(data: bytes) -> FloatArray:
-    try:
-        lines = data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise InputError(f"it is not UTF-8 text (byte {error.start})") from error
-    rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip()]
-    names = [name.strip().lower() for name in rows.pop(0)[1].split(",")] if rows else []
+def _read_csv(path: Path) -> FloatArray:
+    rows = read_rows(path)
+    names = [name.strip().lower() for name in rows.headings]
     missing = [name for name in AXES if names.count(name) != 1]
-    if missing and names:
+    if missing:
         raise InputError(
             f"its first line names no column {', '.join(missing)}; expected are headings x,y,z "
-            "above the numbers, separated by commas"
+            "above the numbers"
         )
-    if not rows:
-        return np.zeros((0, 3))
-    columns = [names.index(name) for name in AXES]
-    text = "\n".join(line for _, line in rows)
+    return np.column_stack([rows.numbers(names.index(name)) for name in AXES])
+
+
+def _read_ply(path: Path) -> FloatArray:
     try:
-        return np.loadtxt(io.StringIO(text), delimiter=",", usecols=columns, ndmin=2, comments=None)
-    except ValueError as error:
-        wrong = next((line for line in rows if not _is_row(line[1], columns)), rows[0])
-        raise InputError(
-            f"line {wrong[0]}: {wrong[1][:80]!r} has no numbers for x, y and z"
-        ) from error
-
-
-def _is_row(line: str, columns: list[int]) -> bool:
-    cells = line.split(",")
-    try:
-        return bool([float(cells[column]) for column in columns])
-    except (IndexError, ValueError):
-        return False
-
-
-def _read_ply(data: bytes) -> FloatArray:
-    try:
-        points, triangles = read_ply(data)
+        points, triangles = read_ply(read_bounded(path))
     except InputError:
         raise
     except Exception as error:  # trimesh raises whatever comes of what it does not expect
