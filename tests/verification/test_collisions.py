@@ -526,25 +526,6 @@ def test_every_contact_of_a_pair_is_told() -> None:
     assert label.endswith(f"at {contact.time:.2f} s")
 
 
-def test_clearance_is_judged_over_the_whole_motion() -> None:
-    """The solution with the most room at its waypoint comes nearer to the box on the way there."""
-    place = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}
-    box = {"box": [0.11, 0.13, 0.06], "position": [0.26, 0.2, 0.39]}
-    task = {
-        "robot": "ur5",
-        "start": "home",
-        "prefer": "clearance",
-        "scene": {"objects": {"box": box}},
-        "waypoints": [{"name": "there", "after": 6, "pose": place}],
-    }
-    chosen = kw.plan(task).report
-    by_waypoints = 0.002443
-    proved = min((found.value or 0) - found.excess for found in pairs(chosen).values())
-    assert proved > 2 * by_waypoints
-    (tried,) = chosen.select(quantity="sequences_tried")
-    assert f"the 4 best sequences of solutions keep at least {by_waypoints}" in tried.message
-
-
 # Meshes
 
 

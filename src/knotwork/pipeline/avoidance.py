@@ -1,4 +1,4 @@
-"""The next best sequences of solutions, tried where a motion collides, or for more clearance."""
+"""The next best sequences of solutions, tried where a motion collides."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.task_to_joint import Step, TaskSolution
 from knotwork.verification.collisions import (
-    MARGIN_PRECISION,
     failed_pairs,
-    least_margin,
     motion_finding,
 )
 from knotwork.verification.finding import TRIED, Finding
@@ -28,9 +26,6 @@ MOST_SEQUENCES = 12
 
 MOST_TIMED = 4
 """The same where the times are chosen anew for each."""
-
-MORE_FOR_ROOM = 4
-"""Number of them after one that is clear, where clearance is preferred."""
 
 
 def best_of_sequences(
@@ -47,10 +42,6 @@ def best_of_sequences(
     feasible and clear. If all of them collide, motions whose time is chosen find their way; where
     that fails, the one with the fewest colliding pairs is given, and its report says how many were
     tried, and which motions could find their way.
-
-    Where the scenario prefers clearance, a few more are planned then, each without the solutions
-    between which the one before comes nearest to something, and the one whose whole motion keeps
-    the most clearance is given.
 
     Args:
         first: The plan of the best sequence.
@@ -87,11 +78,7 @@ def best_of_sequences(
         told = filter(None, (detour, _proposal(best, ends), sequences.in_vain(failed)))
         if line := "; ".join(told):
             best = _with_finding(best, line, TRIED)
-    best = replace(best, sequences=sequences.tried)
-    if current.scenario.prefers_clearance and not failed:
-        sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
-        return _with_most_room(best, current, sequences)
-    return best
+    return replace(best, sequences=sequences.tried)
 
 
 def first_with_ways(
@@ -220,39 +207,6 @@ class _Sequences(Generic[PlanT]):
                 "has the fewest colliding pairs"
             )
         return f"tried: one sequence of solutions{late}, which collides" if failed and late else ""
-
-
-def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
-    """Of a plan that is clear, and the next best ones, the one with the most clearance."""
-    most, time = _room(current)
-    rooms = [most]
-    nearest: list[float | None] = [time]
-    while nearest != [None] and (other := sequences.without(current, nearest)):
-        current = other
-        if failed := failed_pairs(current.report.findings):
-            nearest = [one.at for one in failed]
-            continue
-        here, time = _room(current)
-        rooms, nearest = [*rooms, here], [time]
-        worse = len(current.report.failures) > len(best.report.failures)
-        if here > most + MARGIN_PRECISION and not worse:
-            best, most = current, here
-    if len(rooms) == 1:
-        return best
-    scale, unit = best.scenario.shown_length
-    beyond = " beyond what is to be kept" if best.scenario.scene.rules.margin else ""
-    text = ", ".join(f"{scale * one:.4g}" for one in rooms)
-    return _with_finding(
-        best,
-        f"the motions of the {len(rooms)} best sequences of solutions keep at least {text} "
-        f"{unit}{beyond}; the one that keeps {scale * most:.4g} {unit} is taken",
-    )
-
-
-def _room(plan: Any) -> tuple[float, float | None]:
-    """The least clearance over a whole motion, and when; infinite and `None` without pairs."""
-    found = least_margin(plan.trajectory, plan.scenario, plan.space)
-    return (np.inf, None) if found is None else found
 
 
 def _worth(plan: Any) -> tuple[int, int]:

@@ -47,8 +47,7 @@ class FreeTimes:
         path_speed: Greatest speed [m/s] by the waypoint at the end of each path stretch whose
             constant speed is chosen, infinite without one.
         ways: What is asked of motions that find their way, by the waypoint where they end.
-        objective: Weights of `"time"`, `"jerk"`, `"effort"`, `"acceleration"`, `"peak_jerk"` and
-            `"peak_acceleration"`.
+        objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total: Duration of the whole motion that is given [s], or `None`.
         optimal_knots: Knots are chosen where times are given, too.
         meets: Waypoints, by index, whose pose or duration is known once times before are: they are
