@@ -34,7 +34,7 @@ OUTSIDE = """() => {
   return found;
 }"""
 SHOWN = [name for name in QUICK if not name.startswith("paper_case")]  # that has no robot
-ALWAYS = {"kinova_dispense", "ur5_turntable_rim"}  # in these the task is small
+ALWAYS = {"ur5_turntable_rim"}  # in which the task is small
 
 
 def is_ground(thing: dict[str, Any], size: float) -> bool:
