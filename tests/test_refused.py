@@ -16,13 +16,15 @@ import pytest
 import yaml
 
 import knotwork as kw
+from cases import cases
 from command_line import Command
+from shipped import ROBOT_FILES
 
 TABLES = {
-    path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
+    path.stem: cases(path, ROBOT_FILES=ROBOT_FILES)
     for path in sorted((Path(__file__).parent / "refused").glob("*.yaml"))
 }
-COMMANDS = yaml.safe_load(Path(__file__).with_name("refused_commands.yaml").read_text("utf-8"))
+COMMANDS = cases(Path(__file__).with_name("refused_commands.yaml"))
 CASES = [(name, i) for name, table in TABLES.items() for i in range(len(table["cases"]))]
 
 
