@@ -347,36 +347,6 @@ def test_each_command_explains_itself(command: str, option: str, knotwork: Comma
         assert "Exit codes: 0" in ran.out
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["plan"],
-        ["plam", "ur5_deburring"],
-        ["plan", "paper_case", "--rate", "0"],
-        ["plan", "paper_case", "--rate", "fast"],
-        ["plan", "paper_case", "--rate", "nan", "--out", "x"],
-        ["plan", "paper_case", "--wrong"],
-        ["plan", "nowhere.yaml"],
-        ["plan", ""],
-        ["check", "a.csv", "--against", ""],
-        ["check", "x"],
-        ["check", "nowhere.json", "--scenario", "paper_case"],
-        ["robots", "a", "b"],
-    ],
-)
-def test_wrong_usage_is_exit_code_2_on_standard_error(
-    arguments: list[str], knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork(*arguments)
-    assert ran.code == 2
-    assert not ran.out
-    assert ran.err
-    assert "Traceback" not in ran.err
-    assert not list(tmp_path.iterdir())
-
-
 # In processes of their own
 
 
