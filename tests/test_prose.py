@@ -23,6 +23,7 @@ ROOMS = (
     "waypoints.py",
     "joint_quantities.py",
     "units.py",
+    "verification",
 )
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(

@@ -154,9 +154,9 @@ def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_p
     report = kw.plan(data).report
     (said,) = report.select(quantity="no_start")
     assert "\n  Not planned " in str(report)
-    assert " the way to 'first': the file has no start\n" in str(report)
+    assert " the approach to 'first': the file has no start\n" in str(report)
     assert said.verdict == "information"
-    assert "the way to 'first', from home or wherever the arm is, is not planned" in str(said)
+    assert "the approach to 'first' is neither planned nor checked" in str(said)
     home = kw.load_robot("ur5").configurations["home"]
     begin = joints(*home.tolist())
     begin.pop("after")

@@ -217,7 +217,7 @@ def test_limits_ask_for_another_weave_which_keeps_them(
 
     def woven_failures(task: dict[str, Any]) -> list[str]:
         failed = [str(one) for one in kw.plan(task).report.failures]
-        return [one for one in failed if "a weave goes on there" in one]
+        return [one for one in failed if "a weave is active there" in one]
 
     woven = woven_failures(fast)
     assert woven

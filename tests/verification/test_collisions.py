@@ -277,8 +277,8 @@ def test_a_motion_through_a_wall_says_how_deep_and_where() -> None:
     assert said.value is not None
     assert said.value < 0
     assert len(said.points) == 2
-    assert said.use == math.inf  # 5 mm are to be kept, so no part of them is left
-    for words in ("mm deep in wall at", "between 'here' and 'there'", "5 mm are to be kept"):
+    assert said.use == math.inf  # 5 mm are required, and none are left
+    for words in ("mm deep in wall at", "between 'here' and 'there'", "required 5 mm"):
         assert words in said.message
 
 

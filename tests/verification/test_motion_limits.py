@@ -102,8 +102,8 @@ def test_a_list_of_links_is_checked_link_by_link() -> None:
     ]
     assert [str(one) for one in report.failures] == [
         f"link 'wrist_1_link': speed reaches {found[1].value:.6g} m/s at {found[1].time:.6g} s, "
-        f"limit 0.01 m/s ({1e4 * found[1].value:.0f} %); the same motion in "
-        f"{np.ceil(1e2 * found[1].value / 0.01 / 10) / 10:g} times the time keeps it"
+        f"limit 0.01 m/s ({1e4 * found[1].value:.0f} %); slowing the motion down by "
+        f"a factor of {np.ceil(1e2 * found[1].value / 0.01 / 10) / 10:g} keeps it"
     ]
 
 

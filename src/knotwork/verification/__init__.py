@@ -1,4 +1,4 @@
-"""Verification, independent of planning: does a trajectory do what its scenario asks for?"""
+"""Verification of a trajectory against its scenario, independent of planning."""
 
 import lazy_loader
 

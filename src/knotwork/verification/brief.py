@@ -13,11 +13,11 @@ from knotwork.verification.finding import Finding
 from knotwork.verification.worst import alike, and_more, with_limits, without_use
 
 MOST_ROWS = 4
-"""Number of lines of a group, the first finding of which is printed whole."""
+"""Maximum lines of a group; its first finding is printed whole."""
 MOST_LINES = 9
-"""Where there are more lines, each group has fewer."""
+"""Maximum lines; above it, each group has fewer."""
 NOTABLE = 0.01
-"""A use of a limit below this part of it is worth no row of its own."""
+"""Minimum use of a limit that gets its own row."""
 NARROWEST = 20
 INDENT = "  "
 _NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -34,7 +34,7 @@ class BriefLine(NamedTuple):
     Attributes:
         kind: `"passed"`, `"failed"`, `"failure"`, `"tried"`, `"sampled"`, `"warning"`, `"group"`
             or `"more"`.
-        text: Without a line feed.
+        text: Text without a line feed.
     """
 
     kind: str
@@ -44,13 +44,13 @@ class BriefLine(NamedTuple):
 def group_lines(
     findings: Mapping[str, list[Finding]], units: Units, width: int, *, ok: bool
 ) -> list[BriefLine]:
-    """A row for each group that has anything to say, and the names of the others in one.
+    """A row for each notable group, and one row with the names of the others.
 
     Args:
-        findings: By their group.
-        units: To show values in.
-        width: Of the lines, in characters.
-        ok: Nothing fails: else rows that explain why are printed only.
+        findings: Findings by group.
+        units: Units of values.
+        width: Width of the lines in characters.
+        ok: Whether nothing fails; otherwise only rows that explain the failure are printed.
     """
     groups = {name: found for name, found in findings.items() if _has_numbers(found)}
     if ok:
@@ -74,17 +74,17 @@ def group_lines(
 def worst_lines(
     kind: str, mark: str, findings: Sequence[Finding], most: int, units: Units, width: int
 ) -> list[BriefLine]:
-    """The worst of findings that are alike, in some lines, and how many more there are.
+    """The worst finding of each kind, in some lines, and the number of others.
 
-    The first is printed whole. Others are shortened as far as that leaves lines for those after.
+    The first is printed whole. Others are shortened to leave lines for those after them.
 
     Args:
-        kind: Of the lines.
-        mark: Words before each.
+        kind: Kind of the lines.
+        mark: Text before each line.
         findings: The findings.
-        most: Number of lines; the first finding may take more.
-        units: To show values in.
-        width: Of the lines, in characters.
+        most: Maximum number of lines; the first finding may take more.
+        units: Units of values.
+        width: Width of the lines in characters.
     """
     kinds = alike(findings)
     forms = [
@@ -115,7 +115,7 @@ def _forms(found: Finding, units: Units) -> list[str]:
 def _rows(
     groups: Mapping[str, list[Finding]], units: Units, width: int, most: int
 ) -> list[BriefLine]:
-    """A row for each group: what its findings say in short of themselves, or its tightest case."""
+    """A row for each group: the short texts of its findings, or its tightest case."""
     heads = {name: f"{INDENT}{_counted(name, found)}" for name, found in groups.items()}
     indent = max(map(len, heads.values()), default=0) + 2
     lines = []
@@ -134,7 +134,7 @@ def _rows(
 
 
 def own_words(findings: Sequence[Finding]) -> list[str]:
-    """What findings say in short of themselves, even where all is well."""
+    """Short texts of findings, printed even if nothing fails."""
     return [
         f"{one.brief}: undecided" if one.verdict == "undecided" else one.brief
         for one in findings
@@ -143,14 +143,14 @@ def own_words(findings: Sequence[Finding]) -> list[str]:
 
 
 def facts(groups: Mapping[str, list[Finding]]) -> dict[str, list[str]]:
-    """What findings say in short of themselves, by group."""
+    """Short texts of findings, by group."""
     return {name: words for name, found in groups.items() if (words := own_words(found))}
 
 
 def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
-    """The finding nearest its limit: what part of it is used, or else by how much it is kept.
+    """The finding nearest its limit, with its use of the limit, or else its margin.
 
-    Where nothing has a limit, it is the largest of each quantity.
+    Without limits, the largest value of each quantity.
     """
     numbers = [one for one in findings if one.value is not None]
     undecided = [one for one in numbers if one.verdict == "undecided"]
@@ -166,12 +166,12 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
 
 
 def used(found: Finding, units: Units) -> str:
-    """What part of its limit a finding uses, and what it is about."""
+    """Text of a finding's use of its limit, and its subject."""
     return f"{100.0 * (found.use or 0.0):.0f} %: {described(found, units)}"
 
 
 def described(found: Finding, units: Units) -> str:
-    """What a finding is about, its value, its limit and when."""
+    """Text of a finding's subject, value, limit and time."""
     value, limit = found.value or 0.0, found.limit
     number = units.text(value, found.unit, ".4g")
     if limit:
@@ -184,14 +184,14 @@ def described(found: Finding, units: Units) -> str:
 
 
 def in_short(found: Finding, units: Units) -> str:
-    """A failure in one short line: what, where, by how much."""
+    """A failure in one short line: quantity, place, excess."""
     if found.label:
         return f"{found.label} at {found.when} s" if found.when else found.label
     return found.message if found.value is None else described(found, units)
 
 
 def worst_in_short(findings: Sequence[Finding], units: Units) -> str:
-    """The first kind of failure in one short line, and how many failures there are; or nothing."""
+    """The first kind of failure in one short line, and the number of others; empty if none."""
     kinds = alike(findings)
     if not kinds:
         return ""
@@ -200,7 +200,7 @@ def worst_in_short(findings: Sequence[Finding], units: Units) -> str:
 
 
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
-    """Whether all have limits, and no part of them worth a word is used."""
+    """Whether all findings have limits and use less than `NOTABLE` of them."""
     numbers = [one for one in findings if one.value is not None]
     if not numbers or any(one.brief for one in findings):
         return False
@@ -211,7 +211,7 @@ def _far_from_limits(findings: Sequence[Finding]) -> bool:
 
 
 def _counted(name: str, findings: Sequence[Finding]) -> str:
-    """The name of a group, with how much it requires, if anything."""
+    """The name of a group, with the number of its requirements, if any."""
     required = sum(one.required for one in findings)
     return f"{name} ({required})" if required else name
 

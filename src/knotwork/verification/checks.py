@@ -1,4 +1,4 @@
-"""The registry of checks: in the order of the report."""
+"""The registry of checks, in the order of the report."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from knotwork.verification.waits import waits
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
-"""Looks at a motion of the joints of a scenario, and says what it finds."""
+"""Check of a motion of a scenario's joints: a function that gives findings."""
 
 CHECKS: dict[str, Check] = {
     "time_span": time_span,
@@ -46,14 +46,14 @@ CHECKS: dict[str, Check] = {
     "singularity": singularity,
     "plausibility": plausibility,
 }
-"""Checks by name. A check of your own joins in by `CHECKS["name"] = function`: what it finds is in
-the report, in its pages and tables and in the exit code like all else."""
+"""Checks by name. `CHECKS["name"] = function` adds a check: its findings are in the report, in its
+pages and tables and in the exit code like all others."""
 
 _SHIPPED = dict(CHECKS)
 
 
 def own_checks() -> list[str]:
-    """Names of checks that were added, replaced or taken out; other processes know nothing of them.
+    """Names of checks that were added, replaced or removed, which other processes don't have.
 
     >>> own_checks()
     []
@@ -62,5 +62,5 @@ def own_checks() -> list[str]:
 
 
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
-"""Quantities that fail where cubics fit points of a smoother motion, however many there are: the
-acceleration jumps, so that the jerk has no bound."""
+"""Quantities that fail if cubics fit points of a smoother motion, however dense: the acceleration
+jumps, so that the jerk is unbounded."""

@@ -1,4 +1,4 @@
-"""Collisions of robot, tool and what it holds with one another and their surroundings."""
+"""Collisions of robot, tool, held objects and their surroundings with one another."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ GROUP = "Collisions"
 QUANTITY = "clearance"
 
 MOST_CONTACTS = 5
-"""Number of contacts of a pair that are reported with their times; of more, the number."""
+"""Maximum number of contacts of a pair that are reported with their times."""
 
 MARGIN_PRECISION = 2e-4
-"""The least clearance of a motion is found to this [m], so that motions can be ranked by it."""
+"""Precision of the minimum clearance of a motion, by which motions are ranked [m]."""
 
 
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Prove over all time that no two bodies that may collide come too near one another."""
+    """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
     if robot is None or not (scene.rules.itself or scene.asks()):
         return
@@ -53,7 +53,7 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 def nearest_to(
     trajectory: JointTrajectory, scenario: Scenario, space: JointSpace, name: str
 ) -> Finding | None:
-    """How near a motion comes to another robot of its scene; `None` if no pair is checked."""
+    """Finding of the nearest pair with another robot of the scene; `None` if no pair is checked."""
     robot, motion = space.robot, Motion(trajectory, space)
     if robot is None:
         return None
@@ -70,7 +70,7 @@ def nearest_to(
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
-    """The collision model of a scenario, held objects where the motion takes and leaves them.
+    """The collision model of a scenario, with held objects at the motion's grasps and releases.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
@@ -85,7 +85,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 
 def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
-    """Report bodies without shapes, pairs that are not checked, and plausible slips."""
+    """Report bodies without shapes, pairs that are not checked, and plausible mistakes."""
     missing = [f"{one}; it is not checked for collisions" for one in model.missing]
     notes = [*(("warning", one) for one in missing), *model.notes]
     asks = scenario.scene.asks()
@@ -106,12 +106,12 @@ def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterato
 
 
 def motion_finding(quantity: str, message: str, verdict: Any = "information") -> Finding:
-    """A finding on the collisions of a whole motion, which has no value."""
+    """Make a finding about the collisions of a whole motion, without a value."""
     return Finding(GROUP, "motion", "", quantity, verdict, message)
 
 
 def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
-    """The nearest pair of each object, and of the robot with itself: those that tables show."""
+    """The nearest pair of each object, and of the robot with itself, for tables."""
     nearest: dict[str | None, Clearance] = {}
     for one in found:
         key = one.first.name if one.around else None
@@ -145,11 +145,11 @@ def _finding(found: Clearance, scenario: Scenario, robot: Robot, *, detail: bool
         detail=detail and clear,
         around=found.around,
         bodies=(found.second.name, found.first.name),
-    ).with_remedy(_why_no_way(found, scenario))
+    ).with_remedy(_why_no_detour(found, scenario))
 
 
-def _why_no_way(found: Clearance, scenario: Scenario) -> str:
-    """Say why no other way helps: what is hit comes later, or a waypoint is in the contact."""
+def _why_no_detour(found: Clearance, scenario: Scenario) -> str:
+    """Text of why no detour helps: the object may appear later, or a waypoint itself collides."""
     if found.verdict != "collides" or found.interval is None:
         return ""
     start, end = found.interval[0] - AT_WAYPOINT, found.interval[1] + AT_WAYPOINT
@@ -163,11 +163,11 @@ def _why_no_way(found: Clearance, scenario: Scenario) -> str:
 
 
 def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
-    """All of it in words: how near, when and where."""
+    """Message: distance, time and place."""
     scale, unit = scenario.shown_length
     second, first = (body.name for body in (found.second, found.first))
     at = f"at {found.time:.3f} s"
-    keep = f", {scale * found.margin:.4g} {unit} are to be kept" if found.margin else ""
+    keep = f", required {scale * found.margin:.4g} {unit}" if found.margin else ""
     if found.verdict == "clear":
         return (
             f"{second} comes within {scale * found.distance:.4g} {unit} of {first} {at}{keep}; "
@@ -190,7 +190,7 @@ def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario)
 
 
 def _pair_text(found: Clearance, scenario: Scenario) -> str:
-    """How near two bodies come, or how deep one is in the other."""
+    """Text of the distance or the penetration of two bodies."""
     scale, unit = scenario.shown_length
     how = f"comes within {scale * found.distance:.4g} {unit} of"
     if found.distance <= 0:
@@ -199,7 +199,7 @@ def _pair_text(found: Clearance, scenario: Scenario) -> str:
 
 
 def _when(found: Clearance) -> str:
-    """From when to when two bodies are too near, each time."""
+    """Text of the contact intervals."""
     times = [f"from {start:.3f} s to {end:.3f} s" for start, end in found.contacts]
     if len(times) > MOST_CONTACTS:
         more = len(times) - MOST_CONTACTS
@@ -208,12 +208,12 @@ def _when(found: Clearance) -> str:
 
 
 def _shown(vector: FloatArray) -> str:
-    """A vector for a message."""
+    """Text of a vector."""
     return "[" + ", ".join(f"{value:.4g}" for value in np.round(vector, 4) + 0.0) + "]"
 
 
 def failed_pairs(findings: Iterable[Finding]) -> list[Finding]:
-    """Those of the findings that say that two bodies collide, or may."""
+    """Findings of pairs that collide or are undecided."""
     return [
         found
         for found in findings

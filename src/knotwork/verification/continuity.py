@@ -17,18 +17,18 @@ from knotwork.verification.remedies import rounded_corner
 ORDERS = 3
 
 FASTEST = (1e3, 1e5, 1e6)
-"""No drive moves as fast as this: velocity, acceleration, jerk [rad/s, rad/s², rad/s³, or m].
+"""Faster changes count as jumps: velocity, acceleration, jerk [rad/s, rad/s², rad/s³, or m].
 
-What changes faster jumps in effect, even where a tiny piece leads from one value to the other. The
-limits of arms are 100 times below."""
+No drive follows them, even if a tiny piece connects the two values. The limits of arms are 100
+times lower."""
 
 
 def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find jumps of position, velocity and acceleration that are more than rounding makes.
+    """Find jumps of position, velocity and acceleration beyond rounding.
 
-    Every joint that jumps is named; where none does, the one nearest to it. The scenario's
-    `continuity` says up to which derivative a jump fails. A change that is faster than `FASTEST` is
-    a jump as well.
+    Every joint that jumps is named; if none does, the one with the largest change. The scenario's
+    `continuity` is the highest derivative of which a jump fails. A change faster than `FASTEST`
+    is a jump, too.
     """
     for order, quantity in enumerate(DERIVATIVES[:ORDERS]):
         sizes, allowed = measured_jumps(motion.curve, order)
@@ -64,10 +64,10 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 
 
 def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Check that position, velocity and acceleration can be computed from the coefficients.
+    """Check that rounding of position, velocity and acceleration is negligible.
 
-    Large terms of opposite signs cancel, and what they are rounded by stays. All other checks rely
-    on that being negligible.
+    Large terms of opposite signs cancel, and their rounding errors remain. All other checks assume
+    that these are negligible.
     """
     noise = evaluation_noise(motion.curve, ORDERS)
     for order, quantity in enumerate(DERIVATIVES[:ORDERS]):

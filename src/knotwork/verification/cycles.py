@@ -1,4 +1,4 @@
-"""How long the turns of a block that is repeated take."""
+"""Durations of the turns of a repeated block."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from knotwork.verification.motion import Motion
 
 
 def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Say how long it takes from the first waypoint of a turn to that of the next."""
+    """Report the time from the first waypoint of a turn to that of the next."""
     for rows in turns(scenario):
         starts = scenario.times[rows]
         if len(rows) < 2:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 NO_IMPULSE = 1e-9
-"""A jump of velocities is felt by a joint if its impulse is above this, relative to the largest."""
+"""Minimum relative impulse of a joint at a jump of velocities."""
 
 
 def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -54,7 +54,7 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
 
 
 def _worst(parts: Sequence[Bound]) -> Bound:
-    """The bound over all parts of a motion: of those that break the limit, if there are any."""
+    """The worst bound over all parts of a motion; parts that violate the limit come first."""
     failed = [one for one in parts if not one.ok]
     worst = max(failed or parts, key=lambda one: abs(one.value))
     return worst._replace(
@@ -65,7 +65,7 @@ def _worst(parts: Sequence[Bound]) -> Bound:
 
 
 def _impulses(motion: Motion, space: JointSpace) -> dict[int, tuple[float, float]]:
-    """Joints that feel a jump of velocities, the first time [s] and in which direction."""
+    """Joints with an impulse at a jump of velocities: first time [s] and direction."""
     found: dict[int, tuple[float, float]] = {}
     still = np.zeros(len(space.joint_names))
     if space.carrying is None:

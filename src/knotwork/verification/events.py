@@ -1,4 +1,4 @@
-"""What happens on the way, and where the tool is then; what the motion consists of."""
+"""Events and the tool's position at them; segments of the motion."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from knotwork.verification.waypoints import TIME_ROUNDING as SAME_TIME
 
 GROUP = "Events"
 MOST_NAMED = 4
-"""Number of events that a short report names."""
+"""Maximum number of events named in a short report."""
 
 
 def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Say when each event is, and compare the tool's place with that asked for along a path."""
+    """Report the time of each event, and compare the tool's position along a path with the task."""
     asked = scenario.events
     named = [f"{one.event.text} {one.event.time:.3f} s" for one in asked[:MOST_NAMED]]
     more = f" and {len(asked) - MOST_NAMED} more" if len(asked) > MOST_NAMED else ""
@@ -52,7 +52,7 @@ def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
 
 
 def _left_on(asked: Sequence[Event]) -> Iterator[Finding]:
-    """What is switched on, or off, twice in a row, and what is on when the motion ends."""
+    """Signals switched on or off twice in a row, and signals on at the end of the motion."""
     last: dict[str | int, Event] = {}
     found = []
     for one in asked:
@@ -67,7 +67,7 @@ def _left_on(asked: Sequence[Event]) -> Iterator[Finding]:
 
 
 def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding]:
-    """Differences between events that a motion of ours brings along and those asked for."""
+    """Differences between the events of a stored motion and those of the scenario."""
     for some, others, fault in (
         (stored, asked, "the motion has it, and the scenario does not ask for it"),
         (asked, stored, "the scenario asks for it, and the motion does not have it"),
@@ -84,7 +84,7 @@ def _stored(stored: Sequence[Event], asked: Sequence[Event]) -> Iterator[Finding
 
 
 def _place(asked: AskedEvent, scenario: Scenario) -> str:
-    """Where an event is, or when, from its waypoint."""
+    """Text of an event's position or time relative to its waypoint."""
     waypoint = asked.event.waypoint
     if asked.path is not None:
         far = scenario.units.text(abs(asked.distance), "m", ".6g")
@@ -124,7 +124,7 @@ def _on_path(asked: AskedEvent, motion: Motion, scenario: Scenario, space: Joint
 
 
 def parts(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Say from when to when each segment of the motion lasts."""
+    """Report the interval of each segment of the motion."""
     for one in motion.trajectory.segments or segments(scenario):
         yield Finding(
             "Segments",

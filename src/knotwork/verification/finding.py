@@ -1,4 +1,4 @@
-"""`Finding`: one thing that the check says about a motion, whatever it is about."""
+"""`Finding`: one result of a check of a motion."""
 
 from __future__ import annotations
 
@@ -13,56 +13,54 @@ Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
-"""Quantity of findings on what was tried because something fails."""
+"""Quantity of findings that list remedies already tried."""
 NOT_IN_DATA = ("around", "bodies", "brief", "label", "remedy")
-"""Name and message say more than they do, so that data leave them out."""
+"""Fields left out of JSON, because name and message contain them."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that the check says.
+    """One result of a check.
 
     >>> report = kw.plan("ur5_deburring").report
     >>> (speed,) = report.select(quantity="tool_speed")
     >>> speed.ok, speed.limit, speed.proof
     (True, 0.25, 'bounded')
 
-    Everything that shows a report (table, page, JSON, marks in the 3D scene, exit code) iterates
-    over findings and knows no check by name.
+    All output of a report (table, page, JSON, marks in the 3D scene, exit code) iterates over
+    findings and is independent of specific checks.
 
     Attributes:
-        group: Heading that it is listed under, for example `"Joint limits"`.
-        subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"`, `"link"`,
-            `"pair"` (of bodies), `"path"`, `"wait"`, `"event"`, `"segment"` or `"motion"`.
-        name: Which one, for example the name of the joint; empty where there is only one.
-        quantity: What was looked at, for example `"velocity"`.
-        verdict: `"met"` or `"failed"` for what is required; `"undecided"` for what is required and
-            a log is too noisy to tell; `"warning"` for a plausible slip; `"information"`
-            for what nothing is required of. Only `"failed"` fails a report.
-        message: All of it in one sentence.
-        value: What was found, or the error where something was requested; infinite at a jump,
-            `None` where there is no number.
-        limit: The limit or tolerance, with the sign that it has on that side; `None` without one.
-        margin: Distance left to the limit, for a bounded value that is proved; negative beyond the
-            limit, `None` without one and where samples alone keep it.
+        group: Heading in the report, for example `"Joint limits"`.
+        subject: Kind of subject: `"waypoint"`, `"joint"`, `"tool"`, `"link"`, `"pair"` (of bodies),
+            `"path"`, `"wait"`, `"event"`, `"segment"` or `"motion"`.
+        name: Name of the subject, for example of the joint; empty if there is only one.
+        quantity: Quantity, for example `"velocity"`.
+        verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that a
+            noisy log can't decide; `"warning"` for a plausible mistake; `"information"` without
+            a requirement. Only `"failed"` fails a report.
+        message: The finding as one sentence.
+        value: Value, or error of a requested value; infinite at a jump, `None` without a number.
+        limit: The limit or tolerance, with the sign of that side; `None` without one.
+        margin: Distance to the limit, proved; negative beyond the limit, `None` without one or if
+            only samples keep it.
         unit: SI unit of value, limit and margin.
-        time: When it is worst [s], or `None`.
-        interval: From when to when [s] it holds, or `None` where one time or all time is meant.
-        intervals: Each such interval where there are several; `interval` is the worst.
-        proof: `"exact"` holds for all time; so does `"bounded"`, with value and excess together;
-            `"sampled"` holds at the times looked at, so it shows no margin to a limit.
-        excess: By how much the true worst value may lie beyond the one found.
-        requested: What was asked for, where that is a vector; an orientation as a quaternion
-            x, y, z, w.
-        achieved: What the motion does, in the same form.
-        points: Places that it is about, in the base frame [m].
-        label: Words for it in a picture, where quantity, value and limit don't say it well.
-        remedy: How to make it pass, if that is known; the message ends with it.
-        brief: What short reports say of it even where all is well, if anything.
-        detail: Tables leave it out, because another finding says more; reports as data have it.
-        around: Of a pair of bodies: one of them is an object of the scene.
-        bodies: Of a pair of bodies: their names.
-        form: Unit of requested and achieved where it is not that of the value.
+        time: Time of the worst value [s], or `None`.
+        interval: Time interval [s]; `None` for a single time or the whole motion.
+        intervals: All intervals if there are several; `interval` is the worst.
+        proof: `"exact"` and `"bounded"` (value plus excess) hold for all time; `"sampled"` holds at
+            samples only, so there is no margin to a limit.
+        excess: Maximum difference between the true worst value and `value`.
+        requested: Requested vector; an orientation as a quaternion x, y, z, w.
+        achieved: Achieved vector, in the same form.
+        points: Points of the finding in the base frame [m].
+        label: Label in pictures, if not made of quantity, value and limit.
+        remedy: Remedy, if known; the message ends with it.
+        brief: Text in short reports even if nothing fails, if any.
+        detail: Left out of tables, because another finding is more informative; in JSON.
+        around: Whether one body of a pair is an object of the scene.
+        bodies: Names of the bodies of a pair.
+        form: Unit of requested and achieved, if not that of the value.
     """
 
     group: str
@@ -92,10 +90,10 @@ class Finding:
     bodies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a value that is no number; drop a margin that is not proved, or is rounding.
+        """Refuse NaN as a value; drop a margin that is not proved or within rounding.
 
         Raises:
-            InputError: The value is NaN, of which nothing could be judged.
+            InputError: The value is NaN.
         """
         if self.proof == "sampled" and (self.margin or 0.0) >= 0.0:
             object.__setattr__(self, "margin", None)
@@ -109,32 +107,32 @@ class Finding:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing fails here."""
+        """Whether the finding does not fail."""
         return self.verdict != "failed"
 
     @property
     def required(self) -> bool:
-        """Whether something is required here, so that it can fail."""
+        """Whether the finding is a requirement, which can fail."""
         return self.verdict in ("met", "failed")
 
     @property
     def only_sampled(self) -> bool:
-        """Whether it counts as met because of samples alone."""
+        """Whether the requirement is met at samples only."""
         return self.verdict == "met" and self.proof == "sampled"
 
     @property
     def title(self) -> str:
-        """The quantity in words."""
+        """Text of the quantity."""
         return self.quantity.replace("_", " ")
 
     @property
     def at(self) -> float | None:
-        """Time to look at [s]; the worst one, or the start of the interval; `None` for all time."""
+        """Time to show [s]: the worst one, or the start of the interval; `None` for all time."""
         return self.interval[0] if self.time is None and self.interval else self.time
 
     @property
     def spans(self) -> tuple[tuple[float, float], ...]:
-        """From when to when [s] it holds, each time; none where one time or all time is meant."""
+        """Time intervals [s]; empty for a single time or the whole motion."""
         return self.intervals or ((self.interval,) if self.interval is not None else ())
 
     @property
@@ -146,10 +144,10 @@ class Finding:
 
     @property
     def use(self) -> float | None:
-        """Part of the limit that is used; `None` without a limit that can be used in part.
+        """Value relative to the limit; `None` if undefined.
 
-        Where samples alone keep a limit the part is not known: `None`, too. It is infinite at a
-        jump, and where a limit from below is left by a value beyond zero.
+        If only samples keep a limit, the use is unknown: `None`. It is infinite at a jump, and for
+        a negative value with a lower limit.
         """
         if self.value is None or not self.limit:
             return None
@@ -162,12 +160,12 @@ class Finding:
         return 1.0 / share if from_below and share else share
 
     def with_remedy(self, text: str) -> Finding:
-        """The same finding, whose message ends with a remedy, unless that is empty."""
+        """The finding with a remedy at the end of its message, unless that is empty."""
         return replace(self, message=f"{self.message}; {text}", remedy=text) if text else self
 
     @property
     def fact(self) -> str:
-        """What was found, without the remedy."""
+        """The message without the remedy."""
         return self.message.removesuffix(f"; {self.remedy}") if self.remedy else self.message
 
     def to_dict(self) -> dict[str, Any]:
@@ -180,7 +178,7 @@ class Finding:
 
 
 def united(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Spans of time, those that meet made one, in order."""
+    """Merge overlapping time intervals, in order."""
     found: list[tuple[float, float]] = []
     for start, end in sorted(spans):
         if found and start <= found[-1][1]:
@@ -191,7 +189,7 @@ def united(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def judged(ok: bool, *, required: bool = True) -> Verdict:
-    """Verdict on something that is, or is not, required."""
+    """Verdict on a requirement, or on a value without one."""
     if not required:
         return "information"
     return "met" if ok else "failed"

@@ -1,4 +1,4 @@
-"""What poses leave open: how much of it the motion uses."""
+"""Use of the freedoms of poses by the motion."""
 
 from __future__ import annotations
 
@@ -23,22 +23,21 @@ GROUP = "Freedom"
 SAMPLES = 400
 """Number of times along a path."""
 SINGULAR, SPARED = 0.01, 0.02
-"""Singular values below this part of the largest count as none; less gain than this part is
-none."""
+"""Relative singular value that counts as zero; minimum relative gain that is reported."""
 NOISE = 1e-6
-"""An angle or place below this is none [rad or m]."""
+"""Smaller angles and distances count as zero [rad or m]."""
 
 
 class Used(NamedTuple):
-    """What a motion uses of what a waypoint or a path leaves open.
+    """A motion's use of the freedom of a waypoint or a path.
 
     Attributes:
         subject: `"waypoint"` or `"path"`.
-        name: Which one.
-        time: When it was looked at [s], shape (k,).
-        values: Angles and places [rad or m] by name and unit, shape (k,) each.
-        bounds: Least and greatest that is allowed of each.
-        path: The path, if it is one.
+        name: Name of the waypoint or path.
+        time: Sample times [s], shape (k,).
+        values: Angles and positions [rad or m] by name and unit, shape (k,) each.
+        bounds: Minimum and maximum allowed of each.
+        path: The path, or `None` for a waypoint.
     """
 
     subject: str
@@ -50,7 +49,7 @@ class Used(NamedTuple):
 
 
 def uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Used]:
-    """Sample the turns, tilts and places that are free; turns go on along joined paths."""
+    """Sample free turns, tilts and positions; turns are continuous along joined paths."""
     waypoints = scenario.waypoints
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     for paths in joined_paths(scenario):
@@ -92,7 +91,7 @@ def _sampled(
 
 
 def _one_angle(found: list[Used]) -> list[Used]:
-    """The turns of joined paths as one angle, as near the middle of its range as it can be."""
+    """Make the turn continuous along joined paths, as near the middle of its range as possible."""
     key = ("turn", "rad")
     if not found or key not in found[0].values:
         return found
@@ -107,7 +106,7 @@ def _one_angle(found: list[Used]) -> list[Used]:
 
 
 def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Say which turns, tilts and places were used where they are free, from samples."""
+    """Report the use of free turns, tilts and positions, from samples."""
     robot = space.robot
     if robot is None:
         return
@@ -141,7 +140,7 @@ def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
 def _along_with(
     motion: Motion, path: ScenarioPath, scenario: Scenario, robot: Robot
 ) -> Iterator[Finding]:
-    """Say how far rails and tables move along a path, and how far the arm."""
+    """Report the motion of rails and tables along a path, and of the arm."""
     times = np.linspace(path.motion.start_time, path.motion.end_time, SAMPLES)
     if not _in(motion, times):
         return
@@ -175,10 +174,10 @@ def _along_with(
 def _gained(
     motion: Motion, path: ScenarioPath, times: FloatArray, robot: Robot, units: Units
 ) -> str:
-    """Say which joint moves less than with nothing free.
+    """Text of the joint that moves less than without the freedom.
 
-    That is estimated where the motion is: by the joint velocities nearest to its own with which the
-    tool would turn as its path does.
+    The estimate uses the joint velocities nearest to the motion's with which the tool would rotate
+    like its path.
     """
     from knotwork.robot.joint_axes import joint_axes
 
@@ -199,7 +198,7 @@ def _gained(
 def _values(
     freedom: PoseFreedom, turned: FloatArray, apart: FloatArray
 ) -> dict[tuple[str, str], FloatArray]:
-    """Values of what is free, shape (k,) each, from rotations and places in the pose's axes."""
+    """Free values, shape (k,) each, from rotations and positions in the pose's axes."""
     whole = np.broadcast_to(np.eye(3), turned.shape)
     turn, travel, work = free_angles(freedom, whole, turned).T
     tilt = np.arctan2(np.hypot(turned[:, 0, 2], turned[:, 1, 2]), turned[:, 2, 2])
@@ -212,7 +211,7 @@ def _values(
 
 
 def _used(values: FloatArray, bounds: tuple[float, float], units: Units, unit: str) -> str:
-    """One value, or the least and the greatest, of those that are allowed."""
+    """Text of one value, or of the minimum and maximum, with the allowed range."""
     ends = [float(values.min()), float(values.max())]
     shown = [units.text(one if abs(one) > NOISE else 0.0, unit, ".3g") for one in ends]
     allowed = [units.text(one, unit, ".4g") for one in bounds if np.isfinite(one)]

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and links", "Singularity")
-# A limit counts as kept if the excess is within rounding, relative to the limit (or to 1 in SI).
+# Rounding tolerance of limits, relative to the limit (or to 1 in SI).
 LIMIT_SLACK = 1e-9
 
 ABSURD = 10.0
-"""A motion is absurd with a joint velocity of more than this times its limit, or with a joint that
-leaves its range by more than the range is wide, and by more than this [rad or m]."""
+"""A motion is absurd if a joint velocity exceeds its limit by this factor, or if a joint leaves its
+range by more than the width of the range and by more than this [rad or m]."""
 
 
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -65,14 +65,14 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
 
 
 def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
-    """Say which joint is so far beyond a limit that nothing else about a motion is worth a proof.
+    """Name a limit that is exceeded so far that proofs of other properties are useless.
 
     Args:
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
         space: The joints and their limits.
 
     Returns:
-        The limit that is broken; empty for other motions.
+        Text of the limit; empty for other motions.
     """
     lower, upper = space.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
@@ -86,13 +86,13 @@ def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
 
 
 class Reached(NamedTuple):
-    """The value nearest to, or furthest beyond, a limit.
+    """The value with the smallest margin to a limit.
 
     Attributes:
-        value: In SI; infinite at a jump.
-        time: When [s].
-        proof: How it was found.
-        excess: By how much the true value may lie beyond it.
+        value: Value in SI; infinite at a jump.
+        time: Time of the value [s].
+        proof: Kind of proof.
+        excess: Maximum difference between the true worst value and `value`.
     """
 
     value: float
@@ -102,31 +102,31 @@ class Reached(NamedTuple):
 
 
 def bounded(found: Bound) -> Reached:
-    """A bounded value, and how far beyond it the truth may lie, if that is proved."""
+    """Convert a bound to a value with its excess, if that is proved."""
     if not found.proved:
         return Reached(found.value, found.time, "sampled")
     return Reached(found.value, found.time, "bounded", found.excess)
 
 
 def with_slack(limit: ArrayLike) -> FloatArray:
-    """A limit, and what rounding may lie above it."""
+    """A limit increased by rounding."""
     given = np.asarray(limit, dtype=float)
     return np.asarray(given + LIMIT_SLACK * np.maximum(1.0, np.abs(given)))
 
 
 def kept(margin: float, limit: float) -> bool:
-    """Whether a limit is kept, up to rounding."""
+    """Whether a limit is kept, within rounding."""
     return bool(margin >= -LIMIT_SLACK * max(1.0, abs(limit)))
 
 
 def in_words(reached: Reached, limit: float, unit: str, units: Units) -> str:
-    """Say how a value stands to a limit, and what is not proved.
+    """Text that compares a value with a limit, and names what is not proved.
 
     Args:
         reached: The value.
         limit: The limit, in SI.
         unit: SI unit of both.
-        units: Those to say it in.
+        units: Units of the text.
     """
     allowed = f"limit {units.text(limit, unit)}"
     if limit and 1.0 < reached.value / limit < np.inf:
@@ -146,15 +146,15 @@ def in_words(reached: Reached, limit: float, unit: str, units: Units) -> str:
 def limit_finding(
     space: JointSpace, i: int, quantity: str, reached: Reached, limit: float, margin: float
 ) -> Finding:
-    """Say how the worst of one quantity of one joint stands to its limit.
+    """Make the finding of the worst value of one quantity of one joint.
 
     Args:
         space: The joints.
         i: Index of the joint.
         quantity: A name in `JOINT_QUANTITIES`.
         reached: The worst value.
-        limit: The limit with its sign on that side; infinite if none is given.
-        margin: Distance left to it, negative beyond it.
+        limit: The limit with the sign of that side; infinite if none is given.
+        margin: Distance to the limit, negative beyond it.
     """
     joint = space.joint_names[i]
     unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
@@ -175,9 +175,9 @@ def limit_finding(
 
 
 def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
-    """Joints whose derivative of one order less jumps, where and in which direction.
+    """Joints with a jump of the next lower derivative: time and direction.
 
-    A jump is made at once: the quantity itself is infinite there.
+    At a jump the quantity itself is infinite.
     """
     if order == 0:
         return {}
@@ -192,9 +192,9 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
 
 
 def velocity_jumps(curve: PiecewisePolynomial) -> Iterator[tuple[float, FloatArray, FloatArray]]:
-    """Times at which joint velocities jump [s], joint positions there, and by how much they jump.
+    """Times at which joint velocities jump [s], with joint positions and jumps.
 
-    Accelerations and torques are infinite there.
+    Accelerations and torques are infinite at these times.
     """
     sizes, allowed = measured_jumps(curve, 1)
     signed = curve.jumps(1)

@@ -1,4 +1,4 @@
-"""The motion that checks look at: its curve in the order of the scenario's joints."""
+"""The checked motion: its curve in the order of the scenario's joints."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
 
 AT_WAYPOINT = 1e-6
-"""A time this near to that of a waypoint [s] is at the waypoint."""
+"""Times within this of a waypoint [s] are at the waypoint."""
 
 OUTSIDE = "outside the waypoints"
 
 
 class Motion:
-    """The motion to be checked; every check is given the same.
+    """The motion to check, shared by all checks.
 
     >>> plan = kw.plan("paper_case")
     >>> motion = kw.verification.Motion(plan.trajectory, plan.space)
@@ -23,7 +23,7 @@ class Motion:
     (25.0, array([3.14159265]))
 
     Attributes:
-        trajectory: As it was given.
+        trajectory: The trajectory.
         curve: Joint positions, trailing shape (d,), joints in the order of the joint space.
     """
 
@@ -35,17 +35,17 @@ class Motion:
 
     @property
     def start_time(self) -> float:
-        """When it begins [s]."""
+        """Start time [s]."""
         return float(self.curve.x[0])
 
     @property
     def end_time(self) -> float:
-        """When it ends [s]."""
+        """End time [s]."""
         return float(self.curve.x[-1])
 
 
 def between(scenario: Scenario, time: float) -> str:
-    """Where a time lies among the waypoints."""
+    """Text of the position of a time among the waypoints."""
     before = None
     for waypoint in scenario.waypoints:
         if abs(waypoint.time - time) <= AT_WAYPOINT:

@@ -1,4 +1,4 @@
-"""Tool paths against what the tool does: distance, orientation and speed, over all time."""
+"""Check of tool paths: distance, orientation and speed, over all time."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 GROUP = "Tool paths"
 SAME = 1e-9
-"""Poses that differ by less, relative to their size, are the same."""
+"""Relative difference below which poses are equal."""
 
 
 def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the tool with each stretch of each path, from the scenario and the motion alone."""
+    """Compare the motion of the tool with each stretch of each path of the scenario."""
     if space.robot is None:
         return
     for paths in joined_paths(scenario):
@@ -47,7 +47,7 @@ def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
 
 
 def _stays(scenario: Scenario, before: int, after: int) -> bool:
-    """Whether two waypoints are the same, or one is a wait at the other."""
+    """Whether two waypoints are equal, or one is a wait at the other."""
     if after - before != 1:
         return after == before
     one, other = scenario.waypoints[before : after + 1]
@@ -57,7 +57,7 @@ def _stays(scenario: Scenario, before: int, after: int) -> bool:
 
 
 class _Judged(NamedTuple):
-    """A stretch of a path, and what is proved of the motion along it."""
+    """A stretch of a path, with the proved bounds of the motion along it."""
 
     path: ScenarioPath
     k: int
@@ -100,7 +100,7 @@ def _turn_kept(one: _Judged) -> bool:
 def _from_turn(
     motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
 ) -> list[_Judged]:
-    """Bounds on each stretch, where the first begins at a turn or near it [rad]."""
+    """Bounds on each stretch, the first of which begins at about a turn [rad]."""
     from knotwork.verification.bounds.path import PathLimits, path_bounds
 
     allowed, judged = scenario.tolerances, []
@@ -119,7 +119,7 @@ def _from_turn(
 
 
 class _Row(NamedTuple):
-    """One thing that is judged on a stretch."""
+    """One criterion on a stretch."""
 
     quantity: str
     bound: PathBound | None
@@ -181,7 +181,7 @@ def _rows(
     stretch: Stretch,
     freedom: PoseFreedom | None,
 ) -> Iterator[_Row]:
-    """What is judged on a stretch, and the text about it."""
+    """Criteria on a stretch, with their texts."""
     turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
     allowed, units = scenario.tolerances, scenario.units
     scale, length = scenario.shown_length
@@ -222,7 +222,7 @@ def _rows(
 
 
 def _ranges(freedom: PoseFreedom, units: Units) -> str:
-    """The ranges of angles that are judged together, but tilts."""
+    """Text of the ranges of angles except tilts."""
     from knotwork.verification.bounds.free_turn import open_ranges
 
     return ", ".join(
@@ -239,21 +239,21 @@ def _brief(found: StretchBounds, limits: PathLimits, scenario: Scenario) -> str:
 
 
 def _speeds(found: StretchBounds, scenario: Scenario, digits: int) -> str:
-    """The proved speeds where it is asked for in full."""
+    """Text of the proved speeds at full speed."""
     scale, length = scenario.shown_length
     slowest, fastest = (f"{scale * one:.{digits}g}" for one in (found.slowest, found.fastest))
     return f"{slowest} to {fastest} {length}/s"
 
 
 def _progress_bound(found: StretchBounds) -> PathBound:
-    """Progress as a row: it is as sure as it is that the tool is where it is compared with."""
+    """Progress as a criterion, proved if the distance is."""
     progress, position = found.progress, found.position
     value = progress.worst
     return position._replace(value=value, time=progress.time, bound=value)
 
 
 def _progress_text(progress: Progress, scenario: Scenario, kind: str) -> str:
-    """Say from where to where on the path the tool gets."""
+    """Text of the tool's progress along the path."""
     scale, length = scenario.shown_length
     start, end, whole, back = (
         f"{round(scale * value, 6) + 0.0:.6g}"
@@ -267,7 +267,7 @@ def _progress_text(progress: Progress, scenario: Scenario, kind: str) -> str:
 
 
 def _not_proved(bound: PathBound, unit: str, scenario: Scenario) -> str:
-    """Say that samples alone do not prove a row, and where it is open."""
+    """Text for a criterion that is not proved, with its open interval."""
     start, end = bound.where
     return (
         f"; this is not proved: from {start:.6g} s to {end:.6g} s it may be "

@@ -1,4 +1,4 @@
-"""What was plausibly not meant as it is written in a scenario; it never fails."""
+"""Warnings of plausible mistakes in a scenario; they never fail."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from knotwork.tool_paths import ThroughPoints
 
 SAME_PLACE = 1e-9
-"""Joint positions nearer than this [rad or m] are one place."""
+"""Joint positions within this distance [rad or m] are equal."""
 HEAVY = 100.0
 """Gravity above this [m/s²] is probably in mm/s²."""
 BULGE = 0.2
-"""A curve that leaves the chord between two points by more than this part of it, as one of a circle
-through five points does not, is plausibly none that they mean."""
+"""Maximum deviation of a plausible curve from the chord between two points, relative to the chord:
+even a circle through five points is below it."""
 
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Name what was plausibly not meant as it is written."""
+    """Warn of values that are plausibly mistakes."""
     units = dict(zip(space.joint_names, space.joint_units, strict=True))
     for message in angle_slips(scenario, units):
         yield _warning("angle_unit", message)
@@ -53,29 +53,29 @@ def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = No
 
 
 def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """A motion without a start begins at its first waypoint, wherever the arm stands before."""
+    """Warn that a motion without a start begins at its first waypoint."""
     if space.robot is None or scenario.task.start is not None:
         return
     home = space.robot.configurations.get("home")
     if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_PLACE):
         return
     first = scenario.waypoints[0].name
-    what, why = f"the way to {first!r}", "the file has no start"
+    what, why = f"the approach to {first!r}", "the file has no start"
     if np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_PLACE):
-        what, why = f"what leads to {first!r}", "the motion begins at speed"
+        what, why = f"the approach to {first!r}", "the motion begins at speed"
     yield Finding(
         group="Not planned",
         subject="motion",
         name="",
         quantity="no_start",
         verdict="information",
-        message=f"{what}, from home or wherever the arm is, is not planned nor checked: {why}",
+        message=f"{what} is neither planned nor checked: {why}",
         brief=f"{what}: {why}",
     )
 
 
 def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
-    """A curve that swings far out between two of its points: these are few, or uneven."""
+    """Warn of a curve that deviates far between two of its points, which are few or uneven."""
     scale, unit = scenario.shown_length
     for path in scenario.paths:
         for any_curve in path.motion.path.curves:

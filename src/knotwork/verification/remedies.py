@@ -1,4 +1,4 @@
-"""Remedies where a limit of a joint or of the tool is broken, as far as that is certain."""
+"""Remedies for exceeded limits of joints or the tool, where they are certain."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion, between
 
 EASED = 1.05
-"""Weaves and changes of speed are to be slower by this more, as not all of a motion is theirs."""
+"""Additional slowing of weaves and changes of speed, because they are only part of a motion."""
 NEAR, LARGE = 0.05, 0.25
-"""A weave is to blame where, within this part of its period, its derivative is this part of its
-largest at least."""
+"""A weave is the cause if, within this fraction of its period, its derivative reaches this fraction
+of its maximum."""
 NOTABLE = 1.001
-"""A move that needs more than this many times its duration is reported to need more time."""
+"""Minimum ratio of needed time to duration for a move that is reported as too short."""
 
 
 def slower(use: float, order: int, scenario: Scenario) -> str:
-    """How much slower the same motion keeps a limit on a derivative.
+    """Text of the factor of duration with which the motion keeps a limit on a derivative.
 
-    Slowed down to k times the time, derivatives of this order fall to the k to the order-th part.
+    In k times the duration, derivatives of this order fall by a factor of k to the order.
 
     Args:
-        use: Part of the limit that is used, over 1.
+        use: Value relative to the limit, above 1.
         order: Order of the derivative.
         scenario: The task of the motion.
     """
     paths = ", at less speed along tool paths" if scenario.paths else ""
     factor = rounded_up(use ** (1.0 / order), 3)
-    return f"the same motion in {factor:.4g} times the time keeps it{paths}"
+    return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
 
 
 def rounded_up(value: float, digits: int) -> float:
@@ -50,12 +50,12 @@ def rounded_up(value: float, digits: int) -> float:
 
 
 def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: JointSpace) -> str:
-    """Remedy for a joint that breaks a limit; empty where nothing is certain.
+    """Remedy for a joint that exceeds a limit; empty if none is certain.
 
     Args:
-        found: The finding that says so.
+        found: The finding.
         motion: The motion.
-        scenario: Its task.
+        scenario: The task of the motion.
         space: The scenario's joints.
     """
     use = found.use
@@ -80,9 +80,9 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
 
 
 def rounded_corner(time: float, scenario: Scenario) -> str:
-    """Say which corner of a tool path, rounded by a blend, is passed at a time; else empty.
+    """Text of the blended corner of a tool path that is passed at a time; empty if none is.
 
-    What a blend bends falls with its length, and with the square of the speed.
+    The acceleration in a blend falls with its length and grows with the square of the speed.
     """
     from knotwork.tool_paths import Blend
 
@@ -92,7 +92,7 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
             continue
         along, speed = float(timed.arc_length(time)), float(timed.speed(time))
         for start, curve in zip(timed.path.starts, timed.path.curves, strict=True):
-            # the joints follow it from knots that may lie just next to it
+            # the knots of the joints may lie next to the blend
             beyond = abs(along - float(start) - 0.5 * curve.length) / curve.length
             if isinstance(curve, Blend) and beyond < 1.0:
                 corner = float(start) + 0.5 * curve.length
@@ -108,7 +108,7 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
 
 
 def _woven(time: float, use: float, order: int, scenario: Scenario) -> str:
-    """Say what slows a weave that goes on at a time; else empty."""
+    """Remedy for a weave that is active at a time; empty if none is."""
     for path in scenario.paths:
         for one in path.stretches:
             if one.weave is not None and one.start <= time <= one.end:
@@ -134,13 +134,13 @@ def _slower_weave(
     text = f"frequency: {1.0 / rounded_up(1.0 / eased['frequency'], 3):.3g} Hz"
     if "rounding" in eased:
         text = f"rounding: {rounded_up(scale * eased['rounding'], 2):g} {length}, or {text},"
-    return f"a weave goes on there; about {text} keeps it"
+    return f"a weave is active there; about {text} keeps it"
 
 
 def _change_of_speed(time: float, use: float, order: int, scenario: Scenario) -> str:
-    """Say what slows a change of speed along a path that begins or ends with a stop; else empty.
+    """Remedy for a change of speed at a stop of a path; empty if there is none.
 
-    It lasts the longer, the less its acceleration a is: derivatives of order k fall as a^(k - 1).
+    With acceleration a along the path, derivatives of order k are proportional to a^(k - 1).
     """
     for path in scenario.paths:
         first, last = path.stretches[0].full_speed[0], path.stretches[-1].full_speed[1]
@@ -160,7 +160,7 @@ def _change_of_speed(time: float, use: float, order: int, scenario: Scenario) ->
 def _move_too_short(
     time: float, motion: Motion, scenario: Scenario, space: JointSpace, j: int
 ) -> str:
-    """Say how long a move has to take, if its ends alone need more time than it has."""
+    """Text of a move's minimum time, if its ends alone need more time than it has."""
     times = scenario.times
     i = min(max(bisect_right(times, time) - 1, 0), len(times) - 2)
     ends = np.clip(times[i : i + 2], motion.start_time, motion.end_time)
@@ -180,7 +180,7 @@ def _move_too_short(
 
 
 def _weight(found: Finding, motion: Motion, space: JointSpace, j: int) -> str:
-    """Say what of an effort is weight, which no slower motion takes away."""
+    """Text of the weight's share of an effort, which slower motion does not reduce."""
     if space.carrying is None or not found.limit or found.value is None or found.time is None:
         return ""
     q, still = motion.curve(found.time), np.zeros(len(space.joint_names))

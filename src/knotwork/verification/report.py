@@ -1,4 +1,4 @@
-"""The report: findings of the check, and the verdict on them."""
+"""The report: findings of the check, and the verdict."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from knotwork.verification.brief import (
 from knotwork.verification.finding import TRIED, Finding
 
 VERSION = 2
-"""Of `report.json`. Version 1 had no number, and a list for each kind of check."""
+"""Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
 
 WIDTH = 80
 MOST_FAILURE_LINES = 8
@@ -40,10 +40,10 @@ class Report:
     Attributes:
         scenario: Name of the scenario.
         robot: Name of the robot, or `None`.
-        planner: What made the trajectory, as it says itself.
-        start_time, end_time: Of the trajectory [s].
-        findings: All that the checks found, in their order.
-        units: Those of the scenario, for whatever people read; findings are in SI.
+        planner: Planner of the trajectory, as stored in it.
+        start_time, end_time: Start and end of the trajectory [s].
+        findings: All findings, in the order of the checks.
+        units: Units of the scenario, for text; findings are in SI.
     """
 
     scenario: str
@@ -78,17 +78,17 @@ class Report:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """Findings that are plausibly slips; they fail nothing."""
+        """Warnings of plausible mistakes; they never fail."""
         return tuple(found for found in self.findings if found.verdict == "warning")
 
     @property
     def sampled(self) -> tuple[Finding, ...]:
-        """Findings that count as met because of samples alone."""
+        """Findings that are met at samples only."""
         return tuple(found for found in self.findings if found.only_sampled)
 
     @property
     def tried(self) -> tuple[Finding, ...]:
-        """Findings on what was tried because something fails."""
+        """Findings that list remedies already tried."""
         return tuple(found for found in self.findings if found.quantity == TRIED)
 
     @property
@@ -101,13 +101,13 @@ class Report:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """How many of all that is required are met, and how many are required."""
+        """Numbers of requirements met, and of requirements."""
         required = [found for found in self.findings if found.required]
         return sum(found.ok for found in required), len(required)
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
-        """Of each quantity that is required and met, what uses most of its limit; most used first.
+        """The finding with the largest use of its limit for each requirement met, largest first.
 
         >>> report = kw.plan("ur5_deburring").report
         >>> [f"{found.title} {found.use:.0%}" for found in report.tightest[:2]]
@@ -125,14 +125,14 @@ class Report:
 
     @property
     def reservations(self) -> str:
-        """How much is undecided, and how much is met because of samples alone; mostly empty."""
+        """Text of the numbers of undecided and only sampled requirements; mostly empty."""
         undecided = sum(found.verdict == "undecided" for found in self.findings)
         counted = {"undecided": undecided, "sampled only": len(self.sampled)}
         return "".join(f", {count} {what}" for what, count in counted.items() if count)
 
     @property
     def summary(self) -> str:
-        """How much is met, in a line; where all is, what uses most of its limit.
+        """One line with the number of requirements met and the tightest case.
 
         >>> kw.plan("ur5_deburring").report.summary
         '102 of 102 met; tightest 81 %: ...'
@@ -143,10 +143,10 @@ class Report:
         return f"{met} of {required} met{self.reservations}{tightest}"
 
     def brief(self, width: int = WIDTH) -> list[BriefLine]:
-        """The report in some 15 lines: the verdict, what fails, the tightest case of each group.
+        """The report in some 15 lines: the verdict, failures, the tightest case of each group.
 
         Args:
-            width: Of the lines, in characters; only longer words are longer.
+            width: Width of the lines in characters, exceeded only by longer words.
         """
         met, required = self.counts
         failed = f", {required - met} failed" if required > met else ""
@@ -194,10 +194,11 @@ class Report:
         }
 
     def raise_if_failed(self) -> None:
-        """Raise if anything is not met; for use in tests.
+        """Raise an error if a requirement is not met; for use in tests.
 
         Raises:
-            CheckFailedError: Lists every failure. It is an `AssertionError`, too.
+            CheckFailedError: A requirement fails; the error lists all failures and is an
+                `AssertionError`, too.
         """
         failures = self.failures
         if failures:

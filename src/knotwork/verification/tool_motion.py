@@ -1,4 +1,4 @@
-"""Limits on the motion of tool and links, and nearness to singularities, bounded over all time."""
+"""Limits on the motion of tool and links, and distance to singularities, bounded over all time."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 ALMOST_SINGULAR = 1e-3
-"""A singular value below this is called so where it has no limit of its own."""
+"""A smallest singular value below this is called almost singular if it has no limit."""
 
 NO_JUMP = 1e-9
-"""A jump of the tool's velocity up to this [m/s] is rounding."""
+"""Rounding tolerance of jumps of the tool's velocity [m/s]."""
 
 
 def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -95,7 +95,7 @@ def _tool_jump(motion: Motion, robot: Robot) -> float | None:
 
 
 def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find where the motion comes nearest to a singularity of the arm, against a limit if any."""
+    """Find the smallest singular value of the motion, and compare it with its limit, if any."""
     if space.robot is None or space.robot.tool_frame is None:
         return
     from knotwork.verification.bounds import singular_value_bound

@@ -1,4 +1,4 @@
-"""What no limit forbids: limits that a robot does not have, and peaks out of proportion."""
+"""Missing limits of a robot, and disproportionate peaks that no limit forbids."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from knotwork.waypoints import FloatArray
 
 NO_LIMIT = "No limit known"
 PROPORTION = 20.0
-"""A spike is at least this many times as large as what any joint keeps up."""
+"""Minimum ratio of a spike to the largest sustained value of all joints."""
 FEEBLE = {2: 1.0, 3: 100.0}
-"""No spike is below this, by order [rad/s², rad/s³ or m]: drives don't feel it."""
+"""Minimum of a spike by order [rad/s², rad/s³ or m]: drives follow smaller ones."""
 HARMFUL = {2: 1e3, 3: np.inf}
-"""A spike above this fails [rad/s², rad/s³ or m]: no arm's joint accelerates like that. Jerk has no
-such bound below the one above which acceleration jumps."""
+"""A spike above this fails [rad/s², rad/s³ or m], because no arm reaches it. Jerk has no such
+bound below that of a jump of acceleration."""
 WINDOW = 0.1
-"""An acceleration that lasts this long is part of the motion [s]; for quick moves see below."""
+"""Duration from which an acceleration counts as sustained [s]; less for quick moves, see below."""
 PART_OF_MOVE, PART_OF_MOTION = 0.5, 0.25
-"""It lasts no longer than these parts of the time between two waypoints and of the motion."""
+"""Upper bounds of that duration, relative to the time between two waypoints and to the motion."""
 JERK_PART = 0.1
-"""A jerk that lasts for this part of a window is part of the motion."""
+"""Duration from which a jerk counts as sustained, relative to that of acceleration."""
 STEPS, MOST_SAMPLES = 4, 100_000
 
 
 def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Say which limits a robot does not have, and what the motion reaches without them."""
+    """Report missing limits of a robot, with the peaks of the motion."""
     if space.robot is None:
         return
     parts, short = [], []
@@ -70,11 +70,11 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
 
 
 def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find accelerations and jerks that are many times as large as any that the motion keeps up.
+    """Find accelerations and jerks far above the largest sustained ones of the motion.
 
-    A joint that keeps up an acceleration gets somewhere by it. Where one peaks far above all that
-    positions a while apart tell of, it is there and gone: nothing in the task asks for it. So it is
-    with jerk. A joint is named once, by its acceleration first.
+    A sustained acceleration shows in positions a short time apart. A peak far above what those
+    explain is a spike that the task does not ask for. The same holds for jerk. A joint is reported
+    once, by its acceleration first.
     """
     named: set[str] = set()
     for order in (2, 3):
@@ -112,7 +112,7 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
 
 
 def _window(time: float, motion: Motion, scenario: Scenario) -> float:
-    """How long an acceleration at a time must last to be part of the motion [s]."""
+    """Duration from which an acceleration at a time counts as sustained [s]."""
     around = [
         after.time - before.time
         for before, after in pairwise(scenario.waypoints)
@@ -123,18 +123,18 @@ def _window(time: float, motion: Motion, scenario: Scenario) -> float:
 
 
 def sustained(curve: PiecewisePolynomial, order: int, window: float) -> FloatArray:
-    """Greatest accelerations (order 2) or jerks (order 3) that joints keep up for a window [s].
+    """Maximum accelerations (order 2) or jerks (order 3) sustained over a window [s].
 
-    Differences of positions find them. Positions tell how far a spike gets; velocities within a
-    spike are as large as the spike is.
+    Differences of positions give them: a short spike hardly changes positions, but it changes
+    velocities.
 
     Returns:
-        Greatest central differences of positions, over `window**order`, shape (d,).
+        Maximum central differences of positions, over `window**order`, shape (d,).
     """
     start, end = float(curve.x[0]), float(curve.x[-1])
     half = 0.5 * order * window
     count = min(math.ceil(STEPS * (end - start) / window), MOST_SAMPLES)
-    # of a long motion these are few, so wherever a peak may be there are more
+    # for a long motion samples are sparse, so breaks and peaks are added
     middles = distinct(np.linspace(start, end, count), curve.x, curve.extrema(order).peak_time)
     t = np.clip(middles, start + half, end - half)
     found = sum(

@@ -1,8 +1,8 @@
-"""The check: does a trajectory do what its scenario asks for?
+"""The check of a trajectory against its scenario.
 
-It knows nothing of how the trajectory was made. From the trajectory and the scenario alone it
-recomputes the tool's pose and velocity at each waypoint, limits of joints, tool and links over all
-time, and continuity.
+The check is independent of planning. From the trajectory and the scenario alone it recomputes the
+tool's pose and velocity at each waypoint, limits of joints, tool and links over all time, and
+continuity.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ def check(
     """Check a trajectory against a scenario, by every check in `knotwork.verification.CHECKS`.
 
     Position, velocity, acceleration and jerk limits hold over all time: their extrema are exact.
-    Each finding says how it was found.
+    Each finding has its kind of proof.
 
     Args:
-        trajectory: The motion; its joints in any order.
+        trajectory: The motion, with joints in any order.
         scenario: The task.
-        space: The scenario's joints and robot, if they have been loaded already.
-        defects: Faults of the trajectory known beforehand, in words; each fails the report.
-        known: Findings made beforehand, which the report is to have too.
+        space: The scenario's joints and robot, if already loaded.
+        defects: Texts of known faults of the trajectory; each fails the report.
+        known: Additional findings for the report.
 
     Raises:
-        InputError: The trajectory is not of the scenario's joints, the scenario's robot can't be
-            loaded, or its times are free.
+        InputError: The trajectory has other joints than the scenario, the scenario's robot can't
+            be loaded, or its times are free.
 
     >>> plan = kw.plan("paper_case")
     >>> kw.check(plan.trajectory, plan.scenario).ok

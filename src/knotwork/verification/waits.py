@@ -1,4 +1,4 @@
-"""Where the arm is to wait: how far its joints move meanwhile."""
+"""Motion of joints during waits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motion at the times of waypoints, against what these ask for."""
+"""Comparison of the motion with waypoints at their times."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from knotwork.scenario import ScenarioWaypoint
 
 TINY = np.finfo(float).tiny
-# Times that differ by rounding are the same.
+# Relative rounding tolerance of times.
 TIME_ROUNDING = 1e-9
-# But however large the times are, no more than this [s], or what floating point can tell apart.
+# Maximum of that tolerance [s], but at least the floating-point resolution.
 MOST_SLACK = 1e-6
 
 
 def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Check that the motion lasts as long as its scenario, no longer and no less."""
+    """Check that the motion has the time span of its scenario."""
     start, end = motion.start_time, motion.end_time
     slack = _time_slack(motion)
     lasts = f"the trajectory lasts from {start:.9g} s to {end:.9g} s"
@@ -49,15 +49,15 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
 
 
 def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
-    """Say something of the motion as a whole."""
+    """Make a finding about the whole motion."""
     return Finding("Motion", "motion", "", quantity, judged(ok), message)
 
 
 def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the tool's pose and velocity with those asked for, by forward kinematics (eq 1)."""
+    """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
     if space.robot is None:
         return
-    # where a path begins the tool has its velocity, and so its freedom
+    # at the start of a path the velocity has the path's freedom
     onward = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
     for waypoint, time, _ in _reached(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
@@ -68,13 +68,13 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare joint values with those asked for, at waypoints and at the two ends.
+    """Compare joint values with those of waypoints and of the two ends.
 
-    Where the tool is to stand, so is the arm: joints may move and leave a tool where it is.
+    If the tool is to stop, so are all joints: self-motion would not move the tool.
     """
     passed = list(_reached(motion, scenario, space))
     times = np.array([time for _, time, _ in passed])
-    achieved = [motion.curve(times, order) for order in (0, 1)]  # of all at once: that is faster
+    achieved = [motion.curve(times, order) for order in (0, 1)]  # all at once, for speed
     for i, (waypoint, at, state) in enumerate(passed):
         for order, requested in _asked_of_joints(waypoint, state, space):
             found = achieved[order][i]
@@ -90,7 +90,7 @@ def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -
 def _asked_of_joints(
     waypoint: ScenarioWaypoint, state: JointState | None, space: JointSpace
 ) -> Iterator[tuple[int, FloatArray]]:
-    """Orders of derivatives, and what a waypoint asks of them, shape (d,)."""
+    """Orders of derivatives with the values required at a waypoint, shape (d,)."""
     if state is not None:
         yield from enumerate((state.position, state.velocity))
     elif isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
@@ -105,7 +105,7 @@ def _time_slack(motion: Motion) -> float:
 def _reached(
     motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[tuple[ScenarioWaypoint, float, JointState | None]]:
-    """Waypoints in the motion's time, each with its time there [s] and the joints asked for."""
+    """Waypoints within the motion's time, with their times in the motion [s] and joint states."""
     start, end, slack = motion.start_time, motion.end_time, _time_slack(motion)
     for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
         if start - slack <= waypoint.time <= end + slack:
@@ -120,7 +120,7 @@ def _tool_findings(
     scenario: Scenario,
     moving: PoseFreedom | None,
 ) -> Iterator[Finding]:
-    """Compare the tool with a waypoint; `moving` is what the velocity there leaves open."""
+    """Compare the tool with a waypoint; `moving` is the freedom of the velocity."""
     import pinocchio as pin
 
     pose, twist = robot.forward(q), robot.twist(q, v)
@@ -135,7 +135,7 @@ def _tool_findings(
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
         if moving.tilt:
-            spin = waypoint.angular  # an axis that may tilt may do so at any speed
+            spin = waypoint.angular  # a free tilt may have any speed
     asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
     rows = (
         ("position", waypoint.position, pose.translation, off, "m"),
@@ -153,12 +153,12 @@ def _tool_findings(
 
 
 def _beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
-    """The least angle [rad] that takes a rotation to one which is free: of the axis, or of both."""
+    """Minimum rotation [rad] into the free range, of the axis or of both."""
     R = asked.T @ found
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
     tilt = max(tilt - freedom.tilt, 0.0)
     excess = max(float(turned_beyond(freedom, asked[None], found[None])[0]), 0.0)
-    # of a tilt and a turn about the axis together: cos(φ/2) = cos(tilt/2) cos(turn/2)
+    # for a tilt and a turn about the axis: cos(φ/2) = cos(tilt/2) cos(turn/2)
     half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
     return float(2.0 * np.arcsin(min(half, 1.0)))
 
@@ -172,7 +172,7 @@ def _joint_finding(
     scenario: Scenario,
     space: JointSpace,
 ) -> Finding:
-    """Compare joint values, and show the joint that is furthest off for its tolerance."""
+    """Compare joint values, and report the joint with the largest error for its tolerance."""
     quantity = f"joint_{DERIVATIVES[order]}"
     by_unit = getattr(scenario.tolerances, quantity)
     tolerances = np.array([by_unit[unit] for unit in space.joint_units])
@@ -186,8 +186,8 @@ def _joint_finding(
 
 
 def furthest_off(errors: FloatArray, tolerances: FloatArray) -> int:
-    """The joint whose error is the largest part of its tolerance."""
-    # A tolerance may be so small that it is zero in SI.
+    """Index of the joint with the largest error relative to its tolerance."""
+    # A tolerance may underflow to zero in SI.
     with np.errstate(over="ignore"):
         return int((errors / np.maximum(tolerances, TINY)).argmax())
 

@@ -1,4 +1,4 @@
-"""Of many findings those to print: the worst of those alike, and those nearest their limits."""
+"""Selection of findings to print: the worst of each kind, and those nearest their limits."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from knotwork.verification.finding import Finding
 
 
 def and_more(count: int) -> str:
-    """Say of a finding how many more there are like it."""
+    """Text of the number of further findings of a kind."""
     return f" (and {count} more like it)" if count else ""
 
 
 def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[str]:
-    """Findings in their own words: the worst of those alike, and how many more there are.
+    """Messages of the worst finding of each kind, and the number of others.
 
     Args:
         findings: The findings.
-        most: Number of kinds to print; then a line says how many findings are left.
+        most: Maximum number of kinds; another line has the number of remaining findings.
     """
     kinds = alike(findings)
     lines = [f"{worst}{and_more(len(others))}" for worst, *others in kinds[:most]]
@@ -26,15 +26,15 @@ def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[
 
 
 def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
-    """Of each quantity that fails with a number, the worst of those alike, in the order given."""
+    """The worst failure of each kind that has a number, in the given order."""
     failing = [one for one in findings if not one.ok and one.value is not None and not one.detail]
     return [several[0] for several in alike(failing)]
 
 
 def alike(findings: Sequence[Finding]) -> list[list[Finding]]:
-    """Findings on the same quantity of things of the same kind, together, the worst first.
+    """Group findings by quantity and kind of subject, the worst of each group first.
 
-    It is the one furthest beyond its limit: by the part of it that is used, else by the margin.
+    The worst finding has the largest use of its limit, or else the smallest margin.
     """
     found: dict[tuple[str, str, str], list[Finding]] = {}
     for one in findings:
@@ -46,10 +46,10 @@ def alike(findings: Sequence[Finding]) -> list[list[Finding]]:
 
 
 def without_use(findings: Sequence[Finding]) -> list[Finding]:
-    """The findings to print of a group in which no part of a limit is used.
+    """The findings to print of a group without use of limits.
 
-    Where a limit is zero, it is the finding nearest its limit; where nothing has a limit, the
-    largest of each quantity; else nothing.
+    With limits of zero, the finding nearest its limit; without limits, the largest of each
+    quantity; otherwise nothing.
     """
     numbers = [one for one in findings if one.value is not None]
     limited = with_limits(numbers)
@@ -65,7 +65,7 @@ def without_use(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def with_limits(numbers: Sequence[Finding]) -> list[Finding]:
-    """Those with a limit that they are known to keep, or to break."""
+    """Findings with a limit that is known to be kept or exceeded."""
     return [
         one for one in numbers if one.required and one.limit is not None and not one.only_sampled
     ]

@@ -1,11 +1,11 @@
-"""The proof: samples at the ends of intervals, and a bound on the values between them.
+"""Adaptive proof: samples at the ends of intervals, and a bound on the values between them.
 
 For a vector g(t) and a convex function φ with |φ(x) - φ(y)| <= |x - y|, on an interval of length h
 
     φ(g(t)) <= max(φ(g(start)), φ(g(end))) + h²/8 · max |g''|,
 
 because g is within h²/8 · max |g''| of its chord, and φ along the chord is at most its larger end.
-Intervals are divided where that leaves a verdict open.
+Intervals with an open verdict are divided.
 """
 
 from __future__ import annotations
@@ -22,51 +22,50 @@ from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
 INTERVALS = 500
-"""The motion is first divided into this many equal intervals, and at every break."""
+"""Number of equal intervals of the first division, which is also at every break."""
 
 BUDGET = 20_000
-"""Evaluations after the first division. A verdict that is still open then is not proved."""
+"""Maximum evaluations after the first division; a verdict still open then is not proved."""
 
 ABSURD = 10.0
-"""No bound is sought where a sample is beyond a limit by this times its size: it is broken."""
+"""No bound is computed if a sample exceeds a limit by this factor on its size."""
 
 BUDGET_PER_PIECE = 8
-"""Evaluations for each piece, times the number of its coefficients, if these are more: enough
-for everything that a polynomial does."""
+"""Minimum budget per piece and coefficient, which is enough for every polynomial."""
 
 PRECISION = 1e-3
-"""How near a bound comes to the largest value found, relative to that or to the limit."""
+"""Tightness of a bound, relative to the largest sample or to the limit."""
 
 FLOOR = 1e-6
-"""Resolution of values near zero, as a fraction of the largest that the joints' rates allow."""
+"""Resolution of values near zero, relative to the largest that the joints' rates allow."""
 
 TINY = np.finfo(float).tiny
 
 BLOCK = 8192
-"""Intervals whose bounds are computed together, so that the temporaries stay small."""
+"""Number of intervals per block, to limit memory."""
 
 MOST_PARTS = 8
-"""An interval is divided into at most this many at a time."""
+"""Maximum parts of one division of an interval."""
 
 ROUNDING = 2.0**-38
-"""Rounding of a value, relative to the bounds of its factors and per radian of joint angles.
+"""Rounding error of a value, relative to the bounds of its factors and per radian of joint angles.
 
 A value is a sum of products of at most seven factors: an axis, a lever, an inertia, velocities.
-Joint angles are rounded by 2⁻⁵² times the degree times the sum of the sizes of their terms, which
-turns each factor by as much; other factors have at most 2⁻⁴² (`EVALUATION_ROUNDING`), and on the
-way from the base to a tip and back an arm of 30 joints makes some 2,000 roundings of 2⁻⁵³. In all
+Joint angles have errors of 2⁻⁵² times the degree times the sum of the magnitudes of their terms,
+which rotates each factor by as much; other factors have at most 2⁻⁴² (`EVALUATION_ROUNDING`), and
+from the base to a tip and back an arm of 30 joints makes about 2,000 roundings of 2⁻⁵³. In total
 less than 7·2⁻⁴² + 2,000·7·2⁻⁵³ < 2⁻³⁸."""
 
 
 class Quantity(NamedTuple):
-    """A quantity to be bounded, in c components.
+    """A quantity to bound, with c components.
 
     Attributes:
-        values: From joint positions, velocities and accelerations, shape (k, d) each, to φ(g),
-            shape (k, c); if it is absolute, with its sign.
-        sizes: From bounds of the joints' derivatives, shape (5, d, n), to those of |g|, |g'| and
-            |g''|, shape (3, c, n).
-        angles: Which joints' positions are angles, shape (d,).
+        values: Function from joint positions, velocities and accelerations, shape (k, d) each, to
+            φ(g), shape (k, c); signed if it is absolute.
+        sizes: Function from bounds of the joints' derivatives, shape (5, d, n), to bounds of |g|,
+            |g'| and |g''|, shape (3, c, n).
+        angles: Whether each joint's position is an angle, shape (d,).
         absolute: Whether the magnitude of the values counts.
     """
 
@@ -77,15 +76,15 @@ class Quantity(NamedTuple):
 
 
 class Maximum(NamedTuple):
-    """The largest values found, and what no value exceeds, by component.
+    """Largest samples and upper bounds, by component.
 
     Attributes:
-        value: Largest sample, shape (c,), with its sign; infinite if one is not a finite number.
-        time: When [s], shape (c,).
-        bound: What the quantity does not exceed at any time, shape (c,).
-        proved: Whether it is proved that the limit is kept, or that it is not, shape (c,); without
-            a limit, whether the bound is as near to the samples as asked for.
-        evaluations: How often the quantity was evaluated.
+        value: Largest sample with its sign, shape (c,); infinite if a sample is not finite.
+        time: Time of that sample [s], shape (c,).
+        bound: Upper bound over the motion, shape (c,).
+        proved: Whether the limit is proved to be kept or violated, shape (c,); without a limit,
+            whether the bound is as tight as requested.
+        evaluations: Number of evaluations of the quantity.
     """
 
     value: FloatArray
@@ -102,17 +101,17 @@ def maximum(
     precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
     budget: int = BUDGET,
 ) -> Maximum:
-    """Bound a quantity over a whole motion from above.
+    """Compute an upper bound of a quantity over a whole motion.
 
     Args:
         curve: Joint positions, trailing shape (d,).
-        quantity: What to bound.
-        limit: What it is compared with, shape (c,); infinite for none.
-        precision: From the largest samples and the largest bounds of |g|, shape (c,) each, how near
-            the bound has to come to the samples, shape (c,), where no limit decides; by default a
-            part of the limit, or of the samples if they are larger.
-        budget: How many evaluations may follow the first division; the usual budget grows with the
-            number of pieces. They are spent where the bounds are worst.
+        quantity: The quantity.
+        limit: Limits, shape (c,); infinite for none.
+        precision: Function from the largest samples and the largest bounds of |g|, shape (c,) each,
+            to the required tightness of the bound where no limit decides, shape (c,); by default a
+            fraction of the limit, or of the samples if they are larger.
+        budget: Maximum evaluations after the first division, spent where the bounds are worst; the
+            usual budget grows with the number of pieces.
     """
     search = _Search(curve, quantity, len(limit))
     span = np.diff(curve.x)
@@ -162,7 +161,7 @@ def _relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray)
 
 
 class _Search:
-    """Evaluates a quantity along a curve and keeps the largest value that it has seen."""
+    """Evaluations of a quantity along a curve, and the largest value so far."""
 
     def __init__(self, curve: PiecewisePolynomial, quantity: Quantity, components: int) -> None:
         self.curve, self.quantity = curve, quantity
@@ -174,7 +173,7 @@ class _Search:
     def evaluate(
         self, division: _Division, chosen: NDArray[np.bool_] | slice = slice(None)
     ) -> FloatArray:
-        """Evaluate at the chosen points of a division, each in its own piece; shape (k, c)."""
+        """Evaluate at the chosen points of a division, each in its piece; shape (k, c)."""
         piece, local = division.piece[chosen], division.time[chosen]
         coefficients = self.curve.c[:, piece]
         states = []
@@ -198,7 +197,7 @@ class _Search:
         return values
 
     def excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
-        """How far values may lie above those at the ends, and by rounding, shape (n, c) both."""
+        """Maximum excess of values over those at the ends, and by rounding, shape (n, c) both."""
         found = []
         for low in range(0, intervals.piece.size, BLOCK):
             block = intervals[low : low + BLOCK]
@@ -216,11 +215,11 @@ class _Search:
 
 
 class _Division(NamedTuple):
-    """Intervals divided: all ends of the parts, and the parts.
+    """Divided intervals: the ends of the parts, and the parts.
 
     Attributes:
         piece: Piece of each end, shape (k,).
-        time: Where it is, from the start of the piece on [s], shape (k,).
+        time: Time of each end since the start of the piece [s], shape (k,).
         first, last: Whether it starts or ends one of the intervals, shape (k,).
         parts: The intervals between the ends.
     """
@@ -248,7 +247,7 @@ def _divide(intervals: Intervals, parts: NDArray[np.intp]) -> _Division:
 
 
 def _first_parts(span: FloatArray) -> NDArray[np.intp]:
-    """Into how many parts to divide each piece at first; none is looked at at its ends alone."""
+    """Number of parts of each piece in the first division, at least two."""
     share = span / span.max()
     share /= share.sum()
     return np.asarray(np.maximum(2, np.ceil(share * INTERVALS)), dtype=np.intp)
@@ -257,13 +256,13 @@ def _first_parts(span: FloatArray) -> NDArray[np.intp]:
 def _worst_first(
     beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], remaining: int
 ) -> NDArray[np.bool_]:
-    """The open intervals with bounds farthest beyond their targets, as many as the budget allows.
+    """Whether each open interval is divided: those with the largest excess, within the budget.
 
     Args:
-        beyond: How far each bound is beyond its target, shape (n, c).
-        is_open: Where that leaves a verdict open, shape (n, c).
-        parts: Into how many parts each interval is to be divided, shape (n,).
-        remaining: How many evaluations are left.
+        beyond: Excess of each bound over its target, shape (n, c).
+        is_open: Whether that leaves a verdict open, shape (n, c).
+        parts: Number of parts for each interval, shape (n,).
+        remaining: Remaining evaluations.
     """
     waiting = is_open.any(axis=1)
     if int((parts - 1).sum()) <= remaining:
@@ -278,7 +277,7 @@ def _worst_first(
 
 
 def _parts(excess: FloatArray, allowed: FloatArray, is_open: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Into how many parts to divide each interval, so that the excess falls to what is allowed."""
+    """Number of parts for each interval with which the excess falls to the allowed one."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         needed = np.sqrt(np.where(is_open, excess / allowed, 0.0)).max(axis=1)
     return np.asarray(np.clip(np.ceil(needed), 2, MOST_PARTS), dtype=np.intp)

@@ -1,9 +1,9 @@
-"""Bounds on the derivatives of how every link of a tree of joints moves.
+"""Bounds on the derivatives of the motion of every link of a tree of joints.
 
 One recursion from the base to the tips. With W the bounds of a link's angular velocity, a unit
 vector fixed in the link has the bounds `turning(W)`. The axis of a joint is fixed in the parent, so
-the joint adds |q'| times those of the parent's unit vectors to the parent's W. The offset between
-two joints is fixed in the parent too.
+joint adds |q'| times those of the parent's unit vectors to the parent's W. The offset between two
+joints is also fixed in the parent.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from knotwork.verification.bounds.derivatives import product, turning
 from knotwork.waypoints import FloatArray
 
 ORDERS = 5
-"""Derivatives 0 … 4 of joint positions are bounded: torque has two orders, its bound two more."""
+"""Derivatives 0 … 4 of joint positions are bounded: two for torque, and two more for its bound."""
 
 
 def carried(model: Any, frame: int) -> tuple[int, float]:
@@ -33,7 +33,7 @@ class TreeMotion(NamedTuple):
         tree: The joints.
         angular: Angular velocity [rad/s], orders 0 … 3.
         unit: A unit vector fixed in the link, orders 0 … 4.
-        offset: From the parent's origin to this one [m], orders 0 … 4.
+        offset: Vector from the parent's origin [m], orders 0 … 4.
         origin: Position of the link's origin [m], orders 0 … 4.
     """
 
@@ -44,7 +44,7 @@ class TreeMotion(NamedTuple):
     origin: tuple[FloatArray, ...]
 
     def point(self, joint: int, distance: float) -> FloatArray:
-        """Bounds of the position of a point of a link, its distance from the origin given [m]."""
+        """Bounds of the position of a point of a link, at a distance from its origin [m]."""
         return np.asarray(self.origin[joint] + distance * self.unit[joint])
 
     def rotation(self, joint: int) -> FloatArray:
@@ -57,7 +57,7 @@ class TreeMotion(NamedTuple):
 
 
 def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
-    """Bound how every link moves.
+    """Bound the motion of every link.
 
     Args:
         joints: The joints.

@@ -1,18 +1,17 @@
-"""Clearances of pairs of bodies, proved over all time by bounds on how far bodies can move.
+"""Clearances of pairs of bodies, proved over all time by bounds on the motion of bodies.
 
-Let d be the distance of two bodies at the middle of an interval of time. Bring the joints between
-them from where they are then to where they are at another time of the interval, one by one, those
-near the base first. Joint j turns its part by Δqⱼ at most, and moves no point of it farther than
-|Δqⱼ| ρⱼ, where ρⱼ is the largest distance of the body from axis j at the middle: joints farther out
-still stand as they did, and those nearer to the base move axis and body alike. So the distance is
-at least
+Let d be the distance of two bodies at the middle of a time interval. Move the joints between them
+from their positions at the middle to those at another time of the interval, one by one, from the
+base outwards. Joint j turns its part by at most Δqⱼ, and moves every point of it by at most
+|Δqⱼ| ρⱼ, where ρⱼ is the maximum distance of the body from axis j at the middle: outer joints have
+not moved yet, and inner ones move axis and body together. So the distance is at least
 
     d − Σⱼ |Δqⱼ| ρⱼ
 
-all over the interval. Convex bodies are also separated by the plane whose normal joins their
-nearest points at the middle, and only motion along this normal brings them nearer, to first order
-(`relative_motion`). The better of the two bounds counts. Where that leaves open how near the bodies
-come, the interval is divided in three, and the middle part has its distance already.
+over the whole interval. Convex bodies are also separated by the plane normal to the line between
+their nearest points at the middle, and only motion along this normal reduces their distance, to
+first order (`relative_motion`). The better of the two bounds is used. If the verdict is still open,
+the interval is divided in three, and the middle part keeps its distance.
 """
 
 from __future__ import annotations
@@ -38,44 +37,44 @@ from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
 PARTS = 24
-"""The motion is first divided into about this many intervals, and at every break."""
+"""Approximate number of intervals of the first division, which is also at every break."""
 
 DIGITS = 12
-"""Lengths [m] that agree to this many digits after the point are equal when times are chosen: what
-rounds differently on another machine must not choose them."""
+"""Decimal digits to which lengths [m] are compared when times are chosen, so that rounding on
+another machine does not change the choice."""
 
 PRECISION = 1e-3
 AROUND_PRECISION = 0.2
 OWN_PRECISION = 0.5
-"""The least clearance of a pair is found to this [m], or to this part of it if that is more: of
-what stands around, and of links of the robot, which come near one another all the time."""
+"""Precision of a pair's minimum clearance [m], or relative if that is more: for objects, and for
+links of the robot, which are always near one another."""
 
 MOMENT = 1e-6
-"""What appears where the motion ends is there for its last moment [s]; what the tool leaves there
-is held until then."""
+"""An object that appears at the last waypoint is checked for this long before the end [s]; one
+released there counts as held until then."""
 
 BLOCK = 2000
-"""Intervals that are looked at together."""
+"""Number of intervals per block."""
 
 BUDGET = 100_000
-"""Distances that are measured at most. What is open then is undecided."""
+"""Maximum number of distances measured; verdicts still open then are undecided."""
 
 
 class Clearance(NamedTuple):
-    """How near two bodies come over a motion.
+    """Minimum clearance of two bodies over a motion.
 
     Attributes:
         first, second: The bodies.
-        distance: The smallest distance found [m]; minus the depth where they overlap.
-        bound: They are proved to be never nearer than this [m].
-        margin: Clearance to keep [m].
-        around: One of them stands around.
-        time: When the smallest distance was found [s].
-        nearest: The nearest points then, in the axes of the URDF's root.
+        distance: Minimum distance found [m], negative for penetration.
+        bound: Proved lower bound on the distance [m].
+        margin: Required clearance [m].
+        around: Whether one of them is an object of the scene.
+        time: Time of the minimum distance found [s].
+        nearest: Nearest points at that time, in the axes of the URDF's root.
         verdict: `"clear"`, `"collides"` (or is nearer than the margin) or `"undecided"`.
-        interval: From when to when [s] they are too near, or it is undecided; else `None`.
-        contacts: Each time from when to when they are too near [s]; `interval` is the worst.
-        evaluations: How often their distance was measured.
+        interval: Interval in which the margin is violated or undecided [s], or `None`.
+        contacts: Intervals in which the margin is violated [s]; `interval` is the worst.
+        evaluations: Number of distance measurements.
     """
 
     first: Body
@@ -98,14 +97,14 @@ def clearances(
     resolution: float,
     precision: float | None = None,
 ) -> tuple[Clearance, ...]:
-    """Prove how near each pair of bodies comes over a motion.
+    """Prove the minimum clearance of each pair of bodies over a motion.
 
     Args:
         model: Bodies and pairs.
         curve: Joint positions, trailing shape (d,).
         resolution: Intervals in which bodies move less than this [m] are not divided further.
-        precision: The least clearance of each pair is found to this [m]; by default to 1 mm, or to
-            a part of it where that is more.
+        precision: Precision of the minimum clearance of each pair [m]; by default 1 mm, or a
+            fraction of it if that is more.
     """
     if not model.pairs:
         return ()
@@ -115,13 +114,13 @@ def clearances(
 def least_clearance(
     model: CollisionModel, curve: PiecewisePolynomial, resolution: float, precision: float
 ) -> Clearance | None:
-    """Find the least clearance of all pairs, beyond what each is to keep; `None` without pairs.
+    """Find the minimum clearance of all pairs, relative to their margins; `None` without pairs.
 
     Args:
         model: Bodies and pairs.
         curve: Joint positions, trailing shape (d,).
-        resolution: As `clearances` takes it [m].
-        precision: It is found to this [m].
+        resolution: See `clearances` [m].
+        precision: Precision of the result [m].
     """
     found = clearances(model, curve, resolution)
     if not found:
@@ -134,7 +133,7 @@ def least_clearance(
 
 
 class _Search:
-    """The division of the time of a motion, for all pairs of solids together."""
+    """Adaptive division of a motion's time, for all pairs of solids together."""
 
     def __init__(
         self,
@@ -176,7 +175,7 @@ class _Search:
         return self._clearances()
 
     def _first_looks(self, intervals: Intervals) -> Looks:
-        """The pairs of solids that are there together in each interval."""
+        """The pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
         windows = self.windows[self.pair]
         there = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
@@ -184,7 +183,7 @@ class _Search:
         return Looks(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
 
     def _level(self, intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
-        """Measure where it is needed, close what is decided, divide the rest in three."""
+        """Measure where needed, close decided intervals, and divide the others in three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
         time = self.curve.x[intervals.piece] + middle
@@ -214,7 +213,7 @@ class _Search:
         return divided(intervals, looks.where(~closed))
 
     def _goal(self) -> FloatArray:
-        """An interval is closed where its bound comes up to this [m], for each pair of solids."""
+        """Bound at which an interval is closed, for each pair of solids [m]."""
         with np.errstate(invalid="ignore"):
             part = np.maximum(self.least_part, self.precision * np.abs(self.distance))
             goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
@@ -228,17 +227,17 @@ class _Search:
         lower: FloatArray,
         motion: FloatArray,
     ) -> None:
-        """Measure distances, the least ones first, as far as that may change the smallest one.
+        """Measure distances, the smallest bounds first, as far as that may change the minimum.
 
-        Of a mesh that is taken as it is, a distance is cut where it closes its interval and is no
-        smaller than the smallest found.
+        The distance of an exact mesh is cut where it closes its interval and is not below the
+        minimum found.
 
         Args:
-            looks: What is measured is filled in.
-            time: Of the middle of each interval [s].
-            placed: Rotations and origins of the solids' own axes then, as `SolidPairs.axes`.
-            lower: What spheres prove over its interval of each look [m].
-            motion: How far the two solids move against one another at most [m].
+            looks: Pairs of solids over intervals; distances are filled in.
+            time: Middle of each interval [s].
+            placed: Rotations and origins of the solids' axes at these times, see `SolidPairs.axes`.
+            lower: Lower bound from spheres over the interval of each look [m].
+            motion: Upper bound on the relative motion of the two solids [m].
         """
         first_goal = self._goal()
         waiting = np.flatnonzero(np.isnan(looks.distance) & (lower < first_goal[looks.combo]))
@@ -259,7 +258,7 @@ class _Search:
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _look_inside(self) -> None:
-        """Find solids inside meshes: if surfaces never meet, one look tells it for all time."""
+        """Find solids inside meshes: if surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero(self.distance > 0.0).tolist():
             table = self.table
             if not table.exact[c]:
@@ -281,12 +280,12 @@ class _Search:
         result, times = [], ContactTimes(self.model, self.curve)
         for k, pair in enumerate(self.model.pairs):
             if np.isinf(self.distance[worst[k]]):
-                continue  # they are never there together
+                continue  # they never exist together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
             if nearest.distance < distance - 10.0**-DIGITS:
-                distance = nearest.distance  # of solids that were not measured then
+                distance = nearest.distance  # of solids that were not measured at that time
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
             low, high = self.undecided_from[combos[k]].min(), self.undecided_until[combos[k]].max()

@@ -1,4 +1,4 @@
-"""From when to when two bodies that collide are too near one another, each time."""
+"""Intervals in which two colliding bodies violate their margin."""
 
 from __future__ import annotations
 
@@ -18,35 +18,34 @@ Placed: TypeAlias = tuple[FloatArray, FloatArray]
 """Rotations and origins of all joints at some times."""
 
 LOOKS = 200
-"""Number of steps at which a pair that collides is searched for contacts."""
+"""Number of time steps at which a colliding pair is tested for contacts."""
 
 EDGE = 1e-4
-"""The ends of a contact are found to this [s]."""
+"""Precision of the ends of a contact [s]."""
 
 
 class ContactTimes:
-    """Looks for the contacts of pairs of bodies over a motion."""
+    """Search for the contacts of pairs of bodies over a motion."""
 
     def __init__(self, model: CollisionModel, curve: PiecewisePolynomial) -> None:
         self.model, self.curve = model, curve
         self._looks = cache(self._looks_between)
 
     def _looks_between(self, low: float, high: float) -> tuple[FloatArray, Placed]:
-        """Times to look at between two, and where all joints are then."""
+        """Test times between two times, and the placements of all joints."""
         times = np.linspace(low, high, LOOKS + 1)
         return times, place_joints(self.model.joints, self.curve(times))
 
     def of(self, k: int, low: float, high: float, time: float) -> tuple[tuple[float, float], ...]:
-        """From when to when the bodies of a pair are too near, each time.
+        """Contact intervals of a pair of bodies [s].
 
-        A contact that is shorter than the steps between the looks may be missed next to that one
-        whose time is known.
+        Additional contacts shorter than the time steps may be missed.
 
         Args:
-            k: Which pair.
-            low: When both are there first [s].
-            high: When both are there last [s].
-            time: When they are too near [s].
+            k: Index of the pair.
+            low: First time at which both exist [s].
+            high: Last time at which both exist [s].
+            time: A time of contact [s].
         """
         looks, placed = self._looks(low, high)
         i = int(np.searchsorted(looks, time))
@@ -58,7 +57,7 @@ class ContactTimes:
         return tuple(zip(edges[::2], edges[1::2], strict=True))
 
     def _edge(self, k: int, low: float, high: float) -> float:
-        """When the bodies come too near, or cease to be, between two times [s]."""
+        """Time between two times at which a contact begins or ends [s]."""
         (before,) = self._near(k, [low])
         while high - low > max(EDGE, 4.0 * np.spacing(high)):
             middle = (low + high) / 2
@@ -69,11 +68,11 @@ class ContactTimes:
         return low if not before else high
 
     def _near(self, k: int, times: Sequence[float]) -> list[bool]:
-        """Whether a pair of bodies is too near at some times."""
+        """Whether a pair of bodies violates its margin at some times."""
         return self._near_where(k, place_joints(self.model.joints, self.curve(np.array(times))))
 
     def _near_where(self, k: int, placed: Placed) -> list[bool]:
-        """Whether a pair of bodies is too near where joints are placed."""
+        """Whether a pair of bodies violates its margin at joint placements."""
         pair, meter = self.model.pairs[k], self.model.meter
         bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
         return [

@@ -1,7 +1,7 @@
 """Arithmetic with bounds on derivatives.
 
-A quantity's bounds are an array whose entry k bounds the norm of its k-th derivative in time, in
-every column (an interval of time). Sums of quantities add their bounds; products obey Leibniz.
+The bounds of a quantity are an array whose entry k bounds the norm of its k-th time derivative, one
+column per time interval. Sums of quantities add their bounds; products follow Leibniz's rule.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from knotwork.waypoints import FloatArray
 def product(a: FloatArray, b: FloatArray) -> FloatArray:
     """Bound the derivatives of a product: |(ab)^(k)| <= sum of C(k, m) |a^(m)| |b^(k-m)|.
 
-    It holds for every product with |ab| <= |a| |b|: of numbers, of a number and a vector, the dot
-    and the cross product, a matrix applied to a vector.
+    This holds for every product with |ab| <= |a| |b|: of numbers, of a number and a vector, dot and
+    cross product, and a matrix applied to a vector.
 
     Args:
-        a: Bounds of one factor, shape (orders, n).
-        b: Bounds of the other; it may have another number of orders.
+        a: Bounds of the first factor, shape (orders, n).
+        b: Bounds of the second factor, possibly with another number of orders.
 
     Returns:
-        Bounds of the orders that both have.
+        Bounds of the common orders.
     """
     orders = min(len(a), len(b))
     result = np.asarray(a[0] * b[:orders])
@@ -35,7 +35,7 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def turning(angular: FloatArray, constant: float = 1.0) -> FloatArray:
-    """Bound the derivatives of a unit vector fixed in a body: its rate is angular velocity × it.
+    """Bound the derivatives of a unit vector fixed in a body, from its angular velocity.
 
     Args:
         angular: Bounds of the body's angular velocity, shape (k, n).
@@ -55,5 +55,5 @@ def turning(angular: FloatArray, constant: float = 1.0) -> FloatArray:
 
 @lru_cache(maxsize=16)
 def _choose(orders: int) -> FloatArray:
-    """C(k, m), which is zero where m is above k, shape (orders, orders, 1)."""
+    """C(k, m), zero for m above k, shape (orders, orders, 1)."""
     return np.array([[[float(comb(k, m))] for m in range(orders)] for k in range(orders)])

@@ -1,4 +1,4 @@
-"""The division of a motion's time: first intervals, and those still open in three parts."""
+"""Division of a motion's time: first intervals, and open intervals in three parts."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from knotwork.waypoints import FloatArray, IndexArray
 
 
 class Looks(NamedTuple):
-    """Pairs of solids to be looked at, each over an interval; m of them.
+    """m pairs of solids to test, each over an interval.
 
     Attributes:
-        interval: Which interval, shape (m,).
-        combo: Which pair of solids, shape (m,).
-        distance: Between the solids at its middle [m], `nan` where it has not been measured.
-        normal: Unit vectors from the second to the first then, shape (m, 3).
+        interval: Indices of the intervals, shape (m,).
+        combo: Indices of the pairs of solids, shape (m,).
+        distance: Distances of the solids at the middle [m], `nan` if not measured.
+        normal: Unit vectors from the second to the first solid at the middle, shape (m, 3).
     """
 
     interval: IndexArray
@@ -28,17 +28,17 @@ class Looks(NamedTuple):
     normal: FloatArray
 
     def where(self, chosen: NDArray[np.bool_]) -> Looks:
-        """Some of them."""
+        """Select pairs by a mask."""
         item = self.interval[chosen], self.combo[chosen]
         return Looks(*item, self.distance[chosen], self.normal[chosen])
 
 
 def first_intervals(x: FloatArray, windows: FloatArray, count: int) -> Intervals:
-    """Divide a motion into about `count` intervals, at its breaks and where windows begin or end.
+    """Divide a motion into about `count` intervals, at its breaks and the ends of windows.
 
     Args:
         x: Breaks of the motion [s].
-        windows: When pairs begin and end to be there [s], shape (k, 2).
+        windows: Intervals in which pairs exist [s], shape (k, 2).
         count: Number of intervals if there were no breaks.
     """
     edges = distinct(x, windows[(windows > x[0]) & (windows < x[-1])])
@@ -53,7 +53,7 @@ def first_intervals(x: FloatArray, windows: FloatArray, count: int) -> Intervals
 
 
 def divided(intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
-    """Intervals that are still open, each in three parts; the middle ones are measured."""
+    """Divide open intervals in three parts; the middle parts keep their distances."""
     used, place = np.unique(looks.interval, return_inverse=True)
     third = intervals.length[used] / 3
     start = intervals.start[used]

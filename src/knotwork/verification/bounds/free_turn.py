@@ -1,4 +1,4 @@
-"""How far a tool has turned about its axis, or its angles to a seam, beyond what is left open."""
+"""Excess of a tool's turn about its axis, or of its angles to a seam, over their free ranges."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from knotwork.waypoints import FloatArray, PoseFreedom, TorchRanges
 
 
 def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
-    """What is free, by name and unit, from what to what [rad or m], as the file gives it."""
+    """Free ranges by name and unit [rad or m], as in the file."""
     spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
     if freedom.torch is not None:
         (low, high), own = freedom.torch.travel, freedom.torch.own
@@ -22,26 +22,25 @@ def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, floa
 
 
 def turned_beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
-    """Angle by which single poses are beyond their ranges [rad], negative inside; shape (k,).
+    """Excess of single poses over their ranges [rad], negative inside; shape (k,).
 
     Args:
-        freedom: The ranges; endless ones are never left.
-        asked: Rotations that turns are from, shape (k, 3, 3).
+        freedom: The ranges; unlimited ones are never exceeded.
+        asked: Reference rotations, shape (k, 3, 3).
         found: Rotations of the tool, shape (k, 3, 3).
     """
     return beyond_ranges(freedom, nearest_turns(freedom, free_angles(freedom, asked, found)))
 
 
 def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
-    """Turn, and travel and work angle of a torch (else zeros), from those asked for [rad].
+    """Turn, and travel and work angle of a torch (otherwise zero), relative to the reference [rad].
 
-    The turn is the yaw of roll, pitch and yaw in the axes asked for: the tool turns about z and
-    then leans. Where both z axes are φ apart it changes by 1/cos(φ) of their angular velocities at
-    most.
+    The turn is the yaw of roll, pitch and yaw in the reference axes: the tool turns about z and
+    then leans. At an angle φ between the z axes its rate is at most 1/cos(φ) of their rates.
 
     Args:
-        freedom: Of a torch or not.
-        asked: Rotations that angles are from, shape (k, 3, 3).
+        freedom: The freedom, with or without a torch.
+        asked: Reference rotations, shape (k, 3, 3).
         found: Rotations of the tool, shape (k, 3, 3).
 
     Returns:
@@ -55,20 +54,20 @@ def free_angles(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> F
 
 
 def nearest_turns(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
-    """Angles (k, 3) with each turn by itself as near the middle of its range as it can be."""
+    """Angles (k, 3) with each turn, independently, as near the middle of its range as possible."""
     middle = sum(freedom.turn) / 2 if np.isfinite(freedom.turn).all() else 0.0
     turn = middle + np.remainder(angles[:, 0] - middle + np.pi, 2.0 * np.pi) - np.pi
     return np.column_stack((turn, angles[:, 1:]))
 
 
 def followed_turns(angles: FloatArray, start: float) -> FloatArray:
-    """Angles (k, 3) with turns that go on from one to the next, the first as near `start` [rad]."""
+    """Angles (k, 3) with continuous turns, the first as near `start` as possible [rad]."""
     turn = np.unwrap(np.concatenate(([start], angles[:, 0])))[1:]
     return np.column_stack((turn, angles[:, 1:]))
 
 
 def beyond_ranges(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
-    """Angle by which the worst of angles (k, 3) is beyond its range [rad], shape (k,)."""
+    """Largest excess of angles (k, 3) over their ranges [rad], shape (k,)."""
     torch = freedom.torch
     spans = [freedom.turn] if torch is None else [freedom.turn, torch.travel, torch.work]
     worst = np.full(len(angles), -np.inf)
@@ -78,15 +77,15 @@ def beyond_ranges(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
 
 
 def torch_angles(torch: TorchRanges, turned: FloatArray) -> FloatArray:
-    """Turn about its z axis, travel and work angle of a torch, from the pose's [rad], shape (3, k).
+    """Turn, travel and work angle of a torch, relative to the pose's [rad], shape (3, k).
 
-    Seen from the seam's axes leant by the pose's work angle, it stands at Rx(-work) Ry(-travel)
-    diag(1, -1, -1) Rz(turn - about). Turn and work angle change by 1/cos(travel angle) of its
-    angular velocity at most.
+    In the seam's axes tilted by the pose's work angle, its rotation is Rx(-work) Ry(-travel)
+    diag(1, -1, -1) Rz(turn - about). The rates of turn and work angle are at most 1/cos(travel
+    angle) of its angular velocity.
 
     Args:
-        torch: Has the pose's own angles.
-        turned: Its rotations in the axes of the pose, shape (k, 3, 3).
+        torch: The torch, with the pose's angles.
+        turned: Rotations of the torch in the axes of the pose, shape (k, 3, 3).
     """
     c, s, cosine, sine = (f(a) for a in (torch.own, torch.about) for f in (np.cos, np.sin))
     leant = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])

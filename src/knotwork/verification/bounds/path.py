@@ -1,11 +1,11 @@
-"""Proved bounds on how far the tool is off a path, in place, orientation and speed.
+"""Proved bounds on the deviation of the tool from a path, in position, orientation and speed.
 
-At each sample the nearest point of the path is found, on the branch of the sample before. Between
-two samples the tool is compared with a point that goes along the path from the one to the other: so
-the progress s(t) is one continuous function. The difference g(t) of both is within h²/8 · max |g''|
-of its chord, and |g''| is at most the tool's acceleration, which the chain of joints bounds, and
-that of the point, which the curvature of the path bounds. Orientations are compared as matrices:
-two that are an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm.
+At each sample the nearest point of the path is found, on the branch of the previous sample. Between
+two samples the tool is compared with a point that moves along the path from one to the other, so
+that the progress s(t) is continuous. The difference g(t) is within h²/8 · max |g''| of its chord,
+and |g''| is at most the sum of the tool's acceleration, bounded by the chain of joints, and of the
+point's, bounded by the curvature of the path. Orientations are compared as matrices: at an angle φ
+they differ by √8 sin(φ/2) in the Frobenius norm.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
     from knotwork.tool_paths import TimedPath
 
 BUDGET = 100_000
-"""Samples of one stretch. A verdict that is still open then is not proved."""
+"""Maximum samples of one stretch; a verdict still open then is not proved."""
 
 BUDGET_PER_PIECE = 20
-"""Samples for each piece of the motion, if these are more."""
+"""Minimum budget per piece of the motion."""
 
 FIRST = 64
-"""Intervals that a stretch is first divided into, at least."""
+"""Minimum number of intervals of the first division of a stretch."""
 
 PRECISION = 0.05
-"""How near a bound comes to the largest sample, as a part of the tolerance."""
+"""Tightness of a bound, relative to the tolerance."""
 
 MOST_PARTS = 16
 ROUNDS = 12
 
 
 class PathLimits(NamedTuple):
-    """What a stretch allows: distance [m], angle [rad], and difference of speed [m/s]."""
+    """Tolerances of a stretch: distance [m], angle [rad], and difference of speed [m/s]."""
 
     position: float
     orientation: float
@@ -55,10 +55,10 @@ class PathBound(NamedTuple):
 
     Attributes:
         value: The worst sample.
-        time: When [s].
-        bound: What it is not above at any time.
-        proved: Whether the bound keeps the limit, or a sample breaks it.
-        where: From when to when the bound is so large [s].
+        time: Time of the worst sample [s].
+        bound: Upper bound over the stretch.
+        proved: Whether the bound keeps the limit, or a sample violates it.
+        where: Interval of the bound [s].
     """
 
     value: float
@@ -69,14 +69,14 @@ class PathBound(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far along the path the tool gets in a stretch, whole turns counted.
+    """Progress of the tool along the path in a stretch, including whole turns.
 
     Attributes:
-        length: Of the stretch [m].
-        start, end: How much of it the tool has made at both ends [m].
-        start_off, end_off: How much that is beyond what is asked for there [m].
-        back: By how much it falls at most below what it was before [m].
-        time: When the largest of these three is found [s].
+        length: Length of the stretch [m].
+        start, end: Progress of the tool at both ends [m].
+        start_off, end_off: Errors of the progress at both ends [m].
+        back: Maximum backward motion [m].
+        time: Time of the largest of these three errors [s].
     """
 
     length: float
@@ -89,7 +89,7 @@ class Progress(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """The largest of the three that are off [m]."""
+        """The largest of the three errors [m]."""
         return max(abs(self.start_off), abs(self.end_off), self.back)
 
 
@@ -99,19 +99,17 @@ class StretchBounds(NamedTuple):
     Attributes:
         position: Distance from the path [m].
         orientation: Angle from the orientation on it [rad].
-        progress: Along the path. It is proved where the distance is.
-        speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
-            it is nowhere.
-        turn: How far its turn is beyond a range that is free [rad]; `None` if it has none.
-        turned: That turn where the stretch begins and where it ends, whole turns counted [rad].
-        ramp: How much the tool is faster than that speed elsewhere, or moves backwards [m/s];
-            `None` if the speed is asked for in full everywhere.
-        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where the
-            speed is asked for in full [m/s]; infinite if it is nowhere.
-        ramp_slowest, ramp_fastest: Least and greatest samples of them elsewhere [m/s].
+        progress: Progress along the path, proved if the distance is.
+        speed: Difference from the full speed, where it is required [m/s]; `None` if nowhere.
+        turn: Excess of the free turn over its range [rad]; `None` without one.
+        turned: Turn at the start and at the end of the stretch, including whole turns [rad].
+        ramp: Excess over the full speed in ramps, or backward speed [m/s]; `None` without ramps.
+        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where
+            full speed is required [m/s]; infinite if nowhere.
+        ramp_slowest, ramp_fastest: Minimum and maximum samples of them in ramps [m/s].
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
-        use: The part of the limits that each interval is proved to use at most, shape (n,). Where a
-            sample breaks a limit, that of the samples counts, as there no bound is sought.
+        use: Upper bound on the error of each interval relative to the limits, shape (n,). If a
+            sample violates a limit, that of the samples.
     """
 
     position: PathBound
@@ -141,20 +139,20 @@ def path_bounds(
     freedom: PoseFreedom | None = None,
     turn: float = 0.0,
 ) -> StretchBounds:
-    """Bound how far the tool is off a stretch of a path, over all its time.
+    """Bound the deviation of the tool from a stretch of a path, over all its time.
 
     Args:
         robot: The arm.
         curve: Joint positions, trailing shape (d,).
         motion: The path and its timing.
-        interval: From when to when the tool is on the stretch [s].
-        full_speed: From when to when the speed is asked for [s].
-        speed: That speed [m/s].
-        limits: Verdicts are decided against these.
-        budget: How many samples may be taken.
-        freedom: What the poses leave open, so that of the orientation only the tool's z axis is
-            compared; its tilt is added to the limit.
-        turn: Turn of the tool about that axis where the stretch begins, or near it [rad].
+        interval: Interval of the stretch [s].
+        full_speed: Interval of full speed [s].
+        speed: Full speed [m/s].
+        limits: Tolerances.
+        budget: Maximum number of samples.
+        freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
+            the limit.
+        turn: Turn of the tool about that axis at the start of the stretch, approximately [rad].
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom)
     t = _first_times(curve, interval, full_speed)
@@ -163,7 +161,7 @@ def path_bounds(
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
     angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
     most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
-    # the bounds alone tell how fine the samples must be, before any is taken
+    # the bounds alone give the required density of samples
     sizes = stretch.sizes(t)
     for _ in range(4):
         rough = np.diff(t) ** 2 / 8.0 * np.array([sizes[0], sizes[2], sizes[1]])
@@ -196,10 +194,10 @@ def _first_times(
     low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
     inner = curve.x[(curve.x > low) & (curve.x < high)]
     known = [t for t in full if low < t < high]
-    # at a break both sides count: velocities may jump where a scenario asks for no more
+    # at a break both sides count: velocities may jump if the scenario allows it
     before = np.nextafter(inner, -np.inf)
     ends = np.concatenate(([low], inner, [high]))
-    middle = 0.5 * (ends[1:] + ends[:-1])  # no piece is looked at at its ends alone
+    middle = 0.5 * (ends[1:] + ends[:-1])  # every piece has an inner sample
     grid = np.linspace(low, high, FIRST + 1)
     return distinct(grid, inner, before, middle, known)
 
@@ -207,10 +205,10 @@ def _first_times(
 def _divided(
     t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Divide intervals into parts; where the budget does not do, those that need it most.
+    """Divide intervals into parts; if the budget is not sufficient, those that need it most.
 
     Returns:
-        Times, and which of them are those given: of two that are equal, only one may be.
+        Times, and whether each one is given; of two equal ones only one may be.
     """
     count = parts.astype(np.intp)
     if count.sum() > budget:
@@ -271,7 +269,7 @@ def _progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> Progress:
 
 
 def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:
-    """What rounding adds to bounds on a path: no limit below it can be proved [m, m/s].
+    """Rounding error of bounds on a path, below which no limit can be proved [m, m/s].
 
     Args:
         robot: The arm.

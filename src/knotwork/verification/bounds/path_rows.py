@@ -1,7 +1,7 @@
-"""A motion against its path, sample by sample and between them: one row for each thing judged.
+"""Comparison of a motion with its path, at samples and between them: one row per criterion.
 
-The velocity along the path is that of the tool times the tangent at the nearest point. In a ramp it
-may be anything from zero to the full speed.
+The velocity along the path is that of the tool times the tangent at the nearest point. In a ramp
+every value from zero to the full speed is accepted.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 
 class PathRows(NamedTuple):
-    """The tool against the path: distance, orientation, full speed, ramps, turn beyond its range.
+    """Errors of the tool on the path: distance, orientation, full speed, ramps, excess turn.
 
     Attributes:
-        samples: At each time, minus infinity where a row does not apply, shape (5, n + 1).
+        samples: Errors at each time, minus infinity where a row does not apply, shape (5, n + 1).
         ends: The worse end of each interval, zero where a row does not apply, shape (5, n).
-        upper: What no time in it exceeds, shape (5, n).
-        least: Bound on the velocity along the path from below, shape (n,).
-        greatest: Bound on the speed from above, shape (n,).
-        rows: Where a row applies, shape (5, n).
-        turned: Turn of the tool where the stretch begins and where it ends [rad].
+        upper: Upper bound over each interval, shape (5, n).
+        least: Lower bound of the velocity along the path, shape (n,).
+        greatest: Upper bound of the speed, shape (n,).
+        rows: Whether a row applies to each interval, shape (5, n).
+        turned: Turn of the tool at the start and at the end of the stretch [rad].
     """
 
     samples: FloatArray
@@ -57,12 +57,12 @@ def path_rows(
     Args:
         path: The path.
         found: Samples of the motion.
-        t: Their times [s], shape (n + 1,).
+        t: Times of the samples [s], shape (n + 1,).
         sizes: Bounds on the intervals between them.
-        full: From when to when the speed is asked for in full [s].
-        speed: That speed [m/s].
-        freedom: What the poses leave open.
-        turn: Turn of the tool at the first time, or near it [rad].
+        full: Interval of full speed [s].
+        speed: Full speed [m/s].
+        freedom: Freedom of the poses.
+        turn: Turn of the tool at the first time, approximately [rad].
     """
     square = np.diff(t) ** 2
     bend = path.bend(found.s[:-1], found.s[1:])
@@ -102,15 +102,15 @@ def _turns(
     freedom: PoseFreedom | None,
     start: float,
 ) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
-    """Follow the turn, and bound how far it and a torch's angles are beyond their ranges [rad].
+    """Follow the turn, and bound its excess and that of a torch's angles over their ranges [rad].
 
-    It changes no faster than tool and path turn, see `free_angles`: so no time is above the mean
-    of both ends by more than half of what both turn, and from one time to the next it is known
-    which turn goes on, where that is less than half a turn. Axes are compared in a row of their
-    own.
+    The turn changes at most as fast as tool and path rotate, see `free_angles`: so within an
+    interval it exceeds the mean of both ends by at most half of both rotations, and it is
+    unambiguous between samples if that is less than half a turn. Axes have a separate row.
 
     Returns:
-        At times, shape (n + 1,), as bounds on intervals, shape (n,), and the turn at both ends.
+        Excess at times, shape (n + 1,), upper bounds on intervals, shape (n,), and the turn at both
+        ends.
     """
     if freedom is None:
         nowhere = np.full(len(t), -np.inf)
@@ -127,26 +127,26 @@ def _turns(
     change = turned / slower
     angles, known = followed_turns(found.angles, start), change < np.pi
     ends = float(angles[0, 0]), float(angles[-1, 0])
-    if not known.all():  # a sample is beyond, then, where no whole turn brings it back
+    if not known.all():  # then a sample is outside only if no whole turn brings it inside
         angles = nearest_turns(freedom, found.angles)
     beyond = beyond_ranges(freedom, angles)
     most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
     furthest = beyond_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
-        furthest = np.inf  # any turn by itself would be within
+        furthest = np.inf  # every turn alone would be within
     return beyond, np.where(known, most, np.maximum(most, furthest)), ends
 
 
 def _least_along(found: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:
-    """Bound the velocity along the path from below on each interval, shape (n,).
+    """Lower bound of the velocity along the path on each interval, shape (n,).
 
-    The tangent stays within half of its turn of the direction that halves those at both ends, and
-    the velocity near its chord: so their parts along and across that direction are known.
+    The tangent is within half of its turn of the bisector of the tangents at both ends, and the
+    velocity is near its chord, so that their components along and across the bisector are bounded.
 
     Args:
         found: Samples at n + 1 times.
         bend: See `ToolPath.bend`, shape (n,).
-        change: How far the velocity may be off its chord [m/s], shape (n,).
+        change: Upper bound on the deviation of the velocity from its chord [m/s], shape (n,).
     """
     step = np.abs(np.diff(found.s))
     turn = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + SHARP

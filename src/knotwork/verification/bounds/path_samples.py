@@ -1,4 +1,4 @@
-"""The tool and the nearest points of a path at times, and bounds on how the tool moves between."""
+"""Samples of the tool and the nearest points of a path, and bounds between samples."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class PathSamples(NamedTuple):
 
     Attributes:
         s: Arc lengths of these points [m], shape (k,).
-        distance: From them [m], shape (k,).
+        distance: Distances from these points [m], shape (k,).
         gap: Frobenius norm of the difference of the rotations, shape (k,).
-        velocity: Of the tool [m/s], shape (k, 3).
+        velocity: Velocity of the tool [m/s], shape (k, 3).
         tangent: Direction of the path, shape (k, 3).
-        angles: Turn, travel and work angle of what is free, see `free_angles` [rad], shape (k, 3).
+        angles: Free turn, travel and work angle, see `free_angles` [rad], shape (k, 3).
     """
 
     s: FloatArray
@@ -52,11 +52,11 @@ class PathSizes(NamedTuple):
     """Bounds on n intervals, shape (n,) each.
 
     Attributes:
-        acceleration: Of the tool [m/s²].
-        jerk: Of the tool [m/s³].
-        spin: Of its angular velocity [rad/s].
+        acceleration: Acceleration of the tool [m/s²].
+        jerk: Jerk of the tool [m/s³].
+        spin: Angular speed of the tool [rad/s].
         turn: Frobenius norm of its rotation's second derivative [1/s²].
-        rounding: Of its position [m], velocity [m/s] and rotation.
+        rounding: Rounding error of its position [m], velocity [m/s] and rotation.
     """
 
     acceleration: FloatArray
@@ -67,10 +67,10 @@ class PathSizes(NamedTuple):
 
 
 class PathStretch:
-    """One stretch of a path, and the motion that is to follow it.
+    """One stretch of a path, and the motion that follows it.
 
     Attributes:
-        low, high: Arc lengths at which it begins and ends [m].
+        low, high: Arc lengths at the start and end of the stretch [m].
     """
 
     def __init__(
@@ -94,11 +94,11 @@ class PathStretch:
         self.low, self.high = float(ends[0]), float(ends[1])
 
     def asked_at(self, t: FloatArray) -> FloatArray:
-        """Arc lengths that the timing has at times [m], shape (k,)."""
+        """Arc lengths of the timing at times [m], shape (k,)."""
         return self.motion.arc_length(np.clip(t, self.motion.start_time, self.motion.end_time))
 
     def sample(self, t: FloatArray) -> PathSamples:
-        """Sample at times in order, from the start of the stretch on [s], shape (k,)."""
+        """Sample at increasing times from the start of the stretch [s], shape (k,)."""
         position, rotation, velocity = self._tool(t)
         s = progress(self.motion.path, position, self.asked_at(t), (self.low, self.high))
         return self._compared(s, position, rotation, velocity)
@@ -106,7 +106,7 @@ class PathStretch:
     def sample_more(
         self, t: FloatArray, known: NDArray[np.bool_], samples: PathSamples
     ) -> PathSamples:
-        """Samples at times, of which some are known: others are searched for between these."""
+        """Samples at times, some of them known; the others are searched for between these."""
         position, rotation, velocity = self._tool(t[~known])
         place = np.arange(len(t))
         guess = np.interp(place[~known], place[known], samples.s)
@@ -119,7 +119,7 @@ class PathStretch:
         return PathSamples(*columns)
 
     def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Position [m], rotation and velocity [m/s] of the tool, from what carries the path."""
+        """Position [m], rotation and velocity [m/s] of the tool relative to the path's carrier."""
         tip, columns, J = joint_axes(self.robot).placed(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
         return self.motion.seen(t, tip.T, columns.transpose(2, 1, 0), velocity)
@@ -128,7 +128,7 @@ class PathStretch:
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> PathSamples:
         path = self.motion.path
-        # at its end the direction is that of this stretch: the next one may have another
+        # at the end, the direction of this stretch: the next one may have another
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
         angles = np.zeros((len(s), 3))
@@ -137,7 +137,7 @@ class PathStretch:
         return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside), angles)
 
     def sizes(self, t: FloatArray) -> PathSizes:
-        """Bounds on the intervals between times in order [s], shape (n + 1,)."""
+        """Bounds on the intervals between increasing times [s], shape (n + 1,)."""
         middle = 0.5 * (t[1:] + t[:-1])
         piece = np.clip(np.searchsorted(self.known.x, middle) - 1, 0, len(self.known.x) - 2)
         start = np.maximum(t[:-1] - self.known.x[piece], 0.0)

@@ -1,7 +1,7 @@
-"""Bounds on the derivatives of joint positions over intervals of time, for any degree.
+"""Bounds on the derivatives of joint positions over time intervals, for any degree.
 
-On an interval of length h a polynomial is a mean of its Bernstein coefficients, so the largest of
-them bounds it. They are made anew for every interval: the shorter it is, the tighter they are.
+On an interval a polynomial is a mean of its Bernstein coefficients, so their maximum bounds it.
+They are recomputed for every interval: the shorter the interval, the tighter the bound.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from knotwork.verification.bounds.chain import ORDERS
 from knotwork.waypoints import FloatArray
 
 EVALUATION_ROUNDING = 2.0**-10
-"""Bounds grow by this, times the degree, times the sum of the sizes of all terms. The rounding of
-Horner's scheme is 2⁻⁵² instead of 2⁻¹⁰ of that, so it is at most 2⁻⁴² relative to the bounds."""
+"""Bounds are increased by this, times the degree, times the sum of the magnitudes of all terms. The
+rounding of Horner's scheme is 2⁻⁵² instead of 2⁻¹⁰ of that, so at most 2⁻⁴² of the bounds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Intervals of time, each within one piece of a curve.
+    """Time intervals, each within one piece of a curve.
 
     Attributes:
         piece: Index of the piece, shape (n,).
-        start: Where the interval starts, from the start of the piece on [s], shape (n,).
-        length: How long it is [s], shape (n,).
+        start: Start of the interval since the start of the piece [s], shape (n,).
+        length: Duration of the interval [s], shape (n,).
     """
 
     piece: NDArray[np.intp]
@@ -46,9 +46,9 @@ class Rates(NamedTuple):
     """Bounds on the derivatives of joint positions, over n intervals.
 
     Attributes:
-        bounds: Of |q|, |q'|, … |q''''|, shape (5, d, n).
-        size: Sum of the sizes of the terms of each position polynomial, shape (d, n): what the
-            rounding of a position is relative to.
+        bounds: Bounds of |q|, |q'|, … |q''''|, shape (5, d, n).
+        size: Sum of the magnitudes of the terms of each position polynomial, shape (d, n): the
+            reference of a position's rounding.
     """
 
     bounds: FloatArray
@@ -60,7 +60,7 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
 
     Args:
         curve: Joint positions, trailing shape (d,), of any degree.
-        intervals: Where.
+        intervals: The intervals.
     """
     sizes = _term_sizes(curve)[:, intervals.piece]
     shifted = _shifted(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
@@ -81,7 +81,7 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
 
 @lru_cache(maxsize=64)
 def _derived_bernstein(degree: int, order: int) -> FloatArray:
-    """Matrix from coefficients, from the power `order` on, to those of a derivative (Bernstein)."""
+    """Matrix from coefficients of powers >= `order` to Bernstein coefficients of a derivative."""
     return to_bernstein(degree - order) * [perm(r, order) for r in range(order, degree + 1)]
 
 
@@ -97,7 +97,7 @@ def _term_sizes(curve: PiecewisePolynomial) -> FloatArray:
 
 
 def _shifted(c: FloatArray, start: FloatArray) -> FloatArray:
-    """Coefficients about another point of the piece, highest power first, by repeated Horner."""
+    """Coefficients about another point of the piece, highest power first (repeated Horner)."""
     c = np.array(c)
     if start.any():
         for last in range(len(c) - 1, 0, -1):

@@ -1,11 +1,11 @@
-"""How far solids can move against one another over intervals of time.
+"""Bounds on the relative motion of solids over time intervals.
 
-Only the joints between two solids count: those that carry one of them and not the other. With lᵢ,
-the largest velocity of a point of a solid for one unit of joint i's velocity, a solid moves by no
-more than Σᵢ |Δqᵢ| lᵢ (`RelativeMotion.largest`).
+Only the joints between two solids count, which carry one of them and not the other. With lᵢ the
+maximum speed of a point of a solid for a unit velocity of joint i, a solid moves by at most
+Σᵢ |Δqᵢ| lᵢ (`RelativeMotion.largest`).
 
 Along a fixed direction n the velocity of a point is n·v at the middle of the interval, a linear
-function of the point, and it changes by no more than the acceleration,
+function of the point, and it changes at most at the rate of the acceleration,
 
     Σᵢ |q̈ᵢ| lᵢ + |q̇ᵢ| (|q̇ᵢ| + 2 Σⱼ |q̇ⱼ|) lᵢ,    j nearer to the base than i,
 
@@ -40,12 +40,12 @@ class RelativeMotion:
         """Place the solids at the middles of the intervals.
 
         Args:
-            joints: What carries the solids.
+            joints: Joints that carry the solids.
             table: Pairs of solids.
             curve: Joint positions, trailing shape (d,).
-            intervals: When.
-            rotation: Of all joints at the middles, shape (k, n + 1, 3, 3).
-            origin: Of all joints then [m], shape (k, n + 1, 3).
+            intervals: The intervals.
+            rotation: Rotations of all joints at the middles, shape (k, n + 1, 3, 3).
+            origin: Origins of all joints at the middles [m], shape (k, n + 1, 3).
         """
         self.joints, self.table, self.curve, self.intervals = joints, table, curve, intervals
         self.origin, self.half = origin, intervals.length / 2
@@ -80,11 +80,11 @@ class RelativeMotion:
         return levers
 
     def largest(self, item: IndexArray, combo: IndexArray) -> FloatArray:
-        """How far points of two solids move against one another at most [m], shape (m,).
+        """Upper bound on the relative motion of points of two solids [m], shape (m,).
 
         Args:
-            item: Which interval, shape (m,).
-            combo: Which pair of solids, shape (m,).
+            item: Indices of intervals, shape (m,).
+            combo: Indices of pairs of solids, shape (m,).
         """
         a, b = self.between
         total = (self.moves[:, :, self.table.first] * a.T).sum(axis=1)
@@ -92,11 +92,11 @@ class RelativeMotion:
         return np.asarray(total[item, combo])
 
     def along(self, item: IndexArray, combo: IndexArray, normal: FloatArray) -> FloatArray:
-        """How far two solids can approach each other along a direction [m], shape (m,).
+        """Upper bound on the approach of two solids along a direction [m], shape (m,).
 
         Args:
-            item: Which interval, shape (m,).
-            combo: Which pair of solids, shape (m,).
+            item: Indices of intervals, shape (m,).
+            combo: Indices of pairs of solids, shape (m,).
             normal: Unit vectors, shape (m, 3).
         """
         a, b = self.between
@@ -108,11 +108,11 @@ class RelativeMotion:
     def _along(
         self, item: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Least and largest speed of points along a direction, and a bound on accelerations.
+        """Minimum and maximum speed of points along a direction, and a bound on accelerations.
 
         Args:
-            item: Which interval, shape (m,).
-            solid: Which solid, shape (m,).
+            item: Indices of intervals, shape (m,).
+            solid: Indices of solids, shape (m,).
             moved: 1 for the joints that count, 0 for others, shape (m, n + 1).
             normal: Unit vectors, shape (m, 3).
         """
@@ -123,7 +123,7 @@ class RelativeMotion:
         slope = turning.sum(axis=1)
         level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[item])
         speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[item, solid])
-        # The levers hold at the middle: joints beyond move points farther from an axis.
+        # The levers are those at the middle: outer joints may move points farther from an axis.
         moves, speed = self.moves[item, :, solid] * moved, self.speed[item] * moved
         beyond = moves.sum(axis=1)[:, None] - moves.cumsum(axis=1)
         levers = self.levers[item, :, solid] + turns * beyond

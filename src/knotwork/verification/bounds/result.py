@@ -1,4 +1,4 @@
-"""`Bound`: a quantity as found and as proved; arguments that every public bound takes."""
+"""`Bound`: the worst value of a quantity and its proved bound; common arguments of bounds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from knotwork.verification.bounds.adaptive import Maximum
 
 
 class Bound(NamedTuple):
-    """The worst of a quantity over a whole motion: as found, and as proved.
+    """The worst value of a quantity over a whole motion, and its proved bound.
 
     >>> plan = kw.plan("ur5_deburring")
     >>> bound = kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=1.0)
@@ -23,16 +23,16 @@ class Bound(NamedTuple):
     (True, True, True)
 
     Attributes:
-        value: The worst value found; infinite if one is not a finite number.
-        time: When [s].
-        bound: What the quantity does not pass at any time: its magnitude is never above it, or, for
-            the smallest singular value, it is never below it. Rounding is allowed for.
-        limit: What it was compared with, or `None`.
-        ok: No value found is beyond the limit.
-        proved: `ok` is proved: either the bound keeps the limit, or a value breaks it. Without a
-            limit: the bound is about as near to the value as it was asked to be. If not, the
-            budget ran out, and only samples say so.
-        evaluations: At how many times the quantity was computed.
+        value: The worst sample; infinite if a sample is not finite.
+        time: Time of that sample [s].
+        bound: Upper bound of the magnitude at all times, or lower bound of the smallest singular
+            value, including rounding.
+        limit: The limit, or `None`.
+        ok: Whether all samples keep the limit.
+        proved: Whether `ok` is proved: the bound keeps the limit, or a sample violates it. Without
+            a limit: whether the bound is as tight as requested. Otherwise the budget was
+            exhausted, and only samples are known.
+        evaluations: Number of evaluations of the quantity.
     """
 
     value: float
@@ -45,12 +45,12 @@ class Bound(NamedTuple):
 
     @property
     def excess(self) -> float:
-        """How far the bound lies beyond the worst value found."""
+        """Difference between the bound and the worst sample."""
         return abs(self.bound - abs(self.value))
 
 
 def upper_bounds(found: Maximum, limits: np.ndarray) -> tuple[Bound, ...]:
-    """Say of every component what was proved against its limit (infinite: none)."""
+    """Results for the limits of all components (infinite: none)."""
     return tuple(
         Bound(
             float(found.value[i]),
@@ -69,7 +69,7 @@ def checked_limit(limit: float | None, what: str) -> float:
     """Return a limit as a number, infinite for none.
 
     Raises:
-        InputError: It is no positive number.
+        InputError: The limit is not a positive number.
     """
     if limit is None or (isinstance(limit, float) and limit == math.inf):
         return math.inf

@@ -1,7 +1,7 @@
-"""An arm as it is seen from a frame in motion: joints of the frame, turned back, and then its own.
+"""An arm relative to a moving frame: the inverse of the frame's joints, followed by the arm's.
 
-Where the frame is at P₁J₁(q₁) P₂J₂(q₂) …, a point x of the base is seen at … J₂(−q₂) P₂⁻¹ J₁(−q₁)
-P₁⁻¹ x. A joint with its axis turned round undoes what the joint does.
+If the frame is at P₁J₁(q₁) P₂J₂(q₂) …, a point x of the base is at … J₂(−q₂) P₂⁻¹ J₁(−q₁) P₁⁻¹ x in
+the frame. A joint with the opposite axis is the inverse of a joint.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from knotwork.tool_paths.moving_frame import KnownJoints
 
 
 def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
-    """The joints from a moving frame, taken to where it is at rest, to those of an arm.
+    """The joints of an arm relative to a moving frame at its placement with joints at 0.
 
     Args:
-        carriers: What carries the frame, the outermost first.
+        carriers: Joints that carry the frame, the outermost first.
         arm: The arm's joints.
         root: Placement of the root of the arm's URDF in the base frame, `pin.SE3`.
 
     Returns:
-        Positions are those of the arm, then those of the carriers in their order.
+        The joints; positions are those of the arm, followed by those of the carriers in order.
     """
     steps: list[tuple[Any, Any, bool, int]] = []
     before, column = pin.SE3.Identity(), 0
@@ -56,6 +56,6 @@ def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
 
 
 def with_known(curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]) -> PiecewisePolynomial:
-    """Positions of an arm's joints, and then of those of carriers, over the time of the first."""
+    """Positions of an arm's joints followed by those of carriers, over the time of the first."""
     span = curve.x[[0, -1]].tolist()
     return side_by_side(curve, *(one.curve.between(*span) for one in carriers))

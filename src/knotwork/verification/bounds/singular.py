@@ -17,10 +17,10 @@ from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
 
 PRECISION = 1e-2
-"""How near the bound comes to the smallest value found, relative to that."""
+"""Relative tightness of the bound."""
 
 RESOLUTION = 1e-3
-"""How near it comes at least."""
+"""Absolute tightness of the bound that is always sufficient."""
 
 
 def singular_value_bound(
@@ -30,7 +30,7 @@ def singular_value_bound(
     limit: float | None = None,
     budget: int = BUDGET,
 ) -> Bound:
-    """Bound the smallest singular value σ of the tool Jacobian from below, over all time.
+    """Lower bound of the smallest singular value σ of the tool Jacobian, over all time.
 
     σ² is the smallest eigenvalue of G = J Jᵀ (Jᵀ J with fewer than six joints). It is a concave
     function of G, so between samples h apart σ² is at least the smaller of both less h²/8 times a
@@ -39,9 +39,9 @@ def singular_value_bound(
     Args:
         robot: The arm, with a tool frame.
         trajectory: The motion of its joints.
-        limit: Smallest value allowed (metres and radians mixed); without one the bound is made
-            tight to 1 % or 0.001, whichever is more.
-        budget: How many evaluations may follow the first 500.
+        limit: Lower limit (metres and radians mixed); without one the bound is tight to 1 % or
+            0.001, whichever is more.
+        budget: Maximum number of evaluations after the first 500.
 
     Raises:
         RobotError: No tool frame has been chosen.
@@ -81,10 +81,10 @@ def _precision(value: FloatArray, _scale: FloatArray) -> FloatArray:
 
 
 def _quantity(robot: Robot) -> Quantity:
-    """The square of the smallest singular value, negative: its largest value is looked for.
+    """Negative square of the smallest singular value, to be maximised.
 
-    Singular values do not depend on the axes. In those of the first link that moves, the first
-    joint has no effect on the Jacobian, and its rate none on the bounds.
+    Singular values do not depend on the axes. In those of the first moving link, the first joint
+    has no effect on the Jacobian, and its rate none on the bounds.
     """
     model, data = robot.model, robot.model.createData()
     frame = robot.require_tool()
@@ -116,12 +116,12 @@ def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatAr
     The column of a joint is (axis × (point - origin), axis), of a prismatic one (axis, 0).
 
     Args:
-        motion: How the links move.
+        motion: Bounds on the motion of the links.
         carrier: Joint whose link carries the point.
-        distance: Of the point from that link's origin [m].
+        distance: Distance of the point from that link's origin [m].
 
     Returns:
-        Shape (3, n).
+        Bounds, shape (3, n).
     """
     joints: JointTree = motion.tree
     reach = distance * motion.unit[carrier][:3]

@@ -34,8 +34,8 @@ def tool_speed_bound(
         robot: The arm.
         trajectory: The motion of its joints.
         frame: Name of a link, for example the forearm for the elbow; by default the tool.
-        limit: Largest speed allowed [m/s]; without one the bound is made tight to 0.1 %.
-        budget: How many evaluations may follow the first 500.
+        limit: Upper limit [m/s]; without one the bound is tight to 0.1 %.
+        budget: Maximum number of evaluations after the first 500.
 
     Raises:
         UnknownNameError: There is no such frame.
@@ -62,7 +62,7 @@ def tool_acceleration_bound(
 ) -> Bound:
     """Bound the acceleration of the tool centre point, or of a frame's origin [m/s²].
 
-    It holds over all time, on both sides of breaks. Arguments and errors are those of
+    The bound holds over all time, on both sides of breaks. Arguments and errors are those of
     `tool_speed_bound`, the limit in m/s².
 
     >>> plan = kw.plan("ur5_deburring")

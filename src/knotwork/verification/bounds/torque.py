@@ -35,16 +35,16 @@ def torque_bound(
     Args:
         robot: The arm.
         trajectory: The motion of its joints.
-        limit: Largest torque allowed by joint [N m or N], shape (d,), infinite where there is none;
-            by default the robot's `effort_limit`.
-        budget: How many evaluations may follow the first 500.
+        limit: Upper limit for each joint [N m or N], shape (d,), infinite where there is none; by
+            default the robot's `effort_limit`.
+        budget: Maximum number of evaluations after the first 500.
 
     Returns:
-        One bound a joint, in the robot's order. Where there is no limit it is made tight to 0.1 %.
+        One bound per joint, in the robot's order; without a limit it is tight to 0.1 %.
 
     Raises:
         InputError: The trajectory is not of the robot's joints, or the limit is not one positive
-            number a joint.
+            number per joint.
 
     >>> plan = kw.plan("ur5_deburring")
     >>> torque = kw.verification.torque_bound(plan.space.robot, plan.trajectory)
@@ -67,13 +67,13 @@ class Masses(NamedTuple):
     """Inertias of the links, by joint; entry 0, the base, is not used.
 
     Attributes:
-        mass: [kg].
+        mass: Mass [kg].
         lever: Distance of the centre of mass from the joint's origin [m].
         inertia: Largest principal moment of inertia about the centre of mass [kg m²].
-        spread: Half the difference of the largest and the smallest one [kg m²]: only this part of
-            the inertia changes when the link turns.
-        gravity: [m/s²].
-        armature: Inertia of each motor as its joint feels it [kg m² or kg], by velocity column.
+        spread: Half the difference of the largest and the smallest moment [kg m²]: only this part
+            of the inertia changes when the link rotates.
+        gravity: Gravity [m/s²].
+        armature: Reflected inertia of each motor [kg m² or kg], by velocity column.
     """
 
     mass: tuple[float, ...]
@@ -100,16 +100,16 @@ def masses(model: Any) -> Masses:
 def torque_sizes(motion: TreeMotion, bodies: Masses, rates: FloatArray) -> FloatArray:
     """Bound the joint torques and their first two derivatives, shape (3, d, n).
 
-    With c the centre of mass, f and n what a joint hands on to its link, both summed from the tips
-    to the base (r the offset to a child):
+    With c the centre of mass, f and n the force and moment of a joint on its link, both summed from
+    the tips to the base (r the offset to a child):
 
         f = m (c'' - g) + sum of f_child
         n = (I ω)' + (c - o) × m (c'' - g) + sum of n_child + r × f_child
         torque = axis · n + armature q''      (prismatic: axis · f)
 
     Args:
-        motion: How the links move.
-        bodies: Their inertias.
+        motion: Bounds on the motion of the links.
+        bodies: Inertias of the links.
         rates: Bounds of |q|, … |q''''|, shape (5, d, n).
     """
     joints = motion.tree
