@@ -1,6 +1,6 @@
-"""Robots: a Pinocchio model, the tool it carries, its limits and its named configurations."""
+"""Robots: a Pinocchio model with its tool, limits and named configurations."""
 
 import lazy_loader
 
-# Looked up when first used, so that the schema of a robot file can be had without Pinocchio.
+# Loaded on first use: the schema of a robot file needs no Pinocchio.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Taking a serial chain, from a base link to a tool link, out of a model of more."""
+"""Extraction of a serial chain, from a base link to a tool link, from a larger model."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.urdf import Urdf
 
 MOST_JOINTS = 200
-"""Joints that are planned for; proofs of what hundreds in a row do take gigabytes."""
+"""Maximum number of planned joints; proofs for chains of hundreds take gigabytes."""
 # A character that XML can't hold, so that no joint's name begins with it.
 _NO_JOINT = "\x01"
 
 
 class Chain(NamedTuple):
-    """The joints that are planned for, all others locked.
+    """The planned joints, with all others locked.
 
     Attributes:
         model: Pinocchio model of the chain: nq = nv = the number of its joints.
         joint_names: Names of its joints, base first.
-        base_frame: Link that poses are given in; it does not move.
+        base_frame: Link of the frame of poses; it does not move.
         locked: Position of every locked joint of one degree of freedom [rad or m].
-        followers: Joints among those that mimic one that is planned for, and which.
+        followers: Locked joints that mimic a planned joint, with that joint.
     """
 
     model: Any
@@ -43,20 +43,20 @@ def select_chain(
     locked: Mapping[str, float],
     rest: Mapping[str, float],
 ) -> Chain:
-    """Lock every joint that is not on the way from the base to the tool.
+    """Lock every joint that is not between the base and the tool.
 
     Args:
         urdf: The whole model.
         robot: Name of the robot, for errors.
         base_frame: Link; by default the root.
-        tool_frame: Link; without one all joints that can be planned for are kept.
-        locked: Joints locked on purpose, and where [rad or m].
-        rest: Where others stand that are locked; by default at 0 [rad or m].
+        tool_frame: Link; without one all supported joints are kept.
+        locked: Positions of the joints that the description locks [rad or m].
+        rest: Positions of other locked joints, by default 0 [rad or m].
 
     Raises:
         UnknownNameError: There is no such link or joint.
-        RobotError: The base does not carry the tool, no joint moves the tool, a joint on the way
-            can't be planned for, or a joint can't be locked where it is asked to be.
+        RobotError: The base does not carry the tool, no joint moves the tool, a joint between them
+            is not supported, or a joint can't be locked at its position.
     """
     full = urdf.model
     base = urdf.root if base_frame is None else base_frame
@@ -93,7 +93,7 @@ def select_chain(
 
 
 def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
-    """The joint that a joint mimics, the one that this mimics and so on, up to a locked one."""
+    """The chain of joints that a joint mimics, up to a locked one."""
     masters: list[str] = []
     while name in urdf.mimics and name not in locked and len(masters) < len(urdf.mimics):
         name = urdf.mimics[name].joint
@@ -114,7 +114,7 @@ def _reduced(full: Any, still: list[int], reference: Any) -> Any:
 
 
 def _why_not_serial(urdf: Urdf, index: int) -> str | None:
-    """Why a joint can't be planned for, or `None`."""
+    """Text of why a joint is not supported, or `None`."""
     name = urdf.model.names[index]
     if name in urdf.mimics:
         return f"mimics joint {urdf.mimics[name].joint!r}"
@@ -162,11 +162,11 @@ def _moving_joints(
 def _reference(
     urdf: Urdf, robot: str, still: list[int], locked: Mapping[str, float]
 ) -> tuple[Any, dict[str, float]]:
-    """Configuration of the whole model that the still joints are locked at, and its values."""
+    """Configuration of the whole model at which joints are locked, and its values."""
     full = urdf.model
     reference = pin.neutral(full)
     values: dict[str, float] = {}
-    # Masters first, so that a joint that mimics one finds where it stands.
+    # Masters first, because the joints that mimic them need their positions.
     for i in sorted(still, key=lambda i: len(_masters(urdf, full.names[i], locked))):
         name, joint = full.names[i], full.joints[i]
         wanted = locked.get(name)

@@ -23,7 +23,7 @@ _VIRTUAL = {
 
 
 class ChainKinematics:
-    """What is computed of a chain at joint positions; its attributes are those of `Robot`."""
+    """Kinematics and dynamics of a chain of joints; the attributes are those of `Robot`."""
 
     name: str
     model: Any
@@ -37,7 +37,7 @@ class ChainKinematics:
     held: tuple[Payload, ...]
 
     def _add_frames(self, gravity: FloatArray | None, virtual: Sequence[VirtualJoint]) -> None:
-        """Add the TCP, the payload and the gravity, if it is not that of the URDF, to `model`."""
+        """Add the TCP, the payload and the gravity (by default the URDF's) to `model`."""
         model = self.model
         base = model.frames[model.getFrameId(self.base_frame, pin.BODY)].placement
         self._world_from_base = None if base.isIdentity(0.0) else base.copy()
@@ -67,7 +67,7 @@ class ChainKinematics:
 
     @property
     def data(self) -> Any:
-        """Pinocchio's working memory, made once in each thread."""
+        """Pinocchio's working memory, one per thread."""
         memory = self._memory
         try:
             return memory.data
@@ -126,7 +126,7 @@ class ChainKinematics:
             q: Joint positions [rad or m], shape (d,).
 
         Raises:
-            WaypointDataError: `q` is not finite or of another shape.
+            WaypointDataError: `q` is not finite or has a wrong shape.
             RobotError: No tool frame has been chosen.
 
         >>> kw.load_robot("planar2").forward([0.0, np.pi / 2]).translation.round(6)
@@ -146,7 +146,7 @@ class ChainKinematics:
             q: Joint positions [rad or m], shape (d,).
 
         Raises:
-            WaypointDataError: A value is not finite, or an array is of another shape.
+            WaypointDataError: A value is not finite, or an array has a wrong shape.
             RobotError: No tool frame has been chosen.
 
         >>> arm = kw.load_robot("planar2")
@@ -175,7 +175,7 @@ class ChainKinematics:
             v: Joint velocities [rad/s or m/s], shape (d,).
 
         Raises:
-            WaypointDataError: A value is not finite, or an array is of another shape.
+            WaypointDataError: A value is not finite, or an array has a wrong shape.
             RobotError: No tool frame has been chosen.
 
         >>> twist = kw.load_robot("planar2").twist([0.0, 0.0], [1.0, 0.0])
@@ -195,8 +195,8 @@ class ChainKinematics:
     def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
 
-        The payload, what the tool holds and `gravity` count. Friction is left out, and so are all
-        other loads that the URDF does not have.
+        Payload, held objects and `gravity` are included, friction and other loads that are not in
+        the URDF are not.
 
         Args:
             q: Joint positions [rad or m], shape (d,).
@@ -204,7 +204,7 @@ class ChainKinematics:
             a: Joint accelerations [rad/s² or m/s²], shape (d,).
 
         Raises:
-            WaypointDataError: An array is not finite or of another shape.
+            WaypointDataError: An array is not finite or has a wrong shape.
             RobotError: Joints move the base frame.
 
         >>> still = np.zeros(6)

@@ -1,4 +1,4 @@
-"""What a robot is made from: its URDF, the tool it carries, and what replaces its limits."""
+"""Description of a robot: its URDF, tool and overridden limits."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """A joint of a task: what a pose leaves open.
+    """A joint that represents a freedom of a pose.
 
     Attributes:
-        name: For messages.
-        axis: That it turns about or slides along: `"x"`, `"y"` or `"z"` of the TCP, as the joints
-            before leave it.
+        name: Name in messages.
+        axis: Axis of rotation or translation: `"x"`, `"y"` or `"z"` of the TCP after the previous
+            joints.
         lower, upper: Limits of its position [rad or m], which may be infinite.
-        unit: `"rad"`, or `"m"` if it slides.
-        axes: Rotation of the axes that it turns about, in those of the TCP; or `None`.
-        ease: How much easier than others it moves in the least norm of joint velocities.
+        unit: `"rad"`, or `"m"` if prismatic.
+        axes: Rotation of its axes relative to the TCP, or `None`.
+        ease: Factor on its mobility in the minimum norm of joint velocities.
     """
 
     name: str
@@ -40,27 +40,28 @@ class VirtualJoint:
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """Everything a robot is made from.
+    """All data of a robot.
 
     Attributes:
-        name, description: What it is called, and what it is.
-        source: File that describes it.
-        urdf: Its URDF.
-        base_frame, tool_frame: Links, or `None` for the root and for none.
+        name, description: Name and description.
+        source: File of the description.
+        urdf: The URDF.
+        base_frame, tool_frame: Links; `None` for the root, and for no tool.
         tool_offset: TCP in the tool frame.
-        payload: What the tool frame carries, in its axes.
-        held: What the tool holds, in the axes of the TCP.
-        gravity: In the axes of the base frame [m/s²], or `None` for 9.81 along -z of the root.
-        locked: Joints locked on purpose [rad or m].
-        rest: Where others stand that are not planned for, 0 by default [rad or m].
+        payload: Payload of the tool frame, in its axes.
+        held: Objects held by the tool, in the axes of the TCP.
+        gravity: Gravity in the axes of the base frame [m/s²], or `None` for 9.81 along -z of the
+            root.
+        locked: Positions of the joints that the description locks [rad or m].
+        rest: Positions of other joints that are not planned, 0 by default [rad or m].
         configurations: Name to joint to position [rad or m].
-        limits: Limits that replace the URDF's.
-        package_paths: Folders that meshes are also looked for in.
+        limits: Limits that override the URDF's.
+        package_paths: Additional folders with meshes.
         ignored_pairs: Pairs of links that are not checked for collisions.
-        srdf: File that names more of them, or `None`.
-        virtual: Joints of a task after the TCP, in order.
-        standing: Link that stands still where `base_frame` moves, or `None`.
-        weights: Of joints whose motion counts more or less than that of others, 1 for these.
+        srdf: SRDF file with more such pairs, or `None`.
+        virtual: Virtual joints after the TCP, in order.
+        standing: Link of the world frame if `base_frame` moves, or `None`.
+        weights: Weights of joints, by default 1.
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""What a robot's file puts next to or below its URDF, and a URDF seen from another of its links.
+"""External axes of a robot's URDF, and a URDF with another root link.
 
-Both change the URDF before it is read, so that all else knows one tree of joints.
+Both change the URDF before it is read, so that other code sees one tree of joints.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ CELL = "cell"
 """Name of the root link of a robot with external axes."""
 
 ROBOT = "robot"
-"""What a rail or a column carries."""
+"""Name of the arm as the load of a rail or a column."""
 
 
 class ExternalAxis(StrictModel):
-    """A joint beside those of the URDF, a rail below it or a table next to it; or another URDF."""
+    """A joint in addition to the URDF's: a rail below the arm, a table next to it, or a URDF."""
 
     ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("slides", "turns", "urdf"),
@@ -36,22 +36,22 @@ class ExternalAxis(StrictModel):
     )
 
     urdf: Text | None = optional(
-        "A positioner with a URDF of its own, as `urdf` of the file; its root link is placed, and "
-        "names that are taken get that of the positioner and _ in front"
+        "URDF of a positioner, as `urdf` of the file; its root link is placed, and names in use "
+        "get the positioner's name and _ as a prefix"
     )
     carries: Text | None = optional(
-        "robot for a rail or a column; else the name of the link that it makes, a "
-        "table. Left out: that of the joint"
+        "robot for a rail or a column; otherwise the name of the new link, a table. Left out: "
+        "the name of the joint"
     )
     parent: Text = optional(
-        "Link that carries it: cell, which does not move, or that of another axis", CELL, key="in"
+        "Link that carries it: cell, which is fixed, or that of another axis", CELL, key="in"
     )
     position: Vector3 = optional("Origin in that link [m]", (0.0, 0.0, 0.0))
     rpy: Vector3 = optional("Turns about that link's x, y, z axes [rad]", (0.0, 0.0, 0.0))
-    slides: Vector3 | None = optional("Its direction, if it slides")
-    turns: Vector3 | None = optional("Its direction, if it turns")
+    slides: Vector3 | None = optional("Direction of a prismatic joint")
+    turns: Vector3 | None = optional("Axis of a revolute joint")
     range: Interval | None = optional(
-        "Lower and upper limit of its position [rad or m]; left out: it turns without limit"
+        "Lower and upper limit of its position [rad or m]; left out: unlimited rotation"
     )
     velocity: Positive | None = optional("Largest speed [rad/s or m/s]")
 
@@ -73,11 +73,11 @@ Axes = tuple[tuple[str, ExternalAxis], ...]
 
 
 class UrdfFile(NamedTuple):
-    """A URDF file, and which links of the tree are its own.
+    """A URDF file, and its links in the tree.
 
     Attributes:
         path: The file.
-        links: Of each link its name in the file and that in the tree, in the order of the file.
+        links: Name in the file and name in the tree of each link, in the order of the file.
     """
 
     path: Path
@@ -87,20 +87,20 @@ class UrdfFile(NamedTuple):
 def add_axes(
     robot: Element, axes: Axes, root: str, others: Mapping[str, tuple[Element, str]]
 ) -> tuple[UrdfFile, ...]:
-    """Put external axes into a URDF, below a new root link `CELL`.
+    """Add external axes to a URDF, below a new root link `CELL`.
 
     Args:
         robot: The URDF, which is changed.
         axes: The axes.
-        root: Its root link.
-        others: By axis that names a URDF this URDF, which is used up, and its root link.
+        root: Root link of the URDF.
+        others: For each axis with a URDF that URDF, which is consumed, and its root link.
 
     Returns:
         The other URDFs.
 
     Raises:
-        InputError: An axis makes a link or a joint that there is already, stands on none that there
-            is or on what it carries, or its URDF has no joint that moves.
+        InputError: An axis duplicates a link or joint name, is mounted on an unknown link or on one
+            that it carries itself, or its URDF has no moving joint.
     """
     names = {kind: set(named(robot, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
@@ -175,7 +175,7 @@ def _add_urdf(
     names: Mapping[str, set[str]],
     shared: Mapping[str, set[str]],
 ) -> UrdfFile:
-    """Move links and joints of another URDF into that of the robot; `shared` names are changed."""
+    """Move links and joints of another URDF into the robot's, renaming `shared` names."""
     given, root = other
     if all(joint.getAttribute("type") == "fixed" for joint in child_elements(given, "joint")):
         raise InputError(
@@ -211,10 +211,10 @@ def _rename(element: Element, key: str, called: Mapping[str, str]) -> None:
 
 
 def see_from(robot: Element, link: str) -> None:
-    """Make a link the root of a URDF: joints on the way to it from the root are turned round.
+    """Make a link the root of a URDF, by inverting the joints between it and the root.
 
-    A joint brings its child to T · J(q) in its parent, so it brings the parent to J(-q) · T⁻¹ in
-    the child: an axis that points the other way, then a fixed step.
+    A joint places its child at T · J(q) in its parent, so it places the parent at J(-q) · T⁻¹ in
+    the child: an opposite axis, followed by a fixed joint.
 
     Args:
         robot: The URDF, which is changed.

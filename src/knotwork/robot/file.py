@@ -12,7 +12,7 @@ from knotwork.robot.external_axes import ExternalAxis
 
 
 class CollisionFile(StrictModel):
-    """Which links are never checked against one another."""
+    """Pairs of links that are never checked for collisions."""
 
     ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
         default_factory=list, description="Pairs of links that are not checked"
@@ -23,36 +23,34 @@ class CollisionFile(StrictModel):
 
 
 class RobotFile(StrictModel):
-    """A robot: its URDF, which chain of it is the arm, and what the URDF doesn't say. SI units."""
+    """A robot: its URDF, the chain of the arm, and data missing in the URDF, in SI units."""
 
     name: Text | None = optional("Name of the robot; left out: that of the file")
-    description: str = optional("What it is, in a sentence", "")
+    description: str = optional("Description in one sentence", "")
     urdf: Text = Field(
         description="Path relative to the file, or in an installed Python package, as in "
         "`airo_models:arms/ur5e/ur5e.urdf`; `example-robot-data:` is its folder `robots`"
     )
     package_paths: list[Text] = Field(
         default_factory=list,
-        description="Folders that meshes are also looked for in, relative to the file or as for "
-        "`urdf`: packages that it names, `package://NAME/…`, whatever the folder's own name is, "
-        "folders of them, or where relative paths start",
+        description="Additional folders with meshes, relative to the file or as for `urdf`: "
+        "packages of `package://NAME/…`, whatever the folder's name is, folders of packages, or "
+        "the base of relative paths",
     )
     external_axes: dict[Text, ExternalAxis] = optional(
         "Joints and positioners added to the URDF, by name; its root is then the link `cell`", {}
     )
-    base_frame: Text | None = optional(
-        "Link that poses are given in; left out: the root of the URDF"
-    )
+    base_frame: Text | None = optional("Link of the frame of poses; left out: the root of the URDF")
     tool_frame: Text | None = optional("Link that carries the TCP; left out: the scenario names it")
     locked: dict[str, Number] = optional(
-        "Joints that do not move, for example fingers, and where they stand [rad or m]", {}
+        "Joints that do not move, for example fingers, and their positions [rad or m]", {}
     )
     configurations: dict[str, dict[str, Number]] = optional(
         "Named configurations: joint to position [rad or m]", {}
     )
     collision: CollisionFile = optional(
-        "Which links are never checked for collisions", CollisionFile.model_construct()
+        "Pairs of links that are never checked for collisions", CollisionFile.model_construct()
     )
     limits: LimitsFile = optional(
-        "What the URDF lacks, or what replaces its own", LimitsFile.model_construct()
+        "Limits that are missing in the URDF or override it", LimitsFile.model_construct()
     )

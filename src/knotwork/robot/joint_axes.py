@@ -15,15 +15,14 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
 
-# Up to this many configurations are placed by Pinocchio.
+# Maximum number of configurations evaluated by Pinocchio.
 FEW = 16
 
 
 class JointAxes:
     """The joint axes of a serial arm: all its kinematics, in the base frame.
 
-    Arrays over many configurations have them last, so that each operation runs over contiguous
-    memory.
+    The index of the configuration is the last one, for contiguous memory access.
 
     Args:
         robot: A robot with a tool frame.
@@ -31,7 +30,7 @@ class JointAxes:
     Attributes:
         axes: Directions of the axes with all joints at zero, shape (d, 3).
         origins: Points on the axes at zero [m], shape (d, 3).
-        revolute: Which joints turn, shape (d,).
+        revolute: Whether each joint is revolute, shape (d,).
         reach: Length of the arm, from the base through all joints to the TCP [m].
 
     Raises:
@@ -41,10 +40,10 @@ class JointAxes:
     def __init__(self, robot: Robot) -> None:
         self._joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
         if len(self._joints.path(int(tool.parentJoint))) < robot.dof:
-            raise RobotError(robot.name, "is no serial chain: a joint does not move the tool")
+            raise RobotError(robot.name, "is not a serial chain: a joint does not move the tool")
         self._robot, self._base = ref(robot), robot.base_placement.inverse()
         across = self._joints.aligned[-1].T
-        # Rows are what the columns of the last joint's frame are summed up with.
+        # Rows are the weights of the columns of the last joint's frame.
         placement = tool.placement
         self._tool = np.column_stack(
             [across @ placement.rotation, across @ placement.translation]
@@ -56,14 +55,14 @@ class JointAxes:
         self.reach = float(np.linalg.norm(ways, axis=1).sum())
 
     def certain_miss(self, position: FloatArray) -> FloatArray:
-        """How much farther away points are than the arm is long [m], not above 0 where they aren't.
+        """Distance of points beyond the length of the arm [m], not positive within it.
 
         Args:
             position: Points in the base frame [m], shape (3,) or (3, n).
         """
         if not self.revolute.all():
             return np.zeros(position.shape[1:])
-        with np.errstate(over="ignore"):  # as far as that is a miss, too
+        with np.errstate(over="ignore"):  # an overflow is a miss, too
             away = np.linalg.norm(position, axis=0)
         return np.asarray(away - (1.0 + 1e-9) * self.reach)
 
@@ -109,7 +108,7 @@ class JointAxes:
     def placed(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`.
 
-        Of few configurations Pinocchio, one by one, is faster than arrays of all.
+        For few configurations single calls of Pinocchio are faster than arrays.
         """
         robot = self._robot()
         if len(q) > FEW or robot is None:
@@ -133,7 +132,7 @@ T = TypeVar("T")
 
 
 def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
-    """What a function makes of a robot, made once and kept for as long as the robot is."""
+    """Cache the results of a function of a robot for the lifetime of the robot."""
     known: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
 
     def find(robot: Robot) -> T:
@@ -146,7 +145,7 @@ def kept_with(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
 
 @kept_with
 def joint_axes(robot: Robot) -> JointAxes:
-    """The axes of a robot."""
+    """The joint axes of a robot, cached."""
     return JointAxes(robot)
 
 
@@ -158,13 +157,13 @@ def pose_errors(
     Args:
         tip: TCP positions [m], shape (3, n).
         rotation: Orientations, column, row, configuration: shape (3, 3, n).
-        position: Positions wanted [m], shape (3, n).
-        target: Orientations wanted, shape (3, 3, n).
+        position: Target positions [m], shape (3, n).
+        target: Target orientations, shape (3, 3, n).
 
     Returns:
-        Twists that lead to the targets, in base axes, shape (6, n); distances [m] and angles
-        [rad], shape (n,) each. At an angle of π the axis of the turn is not determined, and the
-        angular part of the twist may be zero.
+        Twists to the targets in base axes, shape (6, n); distances [m] and angles [rad], shape
+        (n,) each. At an angle of π the axis of rotation is undefined, and the angular part of the
+        twist may be zero.
     """
     error = np.empty((6, tip.shape[1]))
     np.subtract(position, tip, out=error[:3])

@@ -1,4 +1,4 @@
-"""Joint limits: those of the URDF, replaced where a description or a scenario gives others."""
+"""Joint limits of the URDF, overridden by a description or a scenario."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
 
-# Limits that replace those of the URDF: by quantity and joint, in SI; a pair for "position".
+# Limits that override the URDF's: by quantity and joint, in SI; a pair for "position".
 LimitTables = Mapping[str, Mapping[str, Any]]
 
 
 def limit_tables(
     given: Mapping[str, Any], joints: Sequence[str], urdf: Urdf, robot: str
 ) -> LimitTables:
-    """Check limits, and write one that is a plain number for every joint of the URDF.
+    """Check limits, and expand a number to all joints of the URDF.
 
     Args:
-        given: By name of the quantity: joint to limit, a number for all joints, or `None`.
-        joints: The joints that may be named.
+        given: Quantity to joint to limit, to a number for all joints, or to `None`.
+        joints: Names of the joints.
         urdf: The whole model.
         robot: Name of the robot, for errors.
 
@@ -69,21 +69,21 @@ def chain_limits(
 ) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
     """Collect the limits of a chain's joints.
 
-    A velocity or effort of zero in the URDF means that none is given there.
+    A velocity or effort limit of zero in the URDF means that it is not given.
 
     Args:
         urdf: The whole model.
-        tables: What replaces the URDF's limits.
+        tables: Limits that override the URDF's.
         joints: The chain's joints.
         robot: Name of the robot, for errors.
-        planned: Whether the joints are to be planned for, so that each must be able to move.
+        planned: Whether the joints are planned, so that each must have a range.
 
     Returns:
         Lower and upper limits of position, and magnitudes by quantity: read-only arrays of shape
         (d,), infinite where there is no limit.
 
     Raises:
-        RobotError: A joint's position limits leave it no range.
+        RobotError: A joint's position limits have no range.
     """
     full = urdf.model
     own = {"velocity": full.velocityLimit, "effort": full.effortLimit}

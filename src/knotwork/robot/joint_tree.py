@@ -1,6 +1,6 @@
-"""`JointTree`: how the joints of a Pinocchio model carry one another, and where they are.
+"""`JointTree`: the kinematic tree of the joints of a Pinocchio model.
 
-What places links, bounds their motion, writes their dynamics or draws them reads the joints here.
+All code that places links, bounds their motion, writes their dynamics or draws them uses it.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ class JointTree:
     """The joints of a Pinocchio model, each of one degree of freedom.
 
     Attributes:
-        parent: Index of each joint's parent, joint 0 is what stands still; length n + 1.
+        parent: Index of each joint's parent; joint 0 is the fixed root; length n + 1.
         column: Index of each joint's position and velocity, -1 for joint 0.
         rotation, translation: Placement in the parent at position 0, shapes (n + 1, 3, 3) and
             (n + 1, 3) [m].
-        axis: In the joint's own axes, of length 1, shape (n + 1, 3).
-        turns: Angle for one unit of the position: 1 or, if prismatic, 0.
-        slides: Distance along the axis for one unit: 1 if prismatic, the pitch if helical.
+        axis: Unit vector in the joint's axes, shape (n + 1, 3).
+        turns: Angle per unit of position: 1 or, if prismatic, 0.
+        slides: Distance along the axis per unit of position: 1 if prismatic, the pitch if helical.
     """
 
     parent: tuple[int, ...]
@@ -46,7 +46,7 @@ class JointTree:
         carriers = np.eye(len(self.parent), dtype=bool)
         for i, parent in enumerate(self.parent[1:], 1):
             carriers[i] |= carriers[parent]
-        carriers[:, 0] = False  # nothing moves it
+        carriers[:, 0] = False  # fixed
         return carriers
 
     @cached_property
@@ -56,19 +56,19 @@ class JointTree:
 
     @cached_property
     def angles(self) -> NDArray[np.bool_]:
-        """Which joint positions are angles, shape (n,), in the order of columns."""
+        """Whether each joint position is an angle, shape (n,), in the order of columns."""
         result = np.zeros(len(self.parent) - 1, dtype=bool)
         result[list(self.column[1:])] = self.turns[1:] > 0.0
         return result
 
     @cached_property
     def aligned(self) -> FloatArray:
-        """Rotations of frames with their z axis along the joint's own, shape (n + 1, 3, 3)."""
+        """Rotations of frames with z along the joint's axis, shape (n + 1, 3, 3)."""
         return np.array([np.eye(3), *map(_frame_along, self.axis[1:])])
 
     @cached_property
     def _steps(self) -> FloatArray:
-        """Each joint's frame at position 0 seen from its parent's: columns x, y, z and origin."""
+        """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
         up = self.aligned[list(self.parent)].transpose(0, 2, 1)
         turned = (up @ self.rotation @ self.aligned).transpose(0, 2, 1)
         return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
@@ -76,7 +76,7 @@ class JointTree:
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
         """Frames on the axes of all joints, z along them: a product of exponentials.
 
-        Configurations come last, so that each operation runs over contiguous memory.
+        The index of the configuration is the last one, for contiguous memory access.
 
         Args:
             q: Configurations [rad or m], shape (k, d).
@@ -103,7 +103,7 @@ class JointTree:
         return frames
 
     def path(self, joint: int) -> list[int]:
-        """Joints that carry one, itself the last."""
+        """Joints from the root to a joint, including it."""
         return [int(i) for i in np.flatnonzero(self.carriers[joint])]
 
 
@@ -141,12 +141,12 @@ def joint_tree(model: Any) -> JointTree:
 
 
 def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -> JointTree:
-    """Joints one after the other.
+    """Make a serial chain of joints.
 
     Args:
-        placements: Of each in the one before at position 0, `pin.SE3`, n of them.
-        axis: Of length 1, shape (n, 3).
-        turns: Which of them turn; others slide.
+        placements: Placement of each joint in the previous one at position 0, `pin.SE3`.
+        axis: Unit vectors, shape (n, 3).
+        turns: Whether each joint is revolute; otherwise prismatic.
     """
     n = len(placements)
     turned = np.array([0.0, *(float(one) for one in turns)])
@@ -162,16 +162,16 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
 
 
 def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
-    """Joints that lead from a link back to what stands still where a tree is read.
+    """Inverse joints from a link to the root of a tree.
 
     Args:
         tree: A tree.
-        joint: That carries the link.
-        placement: Of the link in the joint's axes, `pin.SE3`.
+        joint: Joint that carries the link.
+        placement: Placement of the link in the joint's axes, `pin.SE3`.
 
     Returns:
-        These joints, axes turned round, and which of the tree's positions theirs are. Another
-        joint, the last, stays at 0: its axes are those of the root.
+        These joints with opposite axes, and the indices of their positions in the tree. Another
+        joint, the last one, stays at 0 and has the axes of the root.
     """
     way = tree.path(joint)[::-1]
     steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
@@ -181,12 +181,12 @@ def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree,
 
 
 def joined(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
-    """Two trees as one: joints and positions of the second follow those of the first.
+    """Join two trees: joints and positions of the second follow those of the first.
 
     Args:
         first: A tree.
-        second: Another; its joint 0 is no joint of the whole.
-        placement: Of the second's root, `pin.SE3`, in its carrier.
+        second: Another tree; its joint 0 is dropped.
+        placement: Placement of the second's root in its carrier, `pin.SE3`.
         carrier: Joint of the first tree that carries the second.
     """
     n = len(first.parent) - 1
@@ -223,7 +223,7 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _frame_along(axis: FloatArray) -> FloatArray:
-    """A rotation matrix whose third column is a unit vector, shape (3, 3)."""
+    """A rotation matrix with a unit vector as its third column, shape (3, 3)."""
     other = np.eye(3)[int(np.argmin(np.abs(axis)))]
     x = other - other.dot(axis) * axis
     x /= np.linalg.norm(x)

@@ -1,4 +1,4 @@
-"""Finding and reading robots: shipped ones by name, others by file or inline."""
+"""Loading of robots: shipped ones by name, others by file or inline."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def robot_names() -> list[str]:
 
 
 def further_robots() -> list[tuple[str, list[str]]]:
-    """What `pip` can install, and the shipped robots whose models it has; none is installed."""
+    """Packages for `pip` that are not installed, with the shipped robots whose models they have."""
     robots: dict[str, list[str]] = {}
     for name in resources.names("robots"):
         text = (resources.folder("robots") / f"{name}.yaml").read_text(encoding="utf-8")
@@ -57,15 +57,15 @@ def load_robot(
         reference: The name of a shipped robot; the path of a robot's YAML file or of a URDF; or
             a description inline, with the keys of a robot's YAML file, as a mapping or as the
             part of a document.
-        relative_to: Folder that relative paths start from; by default that of the document,
-            or the working directory.
+        relative_to: Base folder of relative paths; by default that of the document, or the
+            working directory.
 
     Raises:
-        UnknownNameError: There is no robot, joint or frame of a name that was given.
+        UnknownNameError: A name of a robot, joint or frame is unknown.
         InputError: There is no file at the path.
         DocumentError: A file can't be read, or a value in it is wrong.
-        RobotError: The URDF is broken, the base frame does not carry the tool frame, no joint moves
-            it, a joint that moves it can't be planned for, or a configuration is incomplete or
+        RobotError: The URDF is invalid, the base frame does not carry the tool frame, no joint
+            moves it, a joint that moves it is not supported, or a configuration is incomplete or
             outside the position limits.
 
     >>> load_robot("planar2").joint_names
@@ -144,7 +144,7 @@ def _axes(content: RobotFile, document: Document, folder: Path, robot: str) -> A
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
-    """Check that named joints and frames exist, and say in which line a wrong one is."""
+    """Check that named joints and frames exist; errors have the line."""
     for field in ("base_frame", "tool_frame"):
         link = getattr(content, field)
         if link is not None and link not in urdf.links:
@@ -203,7 +203,7 @@ def _file(reference: str, folder: Path, robot: str, kind: str) -> Path:
 
 
 def _path(reference: str, folder: Path, robot: str) -> Path:
-    """Where a reference leads: from a folder, or into an installed Python package."""
+    """Path of a reference, relative to a folder or in an installed Python package."""
     path = folder / os.path.expanduser(reference)
     match = _IN_PACKAGE.fullmatch(reference)
     if match is None or path.exists():
@@ -220,17 +220,17 @@ def _path(reference: str, folder: Path, robot: str) -> Path:
 
 
 def _module_folder(module: str) -> Path | None:
-    """Folder of an installed Python package, found without importing it."""
+    """Folder of an installed Python package, without importing it."""
     return next((path for one in sys.path if (path := Path(one) / module).is_dir()), None)
 
 
 def example_robot_data(robot: str) -> Path:
-    """Folder `robots` of the installed package example-robot-data, found without importing it.
+    """Folder `robots` of the installed package example-robot-data, without importing it.
 
     Raises:
-        RobotError: It is not installed.
+        RobotError: The package is not installed.
     """
-    # Asking the installed packages takes longer than all else that a robot takes.
+    # Searching the installed packages would take longer than everything else.
     candidates = [Path(folder) / "cmeel.prefix" / _DATA_FOLDER for folder in sys.path]
     candidates.append(Path(sys.prefix) / _DATA_FOLDER)  # where conda puts it
     for folder in candidates:

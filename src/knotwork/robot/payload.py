@@ -1,4 +1,4 @@
-"""`Payload`: what a tool weighs and how its mass is spread, checked at the gate."""
+"""`Payload`: mass, centre of mass and inertia of a load, validated."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_only
 
 ROUNDED = 1e-3
-"""Moments of inertia are often rounded to a few digits: they may break the triangle inequality by
-this part of the largest one."""
+"""Tolerance of the triangle inequality of moments of inertia, which are often rounded, relative to
+the largest one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Payload(ReadOnlyArrays):
-    """A body that the tool's frame carries: the tool itself and what it holds.
+    """A body carried by the tool frame: the tool and the objects that it holds.
 
     Attributes:
-        mass: [kg]; zero for nothing.
-        centre_of_mass: In the axes of the frame that carries the tool [m], shape (3,).
-        inertia: About the centre of mass, in the same axes [kg m²], shape (3, 3); zero for a point
-            mass, as by default.
+        mass: Mass [kg]; zero for no load.
+        centre_of_mass: Centre of mass in the axes of the tool frame [m], shape (3,).
+        inertia: Inertia about the centre of mass, in the same axes [kg m²], shape (3, 3); by
+            default zero, a point mass.
 
     Raises:
-        InputError: A value is not finite, the mass is negative, or no body has such an inertia: see
+        InputError: A value is not finite, the mass is negative, or the inertia is impossible: see
             `payload_fault`.
 
     >>> Payload(2.0, [0, 0, 0.06], np.diag([0.01, 0.01, 0.004])).mass
@@ -49,20 +49,19 @@ class Payload(ReadOnlyArrays):
 
     @property
     def key(self) -> bytes:
-        """All its numbers, the same for equal bodies."""
+        """Key of all values, the same for equal bodies."""
         return b"".join(np.asarray(one).tobytes() for one in vars(self).values())
 
 
 def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, str] | None:
-    """Say why no body has such a mass and inertia.
+    """Explain why a mass and inertia are impossible.
 
     Args:
-        mass: [kg].
-        inertia: About the centre of mass [kg m²], shape (3, 3), or `None` for a point mass.
+        mass: Mass [kg].
+        inertia: Inertia about the centre of mass [kg m²], shape (3, 3), or `None` for a point mass.
 
     Returns:
-        Which of the two, the problem, and the accepted values; `None` if they are
-        possible.
+        Name of the value, the problem, and the accepted values; `None` if they are possible.
     """
     if mass < 0.0:
         return "mass", f"is {mass:g} kg", "a positive number, or zero for no payload"

@@ -1,6 +1,6 @@
-"""The shapes of a URDF's links, checked: boxes, spheres, cylinders, capsules and names of meshes.
+"""The shapes of a URDF's links: boxes, spheres, cylinders, capsules and names of meshes.
 
-A shape that is not valid is left out, and its fault is reported.
+An invalid shape is left out, and its fault is reported.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from knotwork.robot.urdf_rules import child_elements
 from knotwork.waypoints import FloatArray
 
 FARTHEST = 1e6
-"""No length of a shape [m], factor of a mesh or angle [rad] may be larger."""
-# The numbers that each kind of shape has.
+"""Maximum length of a shape [m], factor of a mesh and angle [rad]."""
+# Dimensions of each kind of shape.
 _SIZES = {
     "box": {"size": 3},
     "sphere": {"radius": 1},
@@ -41,14 +41,14 @@ class Shape:
 
     Attributes:
         kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"` or `"mesh"`.
-        size: Of a box its lengths along x, y and z; of others radius and length [m].
+        size: Lengths of a box along x, y and z; radius and length of others [m].
         mesh: Name of the mesh file as the URDF gives it, or empty.
-        urdf: The URDF, whose folders the mesh is looked for in.
+        urdf: The URDF, for the search of meshes.
         scale: Factors of the mesh along its axes, shape (3,).
-        rotation: Its axes in those of the link, shape (3, 3).
-        translation: Its origin in the axes of the link [m], shape (3,).
+        rotation: Rotation in the axes of the link, shape (3, 3).
+        translation: Origin in the axes of the link [m], shape (3,).
         colour: Red, green, blue and opacity in 0 … 1, or `None`.
-        fault: Fault of the colour that the file gives, or empty.
+        fault: Fault of the colour in the file, or empty.
     """
 
     kind: str
@@ -73,15 +73,15 @@ class UrdfShapes:
 
     Attributes:
         links: Names in the tree of links, in the order of the files.
-        carried: By name of a link the origins of the joints that it carries [m].
+        carried: Link to the origins of the joints that it carries [m].
     """
 
     def __init__(self, files: Sequence[UrdfFile]) -> None:
         """Read URDFs.
 
         Raises:
-            DocumentError: One can't be read.
-            InputError: One is no XML, or larger than the size read.
+            DocumentError: A URDF can't be read.
+            InputError: A URDF is not XML, or above the maximum size.
         """
         self._links: dict[str, _Link] = {}
         self.carried: dict[str, list[FloatArray]] = {}
@@ -106,7 +106,7 @@ class UrdfShapes:
                 origins.append(_origin(joint)[1])
 
     def of(self, link: str, kind: str) -> tuple[list[Shape], list[str]]:
-        """Give the shapes of a link, `"visual"` or `"collision"`, and the faults of others."""
+        """Give a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
         found: list[Shape] = []
         lost: list[str] = []
         path, element, materials = self._links[link]
@@ -171,7 +171,7 @@ def _numbers(element: Element, name: str, least: int, most: int | None = None) -
     """Numbers of an attribute.
 
     Raises:
-        InputError: They are others than asked for, or not all are numbers in range.
+        InputError: Their count is wrong, or a value is not a number in range.
     """
     text = element.getAttribute(name)
     try:
@@ -193,7 +193,7 @@ def _origin(element: Element) -> tuple[FloatArray, FloatArray]:
     """Rotation and translation of an element's origin.
 
     Raises:
-        InputError: They are no numbers.
+        InputError: Values are not numbers.
     """
     for origin in child_elements(element, "origin"):
         xyz = _numbers(origin, "xyz", 3) if origin.hasAttribute("xyz") else [0.0] * 3

@@ -1,6 +1,6 @@
-"""Reading a URDF into a Pinocchio model in which every joint position is one number.
+"""Reader of URDFs, into a Pinocchio model with one number per joint position.
 
-Shapes and meshes are left out: only the tree of links and joints and their masses are read.
+Only the tree of links and joints and their masses are read, no shapes and meshes.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from knotwork.errors import InputError, RobotError
 from knotwork.robot.external_axes import Axes, UrdfFile, add_axes, see_from
 from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, named, plain_text
 
-# Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
+# Limit of unbounded joints while the URDF is parsed; infinity in the arrays.
 _WIDE = "1e9"
 MOST_BYTES = 32_000_000
 MOST_ELEMENTS = 100_000
-# What is read of longer files is not kept for the next time.
+# Longer files are not cached.
 MOST_KEPT = 1_000_000
-# Other descriptions of robots in XML, by their outermost element.
+# Other XML formats of robots, by their root element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
 
@@ -42,21 +42,20 @@ class Mimic(NamedTuple):
 
 
 class Urdf(NamedTuple):
-    """A URDF, parsed, and what is joined to it.
+    """A parsed URDF, with the URDFs and axes joined to it.
 
     Attributes:
-        files: The file, then those of what is joined to it.
+        files: The file, followed by those of the URDFs joined to it.
         model: All of its links and joints; unbounded joints are plain angles in it.
         root: Name of the root link.
         links: Names of all links, in the order of the file.
-        parents: Of each link but the root of the file, the link that it is joined to and that
-            carries it.
-        leaves: Names of the links that carry no other.
+        parents: Parent link of each link except the root of the file.
+        leaves: Names of the links without children.
         types: URDF type of each joint.
         unbounded: Joints that turn without limit.
         mimics: Joints that follow another.
-        axes: What was joined to it.
-        added: Names of the joints that move in what was joined.
+        axes: External axes joined to it.
+        added: Names of the moving joints that were joined.
     """
 
     files: tuple[UrdfFile, ...]
@@ -73,18 +72,18 @@ class Urdf(NamedTuple):
 
 
 def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> Urdf:
-    """Read a URDF file; what is read is kept by its text, and never changed.
+    """Read a URDF file, cached by its text; the result is never changed.
 
     Args:
         path: The file.
         robot: Name of the robot, for errors.
-        axes: What is joined to it; paths of URDFs are absolute.
-        seen_from: Link that is made its root; by default it stays as it is.
+        axes: External axes; paths of their URDFs are absolute.
+        seen_from: New root link; by default the root of the file.
 
     Raises:
         DocumentError: The file can't be read.
-        RobotError: It is no valid URDF; the message quotes the parser, or says what the file is
-            instead.
+        RobotError: The file is not a valid URDF; the message quotes the parser, or names the
+            file's format.
     """
     paths = (path, *(Path(one.urdf) for _, one in axes if one.urdf is not None))
     texts = tuple(read_text(one, most=MOST_BYTES) for one in paths)
@@ -108,7 +107,7 @@ def _parsed(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_fro
             for (name, file), text in zip(placed, texts[1:], strict=True)
         }
         for (_, file), (other, _) in zip(placed, others.values(), strict=True):
-            _build(plain_text(other), file, robot)  # a fault of its own names its own file
+            _build(plain_text(other), file, robot)  # so that errors name the right file
         try:
             files += add_axes(root, axes, base, others)
             base = check_tree(root)
@@ -144,7 +143,7 @@ def _parsed(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_fro
 
 
 def _tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
-    """Outermost element of a URDF, a tree of links, and its root link."""
+    """Root element of a URDF with a valid tree of links, and its root link."""
     try:
         document = parse_xml(text.encode(), MOST_ELEMENTS)
     except InputError as error:
@@ -157,7 +156,7 @@ def _tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
 
 
 def _root(document: Document, text: str, path: Path, robot: str) -> Element:
-    """Outermost element of a URDF; for a file of another format, an error that says what to do."""
+    """Root element of a URDF; an error with a remedy for a file of another format."""
     root = document.documentElement
     name = "" if root is None else root.tagName
     if name in _OTHER_FORMATS:
@@ -188,8 +187,8 @@ def _mimic(joint: Element) -> Mimic | None:
 def _bound(joint: Element) -> None:
     """Turn an unbounded joint into a revolute one with wide limits.
 
-    Pinocchio describes a continuous joint by the cosine and sine of its angle. A curve through
-    waypoints needs the angle itself, which tells one turn from the next.
+    Pinocchio represents a continuous joint by cosine and sine. A curve through waypoints needs the
+    angle itself, including whole turns.
     """
     joint.setAttribute("type", "revolute")
     limits = child_elements(joint, "limit")
@@ -210,7 +209,7 @@ def _build(text: str, path: Path, robot: str) -> Any:
     try:
         with _captured_stderr(captured):
             model = pin.buildModelFromXML(text)
-    except Exception as error:  # Boost.Python passes on whatever the parser throws
+    except Exception as error:  # Boost.Python passes on all exceptions of the parser
         reason = captured[0] if captured and captured[0] else str(error)
         raise RobotError(robot, f"{path} is no valid URDF: {reason}") from error
     for frame in model.frames:
@@ -229,7 +228,7 @@ def _build(text: str, path: Path, robot: str) -> Any:
 
 @contextlib.contextmanager
 def _captured_stderr(captured: list[str]) -> Iterator[None]:
-    """Collect what C++ code writes to standard error, as a line appended to `captured`."""
+    """Append the output of C++ code to standard error, as one line, to `captured`."""
     with tempfile.TemporaryFile() as file:
         try:
             saved = os.dup(2)

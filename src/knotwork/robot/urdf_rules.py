@@ -1,7 +1,7 @@
-"""What a URDF must be before Pinocchio sees it: a tree of links that is not too large.
+"""Validation of a URDF before Pinocchio reads it: a tree of links of limited size.
 
-Pinocchio's parser is recursive, so that a long chain of links would end the process, and what it
-makes of links in a ring depends on which it finds first.
+Pinocchio's parser is recursive, so that a long chain of links would crash the process, and its
+result for links in a ring depends on the order of the file.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from knotwork.errors import InputError, shown
 MOST_LINKS = 2_000
 MOST_LINKS_IN_A_ROW = 500
 LEAST_MOMENT = -1e-12
-"""Of inertia [kg m²]: what drawing programs write for zero may be rounded to below it."""
+"""Minimum moment of inertia [kg m²]: CAD programs may write negative rounding errors for zero."""
 
-# What the tree of links is made from. All else is for others, and Pinocchio never sees it.
+# Elements of the tree of links; Pinocchio sees no others.
 _KEPT = {
     "robot": ("link", "joint"),
     "link": ("inertial",),
@@ -26,7 +26,7 @@ _KEPT = {
 
 
 def child_elements(element: Element, tag: str = "") -> list[Element]:
-    """Elements right below another, those of one name if one is given."""
+    """Child elements, optionally of one tag."""
     nodes = element.childNodes
     return [node for node in nodes if isinstance(node, Element) and tag in ("", node.tagName)]
 
@@ -38,7 +38,7 @@ def link_of(joint: Element, end: str) -> str:
 
 
 def named(root: Element, tag: str) -> dict[str, Element]:
-    """Elements right below another by name, such as the links of a URDF."""
+    """Child elements by name, such as the links of a URDF."""
     return {one.getAttribute("name"): one for one in child_elements(root, tag)}
 
 
@@ -46,7 +46,7 @@ def check_tree(root: Element) -> str:
     """Check that links and joints form one tree, and return its root link.
 
     Raises:
-        InputError: They do not, or the tree is larger than the size read.
+        InputError: Links and joints do not form one tree, or the tree is above the maximum size.
     """
     if not root.getAttribute("name"):
         raise InputError("<robot> has no name")
@@ -95,7 +95,7 @@ def _names(elements: list[Element], kind: str) -> dict[str, None]:
 
 
 def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]) -> None:
-    """Refuse links in a ring, and more in a row than Pinocchio can hold."""
+    """Refuse rings of links, and chains that are too long for Pinocchio."""
     below: dict[str, list[str]] = {}
     for child, parent in above.items():
         below.setdefault(parent, []).append(child)
@@ -110,7 +110,7 @@ def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]
         for link in level:
             del left[link]
         level = [child for link in level for child in below.get(link, ())]
-    if left:  # no root carries them
+    if left:  # not connected to a root
         ring = [next(iter(left))]
         while ring[-1] not in ring[:-1]:
             ring.append(above[ring[-1]])
@@ -120,7 +120,7 @@ def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]
 
 
 def _check_inertia(link: Element) -> None:
-    """Refuse masses and moments of inertia that no body has; Pinocchio would take them."""
+    """Refuse impossible masses and moments of inertia, which Pinocchio would accept."""
     name = link.getAttribute("name")
     for inertial in child_elements(link, "inertial"):
         for mass in child_elements(inertial, "mass"):
@@ -139,7 +139,7 @@ def _check_not_negative(element: Element, attribute: str, what: str, least: floa
 
 
 def _check_axis(joint: Element) -> None:
-    """Refuse an axis without a direction, where the joint moves along it or about it."""
+    """Refuse an axis without a direction of a joint that needs one."""
     if joint.getAttribute("type") in ("fixed", "floating"):
         return
     for axis in child_elements(joint, "axis"):
@@ -153,7 +153,7 @@ def _check_axis(joint: Element) -> None:
 
 
 def _number(text: str) -> float:
-    """A number, NaN where there is none."""
+    """The number of a text, or NaN."""
     try:
         return float(text)
     except ValueError:
@@ -161,7 +161,7 @@ def _number(text: str) -> float:
 
 
 def plain_text(root: Element) -> str:
-    """A URDF with the tree of links alone, which stays: no shapes, nothing of other programs."""
+    """A URDF reduced to the tree of links, without shapes and data of other programs."""
     for name in list(root.attributes.keys()):
         if name != "name":
             root.removeAttribute(name)
@@ -171,7 +171,7 @@ def plain_text(root: Element) -> str:
 
 def _prune(element: Element) -> None:
     for name in list(element.attributes.keys()):
-        if ":" in name:  # of a namespace, which need not be declared
+        if ":" in name:  # of a namespace, possibly undeclared
             element.removeAttribute(name)
     children = child_elements(element)
     element.childNodes[:] = [x for x in children if x.tagName in _KEPT.get(element.tagName, ())]
