@@ -1,4 +1,4 @@
-"""Least times: durations, velocities and accelerations chosen so that a motion is fastest.
+"""Time-optimal motions: durations, velocities and accelerations by nonlinear programming.
 
     from knotwork import timing
 
@@ -6,7 +6,7 @@
     problem = timing.TimingProblem(("elbow",), [[0], [1], [0]], [[0], [0.5], [0]], limits)
     motion = timing.solve(problem)
 
-CasADi, which is slow to load, is loaded when a problem is solved.
+CasADi, which is slow to import, is imported when a problem is solved.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""Where which limit binds: for what part of each interval a joint is at it."""
+"""Active limits: the fraction of each interval in which a joint is at a limit."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ PLACES = 100
 """Samples in each interval."""
 
 NEAR = 1e-3
-"""A joint is at a limit if it is within this part of it."""
+"""Relative distance within which a joint is at a limit."""
 
 WORTH_SAYING = 0.02
-"""A limit that binds for a smaller part of an interval is reported only if no other does."""
+"""Minimum fraction of an interval for which an active limit is reported, if there are others."""
 
 TOUCHES = 0.02
-"""A limit that is only touched is come near to within this part of it."""
+"""Relative distance within which a limit counts as touched."""
 
 
 def binding_limits(
     problem: TimingProblem, time: FloatArray, curve: PiecewisePolynomial
 ) -> tuple[Binding, ...]:
-    """Find the limits that are met, interval by interval, those that bind longest first.
+    """Find the active limits of each interval, those that are active longest first.
 
     Args:
         problem: The waypoints and the limits.
-        time: Of the waypoints [s], shape (n,).
+        time: Times of the waypoints [s], shape (n,).
         curve: Joint positions.
     """
     places = (np.arange(PLACES) + 0.5) / PLACES

@@ -1,11 +1,11 @@
-"""Least durations in closed form, under limits of velocity, acceleration and the tool's speed.
+"""Minimum durations in closed form, under limits of velocity, acceleration and tool speed.
 
-A joint that moves by D with velocity v0 at the start and v1 at the end, |v| <= V and |a| <= A, is
-fastest if it first accelerates to a peak velocity and then decelerates, or the reverse, with a
-stretch at V between where the peak would be higher. With both velocities in the same direction it
-can't wait: durations a little longer than the least may be impossible, until it can stop.
+The minimum-time motion of a joint by D with velocities v0 and v1 at its ends, |v| <= V and
+|a| <= A, accelerates to a peak velocity and then decelerates, or the reverse, with a phase at V if
+the peak would be higher. With both velocities in the same direction, durations a little above the
+minimum may be infeasible, until the joint can stop.
 
-The tool's way from one waypoint to the next is no shorter than a straight line.
+The path of the tool between two waypoints is at least as long as a straight line.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from knotwork.waypoints import FloatArray
 
 
 def lower_bound(problem: TimingProblem) -> float:
-    """Duration below which no motion keeps the limits of velocity, acceleration and tool speed [s].
+    """Lower bound on the duration under limits of velocity, acceleration and tool speed [s].
 
-    It is the sum over the intervals of the least duration that suits every joint alone, or that the
-    tool takes for a straight line at its greatest speed, or what the problem prescribes, whichever
-    is most.
+    The sum over the intervals of the maximum of: the minimum duration feasible for every joint
+    independently, the duration of a straight line of the tool at its maximum speed, and the
+    problem's lower bound.
 
     >>> from knotwork.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0])
@@ -35,13 +35,13 @@ def lower_bound(problem: TimingProblem) -> float:
 
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
-    """Least durations of the intervals [s], shape (n-1,); those given are taken as they are."""
+    """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
     least = np.maximum(least_durations(problem), problem.at_least)
     return np.where(problem.free, least, problem.duration)
 
 
 def least_durations(problem: TimingProblem) -> FloatArray:
-    """Least durations of the intervals under the limits alone [s], shape (n-1,)."""
+    """Lower bounds on the durations from the limits alone [s], shape (n-1,)."""
     known = problem.velocity_known
     found: FloatArray = _of_joints(problem).max(axis=1)
     for i in np.flatnonzero(known[:-1] & known[1:]):
@@ -50,7 +50,7 @@ def least_durations(problem: TimingProblem) -> FloatArray:
 
 
 def slowest(problem: TimingProblem, i: int) -> str:
-    """What takes the least duration of an interval, in words; the joint's name is quoted."""
+    """Text of what determines the lower bound of an interval; the joint's name is quoted."""
     alone, least = _of_joints(problem)[i], least_durations(problem)[i]
     if alone.max() >= least:
         return f"joint {problem.joint_names[int(alone.argmax())]!r}"
@@ -60,7 +60,7 @@ def slowest(problem: TimingProblem, i: int) -> str:
 
 
 def _of_joints(problem: TimingProblem) -> FloatArray:
-    """Least durations of each joint alone [s], shape (n-1, d)."""
+    """Minimum durations of each joint independently [s], shape (n-1, d)."""
     v, known = problem.velocity, problem.velocity_known
     V, A = problem.limits.velocity, problem.limits.acceleration
     D = np.diff(problem.position, axis=0)
@@ -74,7 +74,7 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
 
 
 def _straight_lines(problem: TimingProblem) -> FloatArray:
-    """Least durations under the limit of the tool's speed alone [s], shape (n-1,)."""
+    """Minimum durations under the limit of tool speed alone [s], shape (n-1,)."""
     most = problem.limits.tool_speed
     if np.isinf(most):
         return np.zeros(len(problem.position) - 1)
@@ -83,7 +83,7 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
 
 
 def _together(problem: TimingProblem, i: int) -> float:
-    """Least duration of an interval that every joint can take."""
+    """Minimum duration of an interval that is feasible for every joint."""
     first, last, next_first = problem.possible_durations(i)
     duration = float(first.max())
     while True:
@@ -94,10 +94,10 @@ def _together(problem: TimingProblem, i: int) -> float:
 
 
 def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:
-    """Least duration with the velocity given at one end only, shape (d,)."""
+    """Minimum duration with the velocity given at one end only, shape (d,)."""
     D, v = np.abs(move), np.where(move < 0.0, -v, v)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        reach = (V * V - v * v) / (2.0 * A)  # how far it comes until it has reached V
+        reach = (V * V - v * v) / (2.0 * A)  # distance until V is reached
         root = np.sqrt(v * v + 2.0 * A * D)
         rising = np.where(v < 0.0, (root - v) / A, 2.0 * D / (v + root))  # without cancellation
         cruising = (V - v) / A + (D - reach) / V

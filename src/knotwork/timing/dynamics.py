@@ -1,4 +1,4 @@
-"""Inverse dynamics and the tool's speed as symbols, from the inertias of a Pinocchio model.
+"""Symbolic inverse dynamics and tool speed, from the inertias of a Pinocchio model.
 
 The recursive Newton-Euler algorithm (Featherstone, Rigid Body Dynamics Algorithms, 2008, section
 5.3) in link coordinates: velocities and accelerations outwards, forces inwards. Gravity is an
@@ -21,13 +21,13 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """What the joint efforts and the tool's speed of a robot depend on.
+    """Model of the joint efforts and the tool speed of a robot.
 
-    The payload and `robot.gravity` count as in `Robot.torque`.
+    Payload and `robot.gravity` are included as in `Robot.torque`.
 
     Attributes:
-        robot: The arm. Its joints are those of the problem, in the same order.
-        joints: Its joints, each after the one that carries it.
+        robot: The arm, with the joints of the problem in the same order.
+        joints: The joint tree, each joint after its parent.
 
     Raises:
         InputError: A joint has several degrees of freedom.
@@ -93,7 +93,7 @@ class Dynamics:
         return here.velocity + ca.cross(here.spin, ca.DM(np.array(frame.placement.translation)))
 
     def _outwards(self, q: Any, v: Any, a: Any) -> list[_Moving]:
-        """Motion of every link from the base to the tips, and the force and moment it takes."""
+        """Motion of every link from the base to the tips, and the required force and moment."""
         import casadi as ca
 
         model, joints, none = self.robot.model, self.joints, ca.SX(3, 1)
@@ -146,18 +146,18 @@ class _Moving(NamedTuple):
 
 
 def _sparse(values: FloatArray) -> Any:
-    """Constants, so that products with zeros stay out of the expressions."""
+    """Sparse constants, so that products with zeros are dropped from expressions."""
     import casadi as ca
 
     return ca.SX(ca.sparsify(np.array(values)))
 
 
 def _turned(turn: FloatArray, angle: Any) -> Any:
-    """Rotation about an axis (Rodrigues); the axis has length one, or zero for no rotation."""
+    """Rotation about a unit axis (Rodrigues), or the identity for a zero axis."""
     import casadi as ca
 
     x, y, z = turn
     cross = _sparse(np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]))
     square = _sparse(np.outer(turn, turn) - float(turn @ turn) * np.eye(3))
-    # sin and cos as they stand keep the products with zeros out of the expressions
+    # this form drops products with zeros from the expressions
     return ca.SX.eye(3) + ca.sin(angle) * cross + (1.0 - ca.cos(angle)) * square

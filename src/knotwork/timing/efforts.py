@@ -1,7 +1,7 @@
-"""Limits and costs of joint efforts, and limits of the tool's speed: as kernels, and on a curve.
+"""Limits and costs of joint efforts, and limits of tool speed: kernels, and values on a curve.
 
-The solver limits them at the breaks. Between these they are sampled afterwards, and where they
-are exceeded the limits at the adjoining breaks are tightened.
+The solver applies them at the breaks. Between these they are sampled afterwards, and where they are
+exceeded the limits at the adjoining breaks are tightened.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from knotwork.timing.dynamics import Dynamics
 
 PLACES = 16
-"""Samples in each piece, its end left out."""
+"""Samples in each piece, without its end."""
 
 
 EFFORT_PARTS = (0.5,)
-"""Where in each piece the solver limits efforts."""
+"""Positions in each piece at which the solver limits efforts."""
 
 TOOL_PARTS = (0.25, 0.5, 0.75)
-"""Where in each piece the solver limits the tool's speed: it may vary much faster than efforts."""
+"""Positions in each piece at which the solver limits tool speed, which may vary much faster."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +38,11 @@ class _Inside:
     """Symbols of a piece.
 
     Attributes:
-        tau: Its duration.
-        variables: Its scaled variables.
+        tau: Duration of the piece.
+        variables: Scaled variables of the piece.
         units: Units of a state.
-        states: Positions, velocities and accelerations at places in it, in SI units.
-        inner: Symbols of all these, and what they are of the variables.
+        states: Positions, velocities and accelerations within the piece, in SI units.
+        inner: Symbols of these states, and their expressions in the variables.
     """
 
     tau: Any
@@ -71,7 +71,7 @@ def _inside(d: int, parts: Sequence[float]) -> _Inside:
 
 
 def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
-    """State after a part of a piece, from its duration and the states at its ends."""
+    """State after a fraction of a piece, from its duration and the states at its ends."""
     q0, v0, a0, _, _, a1 = states
     t = part * tau
     return (
@@ -83,7 +83,7 @@ def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
 
 @lru_cache(maxsize=16)
 def effort_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
-    """Efforts at a break, or at `EFFORT_PARTS` of a piece, over their limits.
+    """Efforts at a break, or at `EFFORT_PARTS` of a piece, relative to their limits.
 
     Parameters: units of the state, inverse limits.
     """
@@ -100,7 +100,7 @@ def effort_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
 
 @lru_cache(maxsize=16)
 def tool_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
-    """Square of the tool's speed at a break, or at `TOOL_PARTS` of a piece, over that of its limit.
+    """Squared tool speed at a break, or at `TOOL_PARTS` of a piece, relative to its limit squared.
 
     Parameters: units of the state, inverse limit.
     """
@@ -118,7 +118,7 @@ def tool_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
 def _limit_kernel(
     dynamics: Dynamics, inverse: Any, use: Callable[..., Any], parts: tuple[float, ...]
 ) -> Kernel:
-    """The use of a limit at parts of a piece, or without any at a break."""
+    """Use of a limit at fractions of a piece, or without any at a break."""
     import casadi as ca
 
     d = dynamics.robot.dof
@@ -144,7 +144,7 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
-    """Positions, velocities and accelerations at places in each piece, shape (pieces, k, d)."""
+    """Positions, velocities and accelerations at samples of each piece, shape (pieces, k, d)."""
     span = np.diff(curve.x)[:, None]
     times = curve.x[:-1, None] + np.arange(PLACES) / PLACES * span
     last = np.full((len(times), 1), curve.x[-1])
@@ -153,23 +153,23 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
 
 
 def effort_shares(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Largest effort in each piece over its limit, shape (pieces, d)."""
+    """Largest effort in each piece relative to its limit, shape (pieces, d)."""
     q, v, a = _states(curve)
     effort = np.abs(problem.arm.effort(q, v, a))
     return np.asarray((effort / problem.limits.effort).max(axis=1))
 
 
 def tool_shares(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Largest speed of the tool in each piece over its limit, shape (pieces, 1)."""
+    """Largest tool speed in each piece relative to its limit, shape (pieces, 1)."""
     q, v, _ = _states(curve)
     speed = problem.arm.tool_speed(q, v)
     return np.asarray(speed.max(axis=1, keepdims=True) / problem.limits.tool_speed)
 
 
 def proved_efforts(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """Efforts that are not proved to be below their limits, over these, shape (pieces, d).
+    """Efforts not proved to be below their limits, relative to these, shape (pieces, d).
 
-    Only the worst of each joint, in the piece where it is.
+    Only the worst of each joint, in its piece.
     """
     from knotwork.verification.bounds import torque_bound
 
@@ -183,7 +183,7 @@ def proved_efforts(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatA
 
 
 def proved_tool(problem: TimingProblem, curve: PiecewisePolynomial) -> FloatArray:
-    """The tool's speed over its limit, if it is not proved to be below, shape (pieces, 1)."""
+    """Tool speed relative to its limit, if not proved to be below, shape (pieces, 1)."""
     from knotwork.verification.bounds import tool_speed_bound
 
     limit = problem.limits.tool_speed

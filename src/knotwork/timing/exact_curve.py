@@ -1,7 +1,7 @@
-"""The exact curve from the solver's durations and accelerations, by linear algebra.
+"""Exact curve from the solver's durations and accelerations, by linear algebra.
 
-The solver meets positions and velocities only up to its tolerance: the accelerations inside each
-interval are corrected by the least change that meets them to rounding.
+The solver meets positions and velocities only within its tolerance: the accelerations inside each
+interval are corrected by the minimum-norm change that meets them to rounding.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """What a curve is made from.
+    """Data of a curve.
 
     Attributes:
-        time: Of the waypoints [s], shape (n,).
-        share: Part of each interval that each piece takes, shape (n-1, pieces), rows sum to one.
-        position: At the waypoints, shape (n, d).
-        velocity: At the waypoints, shape (n, d).
-        acceleration: At the ends of the pieces, shape (n-1, pieces + 1, d); at a waypoint the same
-            in both adjoining intervals.
+        time: Times of the waypoints [s], shape (n,).
+        share: Duration of each piece relative to its interval, shape (n-1, pieces), row sums 1.
+        position: Positions at the waypoints, shape (n, d).
+        velocity: Velocities at the waypoints, shape (n, d).
+        acceleration: Accelerations at the ends of the pieces, shape (n-1, pieces + 1, d), equal at
+            a waypoint in both adjoining intervals.
     """
 
     time: FloatArray
@@ -42,10 +42,10 @@ class Knots:
 
 @dataclass(frozen=True, eq=False)
 class ExactCurve:
-    """A curve that meets positions and velocities to rounding, and its knots.
+    """A curve that meets positions and velocities to rounding, with its knots.
 
     Attributes:
-        knots: What the curve is made from.
+        knots: Data of the curve.
         curve: The curve.
     """
 
@@ -56,7 +56,7 @@ class ExactCurve:
 def rebuilt(knots: Knots) -> PiecewisePolynomial:
     """Make the C2 cubic curve that meets all positions and velocities to rounding.
 
-    Accelerations at the waypoints are kept; those between change as little as is needed.
+    Accelerations at the waypoints are kept; those between get the minimum-norm change.
     """
     breaks, span = _breaks(knots)
     ends = knots.position, knots.velocity
@@ -65,7 +65,7 @@ def rebuilt(knots: Knots) -> PiecewisePolynomial:
 
 
 def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
-    """Parts of a motion one after another, the first one from time 0 on."""
+    """Shift parts of a motion to follow one another, from time 0 on."""
     durations = np.concatenate([np.diff(one.time) for one in parts])
     time = np.concatenate(([0.0], np.cumsum(durations)))
     ends = np.cumsum([0, *(len(one.share) for one in parts)])
@@ -76,20 +76,20 @@ def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
 
 
 def corrected(knots: Knots) -> Knots:
-    """The accelerations that the curve has, so that it meets all positions and velocities."""
+    """The knots with the accelerations that meet all positions and velocities."""
     span = _breaks(knots)[1]
     found = corrected_accelerations(span, knots.acceleration, knots.position, knots.velocity)
     return replace(knots, acceleration=found)
 
 
 def divided(knots: Knots, pieces: int) -> Knots:
-    """The same motion with n pieces an interval, or more: the longest are halved."""
+    """Divide the longest pieces of each interval, up to n pieces or more."""
     share, a = knots.share, knots.acceleration
     rows = np.arange(len(share))
     for count in range(share.shape[1], pieces):
         longest = share.argmax(axis=1)
         places = np.arange(count + 2)
-        before = places - (places > longest[:, None])  # the longest piece's twice
+        before = places - (places > longest[:, None])  # the longest piece twice
         share = np.take_along_axis(share, before[:, :-1], axis=1)
         share[rows, longest] *= 0.5
         share[rows, longest + 1] *= 0.5
@@ -100,11 +100,11 @@ def divided(knots: Knots, pieces: int) -> Knots:
 
 
 def joined(parts: Sequence[Knots]) -> Knots:
-    """Put parts one after another; where they meet they agree."""
+    """Concatenate parts that agree where they meet."""
     if len(parts) == 1:
         return parts[0]
     pieces = max(one.share.shape[1] for one in parts)
-    # corrected once divided, a curve would be another one
+    # correction after division would give another curve
     parts = [divided(corrected(one), pieces) for one in parts]
     durations = np.concatenate([np.diff(one.time) for one in parts])
 
@@ -122,7 +122,7 @@ def joined(parts: Sequence[Knots]) -> Knots:
 
 
 def rebuilt_row(parts: Sequence[Knots]) -> PiecewisePolynomial:
-    """Make one curve of parts that follow one another."""
+    """Make one curve of consecutive parts."""
     curves = [rebuilt(one) for one in parts]
     return PiecewisePolynomial(
         np.concatenate([one.c for one in curves], axis=1),
@@ -131,7 +131,7 @@ def rebuilt_row(parts: Sequence[Knots]) -> PiecewisePolynomial:
 
 
 def _breaks(knots: Knots) -> tuple[FloatArray, FloatArray]:
-    """Times of all breaks, and what lies between them, exactly as floats have it."""
+    """Times of all breaks, and their exact floating-point differences."""
     time, share = knots.time, knots.share
     inner = np.cumsum(share[:, :-1], axis=1) * np.diff(time)[:, None]
     breaks = np.append(np.hstack((time[:-1, None], time[:-1, None] + inner)).ravel(), time[-1])

@@ -1,4 +1,4 @@
-"""Given positions, velocities and accelerations that the limits rule out."""
+"""Given positions, velocities and accelerations that violate limits."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from knotwork.timing.problem import TimingProblem
 from knotwork.timing.rounding import rounded_down
 
 ROUNDING = 1e-12
-"""A given value may be beyond a limit by this part of it."""
+"""Relative rounding tolerance of given values."""
 
 
 def value_faults(problem: TimingProblem) -> dict[tuple[str, int], TimingError]:
-    """Velocities and accelerations that a limit rules out: at each waypoint the worst of each."""
+    """Velocities and accelerations that violate a limit: the worst of each at each waypoint."""
     found: dict[tuple[str, int], TimingError] = {}
     for place, one in (*_beyond(problem), *_unstoppable(problem)):
         if place not in found or feasible_part(one) < feasible_part(found[place]):
@@ -27,14 +27,14 @@ def value_faults(problem: TimingProblem) -> dict[tuple[str, int], TimingError]:
 
 
 def feasible_part(error: TimingError) -> float:
-    """Greatest feasible part of the value given."""
+    """Maximum feasible fraction of the given value."""
     return (error.bound or 0.0) / (error.value or 1.0)
 
 
 def _fault(
     problem: TimingProblem, i: int, k: int, limit: str, value: float, bound: float, text: str
 ) -> TimingError:
-    """The error for a value of joint k at waypoint i; the text follows the joint's name."""
+    """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
     return TimingError(
         f"{called(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
         waypoint=int(i),
@@ -55,7 +55,7 @@ def _advice(given: str, part: float) -> str:
 
 
 def _beyond(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
-    """Velocities and accelerations beyond their limits."""
+    """Velocities and accelerations above their limits."""
     limits, text = problem.limits, problem.units.text
     for name, order, article, known in (
         ("velocity", 1, "a", problem.velocity_known),
@@ -88,11 +88,11 @@ def outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
 
 
 def _unstoppable(problem: TimingProblem) -> Iterator[tuple[tuple[str, int], TimingError]]:
-    """Joints that move towards a limit of their position and can't stop before it."""
+    """Joints that can't stop before a position limit."""
     limits, q, text = problem.limits, problem.position, problem.units.text
     for sign, verb in ((1.0, "stop before"), (-1.0, "have come from inside")):
         v = sign * np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
-        v[-1 if sign > 0.0 else 0] = 0.0  # nothing comes after the last or before the first
+        v[-1 if sign > 0.0 else 0] = 0.0  # no motion after the last or before the first
         room = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
         with np.errstate(invalid="ignore"):
             most = np.sqrt(2.0 * limits.acceleration * room)

@@ -1,4 +1,4 @@
-"""Limits of efforts and of the tool's speed in a program: their blocks, parameters and bounds.
+"""Limits of efforts and tool speed in a program: blocks, parameters and bounds.
 
 Each has one block for the breaks and one for the pieces, in the order of `PARTS`.
 """
@@ -17,13 +17,13 @@ from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
 PARTS = {"effort": EFFORT_PARTS, "tool_speed": TOOL_PARTS}
-"""Where in each piece the limits are held."""
+"""Positions in each piece at which limits are constraints."""
 
 KERNELS = {"effort": effort_kernel, "tool_speed": tool_kernel}
 
 
 def held_blocks(form: Form, places: Mapping[str, BoolArray]) -> list[Block]:
-    """Blocks at the places where limits are held, at all where none are named."""
+    """Blocks at the places where limits are constraints, by default everywhere."""
     at, found = layout(form), []
     for name in form.held:
         for k, columns in enumerate((at.state, at.piece)):
@@ -38,7 +38,7 @@ def held_parameters(
     """Parameters of each block: units of the state, and inverse limits.
 
     Args:
-        tightening: Part of each limit that is allowed.
+        tightening: Allowed fraction of each limit.
         limits: The limits.
         scale: Units of the program.
     """
@@ -51,7 +51,7 @@ def held_parameters(
 
 
 def held_bounds(tightening: Tightening) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Least and greatest values of the constraints of each block."""
+    """Lower and upper bounds of the constraints of each block."""
     for name, parts in PARTS.items():
         if name in tightening.held:
             for times, (allowed, places) in zip(
@@ -63,7 +63,7 @@ def held_bounds(tightening: Tightening) -> Iterator[tuple[FloatArray, FloatArray
 
 
 def _by_block(tightening: Tightening, name: str) -> list[tuple[FloatArray, BoolArray]]:
-    """What is allowed at the breaks and in the pieces, and at which of them it is held."""
+    """Allowed values at the breaks and in the pieces, and whether each one is a constraint."""
     allowed = tightening.held[name]
     places = tightening.places.get(name, np.ones(len(allowed), dtype=bool))
     return [(allowed[k::2], places[k::2]) for k in (0, 1)]

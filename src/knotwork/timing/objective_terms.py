@@ -1,4 +1,4 @@
-"""The terms of the objective, of a finished curve."""
+"""Terms of the objective of a finished curve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from knotwork.timing.problem import TimingProblem
 
 
 def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
-    """Value of each term by name, before it is weighted; of the others those with a weight.
+    """Unweighted values by name of the time, and of the other terms with a weight.
 
     The integrals run over the motion and are summed over the joints.
     """

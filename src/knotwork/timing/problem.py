@@ -1,4 +1,4 @@
-"""`TimingProblem`: waypoints and limits of a motion whose durations are to be found."""
+"""`TimingProblem`: waypoints and limits of a motion with unknown durations."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ _NOT_GIVEN: Any = None
 
 @dataclass(frozen=True, eq=False)
 class TimingLimits(ReadOnlyArrays):
-    """What no joint may exceed at any time; infinite where there is no limit.
+    """Limits of a motion; infinite where there is none.
 
     Attributes:
-        velocity: [rad/s or m/s], shape (d,), positive.
-        acceleration: [rad/s² or m/s²], shape (d,), positive; by default infinite.
-        jerk: [rad/s³ or m/s³], shape (d,), positive; by default infinite.
-        effort: [N m or N], shape (d,), positive; by default infinite. It needs dynamics.
-        lower: Least position [rad or m], shape (d,); by default -infinite.
-        upper: Greatest position [rad or m], shape (d,); by default infinite.
-        tool_speed: Greatest speed of the tool centre point [m/s]; by default infinite. It needs
-            dynamics.
-        margin: What is left of the limits of magnitudes as they were given; these here have it
-            already. Errors say it, and propose limits before it.
+        velocity: Velocity limits [rad/s or m/s], shape (d,), positive.
+        acceleration: Acceleration limits [rad/s² or m/s²], shape (d,), positive; by default
+            infinite.
+        jerk: Jerk limits [rad/s³ or m/s³], shape (d,), positive; by default infinite.
+        effort: Effort limits [N m or N], shape (d,), positive; by default infinite. Needs dynamics.
+        lower: Lower position limits [rad or m], shape (d,); by default -infinite.
+        upper: Upper position limits [rad or m], shape (d,); by default infinite.
+        tool_speed: Speed limit of the tool centre point [m/s]; by default infinite. Needs dynamics.
+        margin: Factor on the original limits of magnitudes, already applied here. Errors name it,
+            and propose limits before it.
 
     Raises:
         WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
@@ -74,7 +74,7 @@ class TimingLimits(ReadOnlyArrays):
             raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
 
     def text(self, limit: float, unit: str, units: Units) -> str:
-        """A limit of a magnitude in words, with what it is before the margin.
+        """Text of a limit of a magnitude, with its value before the margin.
 
         >>> TimingLimits([1.8], margin=0.9).text(1.8, "rad/s", SI)
         '1.8 rad/s, 0.9 of 2 rad/s (margin)'
@@ -89,7 +89,7 @@ class TimingLimits(ReadOnlyArrays):
 
 @dataclass(frozen=True)
 class Objective:
-    """What the durations and the curve minimise: a weighted sum.
+    """Objective of durations and curve: a weighted sum.
 
     The integrals run over the whole motion and are sums over the joints.
 
@@ -97,7 +97,7 @@ class Objective:
         time: Weight of the total duration.
         jerk: Weight of the integral of jerk squared [1/(rad²/s⁵)].
         acceleration: Weight of the integral of acceleration squared [1/(rad²/s³)].
-        effort: Weight of the integral of effort squared [1/(N² m² s)]. It needs dynamics.
+        effort: Weight of the integral of effort squared [1/(N² m² s)]. Needs dynamics.
 
     Raises:
         InputError: A weight is negative or not finite, or all are zero.
@@ -123,39 +123,38 @@ class Objective:
 
     @property
     def only_time(self) -> bool:
-        """Whether nothing but the duration counts."""
+        """Whether the duration is the only term."""
         return not any(getattr(self, one.name) for one in fields(self) if one.name != "time")
 
 
 @dataclass(frozen=True, eq=False)
 class TimingProblem(ReadOnlyArrays):
-    """Waypoints, of which durations and perhaps velocities are to be chosen, and the limits.
+    """Waypoints with unknown durations and possibly velocities, and the limits.
 
-    Between two waypoints the joints move by five cubic pieces; the whole is C2.
+    The motion has five cubic pieces between two waypoints, and is C2.
 
     Attributes:
         joint_names: Names of the joints, length d.
         position: Joint positions at the waypoints [rad or m], shape (n, d), n >= 2.
-        velocity: Joint velocities there [rad/s or m/s], shape (n, d); a row of NaN where they are
-            free.
-        limits: What no joint may exceed.
+        velocity: Joint velocities [rad/s or m/s], shape (n, d); a row of NaN where they are
+            unknown.
+        limits: The limits.
         names: Names of the waypoints, length n; by default their indices.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        along: Where true, the row of `velocity` is a direction, and its factor, >= 0, is chosen;
-            shape (n,); by default nowhere.
+        along: Whether each row of `velocity` is a direction with an unknown factor >= 0, shape
+            (n,); by default false.
         most: Upper bound of that factor, shape (n,); by default infinite.
         acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
-            NaN where they are chosen, as by default.
-        duration: From each waypoint to the next [s], shape (n-1,); NaN where it is chosen, as by
-            default.
-        at_least: Lower bound of a duration that is chosen [s], shape (n-1,); by default 0.
-        total: What the durations must add up to [s], or `None`.
-        objective: What is minimised; by default the time.
-        dynamics: Inertias of the robot, for limits of effort and of the tool's speed.
-        units: Units that errors show values in; by default SI.
+            NaN where they are unknown, the default.
+        duration: Durations between waypoints [s], shape (n-1,); NaN where unknown, the default.
+        at_least: Lower bound of an unknown duration [s], shape (n-1,); by default 0.
+        total: Sum of the durations [s], or `None`.
+        objective: The objective; by default the time.
+        dynamics: Dynamics of the robot, for limits of effort and of tool speed.
+        units: Units of errors; by default SI.
 
     Raises:
-        WaypointDataError: Shapes do not match, or a value is not possible.
+        WaypointDataError: Shapes do not match, or a value is impossible.
 
     >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], TimingLimits([1.0], [2.0]))
     >>> problem.free, problem.names
@@ -253,13 +252,13 @@ class TimingProblem(ReadOnlyArrays):
 
     @property
     def arm(self) -> Dynamics:
-        """The dynamics, where they are known to be given."""
+        """The dynamics, which must be given."""
         if self.dynamics is None:
             raise InputError("the problem has no dynamics")
         return self.dynamics
 
     def possible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Durations that each joint can take for an interval; see `feasible_durations`."""
+        """Feasible durations of each joint for an interval; see `feasible_durations`."""
         return feasible_durations(
             self.position[i + 1] - self.position[i],
             self.velocity[i],
@@ -270,22 +269,22 @@ class TimingProblem(ReadOnlyArrays):
 
     @property
     def free(self) -> BoolArray:
-        """Which durations are chosen, shape (n-1,)."""
+        """Whether each duration is unknown, shape (n-1,)."""
         return np.isnan(self.duration)
 
     @property
     def velocity_known(self) -> BoolArray:
-        """At which waypoints the velocity is given, shape (n,)."""
+        """Whether the velocity at each waypoint is given, shape (n,)."""
         return ~self.along & ~np.isnan(self.velocity).any(axis=1)
 
     @property
     def acceleration_known(self) -> BoolArray:
-        """At which waypoints the acceleration is given, shape (n,)."""
+        """Whether the acceleration at each waypoint is given, shape (n,)."""
         return np.asarray(~np.isnan(self.acceleration).any(axis=1))
 
 
 def with_margin(text: Callable[[float], str], limit: float, margin: float) -> str:
-    """A limit in words, with what it is before the margin that it has already.
+    """Text of a limit with its value before the margin.
 
     >>> with_margin("{:g} m/s".format, 1.8, 0.9)
     '1.8 m/s, 0.9 of 2 m/s (margin)'
@@ -296,7 +295,7 @@ def with_margin(text: Callable[[float], str], limit: float, margin: float) -> st
 
 
 def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: float) -> Any:
-    """Copy numbers, infinite and unknown ones too, into a read-only array."""
+    """Copy numbers, including infinity and NaN, into a read-only array."""
     try:
         array = np.array(np.full(shape, default) if values is None else values, dtype=float)
     except (TypeError, ValueError) as error:
@@ -316,7 +315,7 @@ def _flags(values: Sequence[bool] | BoolArray | None, n: int) -> BoolArray:
 
 
 def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:
-    """The same problem from one waypoint to another."""
+    """The problem from one waypoint to another."""
     points, between = slice(first, last + 1), slice(first, last)
     return replace(
         problem,

@@ -1,11 +1,11 @@
-"""Numbers in messages, rounded to the side on which what is said of them stays true."""
+"""Directed rounding of numbers in messages, so that the statements about them stay true."""
 
 from __future__ import annotations
 
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 
 SPARE = 1e-4
-"""A duration that is named is longer than one that suffices by this part of it."""
+"""Relative margin of a reported duration over a sufficient one."""
 
 
 def rounded_up(value: float, digits: int = 6) -> float:
@@ -27,7 +27,7 @@ def rounded_down(value: float, digits: int = 6) -> float:
 
 
 def with_room(value: float) -> float:
-    """A duration a little above one that was found, in few digits: it is possible, too.
+    """A duration slightly above a feasible one, in few digits.
 
     >>> with_room(1.3833333)
     1.384

@@ -1,14 +1,14 @@
-"""The motion as a program: some cubic pieces an interval, their equations, limits and costs.
+"""The motion as a nonlinear program: cubic pieces, their equations, limits and costs.
 
 With the states (q, v, a) at the breaks and the duration τ of each piece, shared by all joints,
 
     v' = v + τ (a + a')/2        q' = q + τ v + τ² (2 a + a')/6        |a' - a| <= J τ
 
-and |a| <= A, |v| <= V at the breaks. A velocity is quadratic in each piece, so it is below V if its
-Bézier points are: those of each half of a piece, which lie near to the curve. Likewise positions.
+and |a| <= A, |v| <= V at the breaks. A velocity is quadratic in each piece, so it is below V if the
+Bézier points of both halves of the piece, which are close to the curve, are. Likewise positions.
 
-The program works in the time unit and the position units of a `Scale`, so that all its numbers are
-near one whatever the units and the limits are.
+The program uses the time unit and the position units of a `Scale`, so that all its numbers are of
+order one, independent of units and limits.
 """
 
 from __future__ import annotations
@@ -28,35 +28,35 @@ if TYPE_CHECKING:
     from knotwork.timing.dynamics import Dynamics
 
 PIECES = 5
-"""Cubic pieces an interval. More gain less than 1 % of the duration."""
+"""Cubic pieces per interval. More pieces gain less than 1 % of the duration."""
 
 ALONE = 12
-"""Cubic pieces of an interval on its own. A joint between two stops has seven phases, and joints
-that share the pieces need more: with twelve, six joints are as fast as the slowest of them."""
+"""Cubic pieces of a single interval. A joint between two stops has seven phases, and joints that
+share the pieces need more: with twelve, six joints are as fast as the slowest of them."""
 
 
 def pieces_each(intervals: int) -> int:
-    """Cubic pieces that each interval has in a section of n intervals."""
+    """Cubic pieces of each interval in a section of n intervals."""
     return ALONE if intervals == 1 else PIECES
 
 
 @dataclass(frozen=True)
 class Form:
-    """Which equations the program of a motion has; motions of one form share a program.
+    """Structure of the program of a motion; motions of equal structure share a program.
 
     Attributes:
         intervals: Number of intervals.
         each: Number of pieces of each interval.
         joints: Number of joints.
-        along: Waypoints whose velocity has a direction and a factor that is chosen.
-        timed: Intervals whose duration is given or has a lower bound.
-        total: Whether the durations must add up to a number.
+        along: Waypoints with a velocity of known direction and unknown factor.
+        timed: Intervals with a given duration or a lower bound.
+        total: Whether the sum of the durations is given.
         jerk: Whether jerk is limited.
         position: Whether positions between the breaks are limited.
-        smooth: Whether jerk counts in the objective.
-        dynamics: Inertias, if efforts or the tool's speed matter.
-        held: Which of efforts and the tool's speed are limited.
-        work: Whether efforts count in the objective.
+        smooth: Whether the objective has jerk.
+        dynamics: Dynamics, if efforts or tool speed are needed.
+        held: Names of the limited ones of effort and tool speed.
+        work: Whether the objective has efforts.
     """
 
     intervals: int
@@ -81,7 +81,7 @@ class Form:
 def form_of(
     problem: TimingProblem, each: int, held: tuple[str, ...] = (), *, position: bool = False
 ) -> Form:
-    """Find which equations a problem has."""
+    """Find the structure of a problem."""
     timed = ~problem.free | (problem.at_least > 0.0)
     return Form(
         len(problem.position) - 1,
@@ -101,7 +101,7 @@ def form_of(
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Where the variables of a motion stand: for each break its state, then the piece after it.
+    """Indices of the variables of a motion: for each break its state, then the next piece.
 
     Attributes:
         tau: Durations of the pieces, shape (pieces,).
@@ -119,18 +119,18 @@ class Layout:
 
     @property
     def state(self) -> IndexArray:
-        """A column for each break: its state."""
+        """Indices of the state of each break, one per column."""
         return np.concatenate((self.q, self.v, self.a), axis=1).T
 
     @property
     def piece(self) -> IndexArray:
-        """A column for each piece: its duration, and the states at its ends."""
+        """Indices of the duration and the end states of each piece, one per column."""
         return np.vstack((self.tau, self.state[:, :-1], self.state[:, 1:]))
 
 
 @lru_cache(maxsize=64)
 def layout(form: Form) -> Layout:
-    """Place the variables of pieces, and then factors of velocities."""
+    """Assign indices to the variables of pieces, then to factors of velocities."""
     joints, factors = form.joints, len(form.along)
     start = (3 * joints + 1) * np.arange(form.pieces + 1)
     q, v, a = ((start + k * joints)[:, None] + np.arange(joints) for k in range(3))
@@ -142,9 +142,8 @@ def layout(form: Form) -> Layout:
 def blocks(form: Form) -> tuple[Block, ...]:
     """Equations and costs of a motion, as repeated kernels.
 
-    They are, in this order: one for each piece; one for each interval in `timed`; one for each
-    waypoint in `along`; the total, if it is given; one for each piece if efforts count in the
-    objective.
+    In this order: one for each piece; one for each interval in `timed`; one for each waypoint in
+    `along`; the total, if given; one for each piece if the objective has efforts.
     """
     at, d = layout(form), form.joints
     parts = at.tau.reshape(form.intervals, form.each)
@@ -220,11 +219,11 @@ def _direction_kernel(d: int) -> Kernel:
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """Units in which a program works.
+    """Units of a program.
 
     Attributes:
-        time: [s].
-        position: By joint [rad or m], shape (d,).
+        time: Unit of time [s].
+        position: Unit of each joint's position [rad or m], shape (d,).
     """
 
     time: float

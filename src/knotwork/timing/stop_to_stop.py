@@ -1,4 +1,4 @@
-"""Motions that come to rest in each interval: they take longer than is needed, but no solver."""
+"""Motions that come to rest in each interval, in closed form: not time-optimal, no solver."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class _Phases:
 
     Attributes:
         span: Durations of its phases [s], shape (k,).
-        acceleration: At their ends, shape (k + 1, d).
-        move: How far the joints go, shape (d,).
+        acceleration: Accelerations at their ends, shape (k + 1, d).
+        move: Displacement of the joints, shape (d,).
     """
 
     span: FloatArray
@@ -28,27 +28,26 @@ class _Phases:
 
 
 LEAST_PHASE = 1e-3
-"""No phase of a first motion is shorter than this part of all."""
+"""Minimum duration of a phase of a first motion, relative to the whole."""
 
 
 SLOWER = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
-"""Efforts and the tool's speed may need a motion that is slower by such a factor."""
+"""Factors by which a motion is slowed down for efforts and tool speed, tried in turn."""
 
 
 def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -> Knots | None:
-    """A motion that stops at every waypoint where it may; else soon after it, and before the next.
+    """A motion that stops at every waypoint if possible, or else just after it and before the next.
 
-    Between rests the joints move in proportion.
+    Between rests all joints move in proportion.
 
     Args:
-        problem: The task; its limits are left to be checked.
-        slower: By this factor it takes longer between rests than the least durations where they
-            are free.
-        braking: By this factor it takes longer to come to rest, and from rest.
+        problem: The problem; the caller checks the limits.
+        slower: Factor on the minimum durations between rests, if they are unknown.
+        braking: Factor on the durations to rest and from rest.
 
     Returns:
-        The motion, or `None` where a duration is given that is too short for it, the jerk is not
-        limited, or nothing moves.
+        The motion, or `None` if a given duration is too short, jerk is not limited, or nothing
+        moves.
     """
     if np.isinf(problem.limits.jerk).any():
         return None
@@ -76,7 +75,7 @@ def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -
 
 
 def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
-    """The problem of the least time, with durations no shorter than parts of those given."""
+    """The minimum-time problem, with fractions of given durations as lower bounds."""
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
@@ -87,7 +86,7 @@ def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
 
 
 def _with_rest(problem: TimingProblem, slower: float, braking: float) -> Knots | None:
-    """The motion over one interval, whose ends are known."""
+    """The motion over one interval with known ends."""
     q, v, a = problem.position, problem.velocity, problem.acceleration
     before = _to_rest(v[0], a[0], problem.limits, braking)
     after = _to_rest(-v[1], a[1], problem.limits, braking)  # backwards in time
@@ -108,14 +107,14 @@ def _with_rest(problem: TimingProblem, slower: float, braking: float) -> Knots |
 
 
 def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phases | None:
-    """The motion from rest to rest, where the phases before and after it take `ends` [s]."""
+    """The motion from rest to rest, between phases with a total duration of `ends` [s]."""
     given, at_least = (float(one[0]) - ends for one in (problem.duration, problem.at_least))
     move = np.diff(problem.position, axis=0)[0]
     moving = _fastest_between_rests(problem, move) if move.any() else None
     least = 0.0 if moving is None else float(moving.time[-1])
     span = max(slower * least, at_least) if np.isnan(given) else given
     if moving is not None and span > 0.0:
-        # the phases before and after it must not change with its rounding
+        # the phases before and after must not change with the rounding of this one
         slowed = corrected(moving).acceleration[0] * (least / span) ** 2
         return _Phases(span * moving.share[0], slowed, move)
     if moving is not None or span < 0.0 or not span + ends:
@@ -125,20 +124,20 @@ def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phase
 
 
 def braking_move(v: FloatArray, a: FloatArray, limits: TimingLimits) -> FloatArray:
-    """How far the joints go until `resting_knots` has them at rest [rad or m], shape (d,).
+    """Displacement of the joints until they are at rest in `resting_knots` [rad or m], shape (d,).
 
     Args:
-        v: Velocities that they begin with, shape (d,).
-        a: Accelerations, shape (d,).
-        limits: Of the joints.
+        v: Initial velocities, shape (d,).
+        a: Initial accelerations, shape (d,).
+        limits: Limits of the joints.
     """
     return _to_rest(v, a, limits, 1.0).move
 
 
 def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
-    """The fastest motion in proportion: ramps up to one velocity and down from it.
+    """The minimum-time proportional motion: ramps up to one velocity and down from it.
 
-    In each ramp the acceleration rises, stays at its limit if it comes to it, and falls.
+    In each ramp the acceleration rises, stays at its limit if it reaches it, and falls.
     """
     moves = move != 0.0
     limits = problem.limits
@@ -146,7 +145,7 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
         float((limit[moves] / np.abs(move[moves])).min())
         for limit in (limits.velocity, limits.acceleration, limits.jerk)
     )
-    # at this velocity the ramps alone make the whole move
+    # at this velocity the ramps alone cover the whole move
     peak = float(np.cbrt(0.25 * J))
     if peak > A * A / J:
         peak = 0.5 * (np.sqrt((A * A / J) ** 2 + 4.0 * A) - A * A / J)
@@ -168,13 +167,13 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
 
 
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
-    """The acceleration brought to none, then all joints to rest in one time.
+    """Motion to zero acceleration, then of all joints to rest in a common time.
 
     Args:
-        v: Velocities that they begin with, shape (d,).
-        a: Accelerations, shape (d,).
-        limits: Of the joints.
-        slower: Factor of the minimum time for the velocities.
+        v: Initial velocities, shape (d,).
+        a: Initial accelerations, shape (d,).
+        limits: Limits of the joints.
+        slower: Factor on the minimum time of the second phase.
     """
     still = np.zeros_like(v)
     first = float(np.max(np.abs(a) / limits.jerk))
@@ -197,7 +196,7 @@ def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) 
 
 
 def _braking(v: FloatArray, limits: TimingLimits) -> float:
-    """The least time in which all joints come to rest, their acceleration first up, then down."""
+    """Minimum time in which all joints come to rest, with rising and then falling acceleration."""
     speed = np.abs(v)
     with_acceleration, with_jerk = speed / limits.acceleration, np.sqrt(speed / limits.jerk)
     return 2.0 * float(np.maximum(with_acceleration, with_jerk).max())

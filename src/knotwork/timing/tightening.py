@@ -1,4 +1,4 @@
-"""How the limits are tightened for the solver until the exact curve keeps them."""
+"""Tightening of the solver's limits until the exact curve keeps the limits."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray, IndexArray
 
 BETWEEN = 1e-4
-"""Part of the limits of effort and tool speed kept as a margin between the samples."""
+"""Relative margin of effort and tool speed for values between the samples."""
 
 KNOWN = 2.0
-"""Part of a limit that the solver is allowed where a value is given, which nothing can change."""
+"""Factor on a limit for the solver where a value is given and can't change."""
 
 MARGIN = 1e-6
-"""Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
+"""Relative margin to each limit, larger than the solver's tolerance."""
 
 SLACK = 1e-10
-"""A limit counts as kept if it is exceeded by no more than this part of it: rounding."""
+"""Relative rounding tolerance of limits."""
 
 CHECKS = {
     "effort": (effort_shares, proved_efforts),
     "tool_speed": (tool_shares, proved_tool),
 }
-"""Limits that depend on the robot: parts of them that samples of a curve take, and proved ones."""
+"""Limits that depend on the robot: functions of their use at samples of a curve, and proved."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tightening:
-    """Margins of the limits, and which limits the solver has between the breaks.
+    """Margins of the limits, and the limits between the breaks that the solver has.
 
     Attributes:
-        margin: Part of each limit that is left.
+        margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        held: Part of the limits of `CHECKS` that is allowed at each break and inside each piece, by
-            turns, shape (2 pieces + 1, d or 1); only those that are limited for the solver.
-        places: At which of these places they are limited, by name, shape (2 pieces + 1,); where
-            there is none, at all.
+        held: Allowed fraction of the limits of `CHECKS`, alternately at each break and inside each
+            piece, shape (2 pieces + 1, d or 1), for the limits that the solver has.
+        places: Whether they are constraints at each of these places, by name, shape
+            (2 pieces + 1,); by default at all.
     """
 
     margin: float = MARGIN
@@ -51,12 +51,12 @@ class Tightening:
     places: Mapping[str, BoolArray] = field(default_factory=dict)
 
     def same_equations(self, other: Tightening) -> bool:
-        """Whether the solver has the same equations with another one."""
+        """Whether the solver has the same equations with another tightening."""
         return self.position == other.position and self.held.keys() == other.held.keys()
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
-    """Limits of a first solution: efforts only if nothing else limits a joint."""
+    """Tightening of a first solution: with efforts only if nothing else limits a joint."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
@@ -67,13 +67,13 @@ def first_tightening(problem: TimingProblem) -> Tightening:
 
 
 def _given(problem: TimingProblem, name: str) -> BoolArray:
-    """At which waypoints nothing can change what is limited, shape (n,)."""
+    """Whether the limited value at each waypoint is given, shape (n,)."""
     known = problem.velocity_known
     return known & problem.acceleration_known if name == "effort" else known
 
 
 def _all_allowed(problem: TimingProblem, name: str, pieces: int) -> FloatArray:
-    """First parts of a limit: nearly all, and more where a value is known."""
+    """First fractions of a limit: nearly 1, and more where a value is given."""
     width = np.size(getattr(problem.limits, name))
     allowed = np.full((2 * pieces + 1, width), 1.0 - BETWEEN)
     allowed[_rows(problem, pieces)[_given(problem, name)]] = KNOWN
@@ -90,13 +90,13 @@ def tightened(
 
     Args:
         problem: The problem.
-        tightening: What the solver was held to.
-        curve: What it found.
-        near: Limits of `CHECKS` are held only in pieces that have once taken more than this part of
-            them, or everywhere.
+        tightening: Tightening of the solution.
+        curve: The exact curve of the solution.
+        near: Fraction of limits of `CHECKS` above which they become constraints in a piece; by
+            default they are constraints everywhere.
 
     Returns:
-        What to hold the solver to next, or `None` if every limit is kept.
+        The next tightening, or `None` if every limit is kept.
     """
     beyond = outside(problem, curve)
     if beyond and not tightening.position:
@@ -121,10 +121,10 @@ def tightened(
 
 
 def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, FloatArray] | None:
-    """The first limit of `CHECKS` that a curve is not proved to keep; `None` if it keeps them.
+    """The first limit of `CHECKS` that a curve is not proved to keep, or `None`.
 
     Returns:
-        Its name, and the part of it that each piece takes.
+        Name of the limit, and its use in each piece.
     """
     for name, (sampled, proved) in CHECKS.items():
         if not np.isfinite(getattr(problem.limits, name)).any():
@@ -139,14 +139,14 @@ def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, F
 
 
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
-    """Whether a curve keeps every limit, whatever its pieces are."""
+    """Whether a curve keeps every limit, for any pieces."""
     return tightened(problem, Tightening(), curve) is None
 
 
 def _less(problem: TimingProblem, name: str, allowed: FloatArray, shares: FloatArray) -> FloatArray:
-    """Allow less in the pieces in which a limit is exceeded, and at their ends.
+    """Reduce the allowed values in the pieces in which a limit is exceeded, and at their ends.
 
-    At waypoints where the value is known nothing can be asked for.
+    Given values at waypoints are not constrained.
     """
     over = shares > 1.0 - 0.5 * BETWEEN
     factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
@@ -158,7 +158,7 @@ def _less(problem: TimingProblem, name: str, allowed: FloatArray, shares: FloatA
 
 
 def _rows(problem: TimingProblem, pieces: int) -> IndexArray:
-    """Where the waypoints are among the breaks and middles of the pieces."""
+    """Indices of the waypoints among the breaks and middles of the pieces."""
     intervals = len(problem.position) - 1
     return np.arange(intervals + 1) * 2 * (pieces // intervals)
 
