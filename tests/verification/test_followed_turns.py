@@ -81,8 +81,22 @@ def test_a_whole_turn_is_not_within_half_a_turn_each_way(
     assert worst.value == pytest.approx(wound - np.pi, abs=1e-3)
 
 
-def test_a_turn_within_half_a_turn_each_way_is_planned() -> None:
-    assert kw.plan(rim(free=HALF)).report.ok
+@pytest.mark.parametrize(("rounds", "most", "off"), [(1, 361, -1), (1, 350, 10), (2, 361, -1)])
+def test_a_range_of_whole_turns_ends_somewhere_too(rounds: int, most: float, off: float) -> None:
+    """Two rounds fit into one turn each way, begun at its end."""
+    task = rim(-1)
+    task["waypoints"][1]["along"]["arc"]["turns"] = rounds - 1
+    plan = kw.plan(task)
+    assert np.degrees(np.abs(turns(plan)).max()) == pytest.approx(360 * rounds, abs=2)
+    report = judged(plan.trajectory, task, {"turn": [-most, most]})
+    (row,) = report.select(quantity="path_turn")
+    assert report.ok == (off < 0)
+    assert np.degrees(row.value or 0.0) == pytest.approx(off, abs=1)
+
+
+@pytest.mark.parametrize("free", [HALF, {"turn": [-400, 300]}])
+def test_a_turn_within_a_range_is_planned(free: Any) -> None:
+    assert kw.plan(rim(free=free)).report.ok
 
 
 @pytest.mark.parametrize("axis", [1, -1])
