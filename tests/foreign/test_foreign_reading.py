@@ -406,8 +406,8 @@ def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str,
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "holds no rows"),
-        ("# only\n\n# comments\n", "holds no rows"),
+        ("", "has no rows"),
+        ("# only\n\n# comments\n", "has no rows"),
         (
             "0,1,2,3\n1,2,3,4\n",
             "line 1: has no headings (a line above the numbers, with time and joint_1",
@@ -520,8 +520,8 @@ def test_decimal_commas_where_commas_divide_nothing(
     ("text", "says"),
     [
         ("1" + ",1" * 2_000_000, "at most 10000 columns"),
-        ("\n" * 2_000_000, "holds no rows"),
-        ("#\n" * 1_000_000, "holds no rows"),
+        ("\n" * 2_000_000, "has no rows"),
+        ("#\n" * 1_000_000, "has no rows"),
         ('"' * 2_000_001, "not valid CSV"),
         ("time" + ",lift" * 9_000 + "\n", "is given twice"),
     ],

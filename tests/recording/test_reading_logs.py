@@ -214,8 +214,8 @@ def read_changed(tmp_path: Path, change: str) -> Recording:
         ("topics", ["2 topics have positions", "/left/state, /right/state", "--topic"]),
         ("topic unknown", ["of the topic '/x'", "'pan', 'lift_joint'"]),
         ("twice", ["2 columns are the position of joint 'pan'"]),
-        ("headings only", ["holds no rows"]),
-        ("empty", ["holds no rows"]),
+        ("headings only", ["has no rows"]),
+        ("empty", ["has no rows"]),
         ("one time", ["samples at 1 times", "at least 16"]),
     ],
 )

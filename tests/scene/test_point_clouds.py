@@ -170,7 +170,7 @@ ROWS = {
         ("{file: good.csv, resolution: 0}", "resolution: 0: must be greater than 0"),
         ("{file: good.csv, resolution: -1}", "resolution: -1: must be greater than 0"),
         ("{file: good.csv, resolution: 10, scale: .nan}", "part.points.scale"),
-        ("{file: empty.csv, resolution: 10}", "holds no rows"),
+        ("{file: empty.csv, resolution: 10}", "has no rows"),
         ("{file: bare.csv, resolution: 10}", "it holds no points"),
         ("{file: plain.csv, resolution: 10}", "expected are headings x,y,z"),
         ("{file: word.csv, resolution: 10}", "line 4: column 2 (y): 'two' is no number"),

@@ -108,7 +108,7 @@ def test_what_is_refused(vary: Any, options: dict[str, Any], said: str | None) -
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "holds no rows"),
+        ("", "has no rows"),
         ("rate,rate\n1,2\n", "each once"),
         ("rate\n", "has no rows"),
         ("rate,knots\n1\n", "line 2: has 1 values (2, as headings)"),

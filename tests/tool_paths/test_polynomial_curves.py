@@ -192,7 +192,7 @@ def test_points_from_a_file(tmp_path):
 
 HEAD = "x,y,z\n"
 WRONG = [
-    ("", "holds no rows"),
+    ("", "has no rows"),
     ("0,0,0\n1,0,0\n", r"line 1: has no headings .*\(x, y, z"),
     ("x,y\n0,0\n1,0\n", "line 1: no column is named z"),
     ("x,y,z,qx,qy,qz\n0,0,0,0,0,0\n", "no column is named qw"),

@@ -27,7 +27,7 @@ from knotwork.interpolation import PLANNER_SPECS, rules
 from knotwork.metrics import Peak
 from knotwork.units import readable
 
-# Columns by table, the first one always shown: heading and unit. Figures of joints are in that of
+# Columns by table, the first one always shown: heading and unit. "joint" is the unit of
 # the joints.
 _TABLES: tuple[dict[str, tuple[str, str]], ...] = (
     {
@@ -53,7 +53,7 @@ _TABLES: tuple[dict[str, tuple[str, str]], ...] = (
         "time_to_plan": ("time to\nplan [ms]", "ms"),
     },
 )
-# Left out where there are tool paths.
+# Left out for tasks with tool paths.
 _STRAIGHT = ("path_deviation", "path_turn")
 
 
@@ -63,7 +63,7 @@ _STRAIGHT = ("path_deviation", "path_turn")
     "--planners",
     type=Listed(),
     metavar="A,B,…",
-    help="Planners to compare, separated by commas; all by default. A rule may follow after a "
+    help="Planners to compare, separated by commas; all by default. A rule may follow a "
     "colon: septic:estimated.",
 )
 @click.option(
@@ -82,10 +82,10 @@ def compare(
     """Plan SCENARIO with several planners and compare the motions.
 
     A planner passes if no check fails; the exit code is 1 if none passes. Joint values are in the
-    units of the scenario, or in rad and m where both angles and lengths occur. A peak is that of
-    the joint nearest its limit, in percent of the limit, or the largest where no joint has one.
-    Where the acceleration jumps, the jerk has no bound. The velocity fluctuation is the variation
-    of velocity beyond the minimum of the task, of the worst joint, without misses of position. A
+    units of the scenario, or in rad and m for both angles and lengths. A peak is that of
+    the joint nearest its limit, in percent of the limit, or the largest without limits.
+    Where the acceleration jumps, the jerk is unbounded. The velocity fluctuation is the variation
+    of velocity beyond the minimum of the task, of the worst joint, excluding position errors. A
     star marks the best of each column among planners that pass, and those within 1 % of it. Free
     times are chosen once, for all planners.
     """
@@ -127,7 +127,7 @@ def planners(as_json: bool) -> int:
 
 
 def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
-    """Print the table of a comparison, or several, and below why planners fail or refused."""
+    """Print the table of a comparison, or several, followed by the failures and refusals."""
     scores = comparison.scores
     duration = f": {scores[0].duration:g} s" if scores else ""
     paths = any(score.tool_path_deviation is not None for score in scores)
@@ -143,9 +143,9 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
         tables.print_table(_table(comparison, shown, f"{comparison.scenario}{duration}"))
         out.print()
     more = "" if in_full else "  --all: more columns"
-    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of those that pass{more}")
+    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of all that pass{more}")
     if comparison.times_chosen:
-        out.print("Times are free here: they were chosen once, and every planner got them.")
+        out.print("Free times were chosen once, for all planners.")
         out.print("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
         if row.reason:
@@ -173,7 +173,7 @@ def _table(comparison: Comparison, shown: dict[str, tuple[str, str]], title: str
 
 
 def _labels(planners: Sequence[str]) -> list[str]:
-    """Names of planners; those with a rule stand below their planner as the rule alone."""
+    """Names of planners; under its planner a rule is shown alone."""
     labels = []
     above = ""
     for name in planners:
@@ -184,7 +184,7 @@ def _labels(planners: Sequence[str]) -> list[str]:
 
 
 def _joint_unit(comparison: Comparison) -> tuple[float, str]:
-    """Unit that figures of joints are shown in, after what one SI unit is in it."""
+    """Unit for figures of joints, and the size of an SI unit in it."""
     kinds = {unit for one in comparison.trajectories.values() for unit in one.joint_units}
     if len(kinds) != 1:
         return 1.0, "rad or m"
@@ -213,7 +213,7 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float
 
 
 def _short(value: float) -> str:
-    """Three digits, and zero for rounding."""
+    """Three digits, and zero for rounding errors."""
     if abs(value) < 1e-9:
         return "0"
     return readable(value, ".3g" if abs(value) >= 0.01 else ".1e")

@@ -94,7 +94,7 @@ def read_log(
     """
     rows = read_rows(Path(path))
     if not rows.lines:
-        raise rows.error(None, None, "holds no rows of samples")
+        raise rows.error(None, None, "has no rows of samples")
     try:
         columns = log_columns(
             rows.headings, rows.cells[0], joint_names, joint_units, topic=topic, degrees=degrees

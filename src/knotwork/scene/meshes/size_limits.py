@@ -27,7 +27,7 @@ def read_bounded(path: Path) -> bytes:
         OSError: It can't be read.
     """
     if not path.is_file():
-        raise InputError("it is no regular file")
+        raise InputError("it is not a regular file")
     if (size := path.stat().st_size) > MOST_BYTES:
         raise InputError(f"it has {size} bytes; at most {MOST_BYTES} are read")
     return path.read_bytes()
