@@ -89,7 +89,7 @@ def test_other_tools_files_need_to_be_told_their_joints(name: str, run: Command)
     for command in (("plot", "-o", "a.png"), ("view", "--html", "a.html")):
         ran = run(command[0], source, *command[1:])
         assert ran.code == 2
-        needs = f"error: {source} needs the scenario it is for: give it with --scenario"
+        needs = f"error: {source} needs its scenario: give --scenario"
         assert ran.err.startswith(needs)
         assert ("or its robot with --robot" in ran.err) == (command[0] == "view")
     # The robot says as much as the scenario about the joints, but not what is asked of them.

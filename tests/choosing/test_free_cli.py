@@ -68,7 +68,7 @@ def test_json_has_what_was_chosen(swing: Path, knotwork: Command) -> None:
         (("--freeze", "f.yaml", "paper_case"), "paper_case: nothing is free, so there is nothing"),
         (
             ("--freeze", "f.yaml", "paper_case", "ur3_lid"),
-            "--freeze writes one file, and there are",
+            "--freeze takes one scenario, not",
         ),
         (
             ("--budget", "soon", "paper_case"),

@@ -365,7 +365,7 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (4, 1, "0.25", "line 4: column 1 (time): the time 0.25 s is not after 0.5 s"),
         (3, 2, "fast", "line 3: column 2 (joint_1): 'fast' is no number"),
         (3, 2, "", "line 3: column 2 (joint_1): '' is no number"),
-        (3, 2, "1,2", "line 3: has 8 values (7, as headings)"),
+        (3, 2, "1,2", "line 3: has 8 values (7, as in the headings)"),
         (1, 3, "joint_1", "line 1: column 3: the position of joint 'joint_1' is given twice"),
         (1, 3, "time", "line 1: column 3: time is given twice"),
         (1, 3, "joint_11", "line 1: column 3: the column 'joint_11' is neither time nor a joint"),

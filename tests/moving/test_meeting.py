@@ -140,6 +140,6 @@ def test_what_can_not_be_met_is_refused() -> None:
     plan = kw.plan(task)
     assert plan.report.ok
     assert plan.scenario.waypoints[1].time == pytest.approx(13.0, abs=1e-9)
-    assert "duration: is given, and when frame 'tray', which moves, is met is chosen" in refused(
+    assert "duration: is given, and the time in moving frame 'tray' is chosen" in refused(
         {**picking({"after": "fastest"}), "duration": 9.0}
     )

@@ -92,7 +92,7 @@ def test_a_plan_of_a_file_says_where_the_file_is(knotwork: Command, tmp_path: Pa
     task.unlink()
     ran = knotwork("check", log, "--against", tmp_path / "made")
     assert "PASSED log.csv" in ran.out
-    assert "swing.yaml, which is not there" in ran.err
+    assert "swing.yaml, which does not exist" in ran.err
 
 
 def test_all_of_it_is_in_json(knotwork: Command, log: Path, result: Path) -> None:

@@ -111,7 +111,7 @@ def test_what_is_refused(vary: Any, options: dict[str, Any], said: str | None) -
         ("", "has no rows"),
         ("rate,rate\n1,2\n", "each once"),
         ("rate\n", "has no rows"),
-        ("rate,knots\n1\n", "line 2: has 1 values (2, as headings)"),
+        ("rate,knots\n1\n", "line 2: has 1 values (2, as in the headings)"),
         ("rate\n1\n.inf\n", "line 3: rate is varied over inf"),
         ("rate\n{\n", "line 2: column 1 (rate): can't read"),
     ],
