@@ -187,7 +187,7 @@ def report(
     """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is any input of `knotwork check`, and needs --scenario. The page is one file; it needs
+    TRAJECTORY is any input of `knotwork check`, with --scenario. The page is one file and needs
     no network.
     """
     from knotwork.view.html_report import report_page
