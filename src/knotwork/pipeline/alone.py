@@ -42,7 +42,7 @@ def check_alone(
         robot: Name or file of its robot; by default the one named in the scene.
         scene: A scenario's name or file, used without its waypoints: surroundings, tool,
             limits, units.
-        limits: Limits in place of those of robot and scene, in the scene's units: a mapping, the path
+        limits: Limits in place of the robot's and the scene's, in its units: a mapping, the path
             of a file, or YAML.
 
     Raises:

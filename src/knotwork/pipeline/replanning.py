@@ -66,8 +66,8 @@ def _task_from(
     for held in held_at(current, at) if current is not None else ():
         if task.tool is None or held not in task.tool.holds:
             raise InputError(
-                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, which the "
-                f"task does not mention; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
+                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, which "
+                f"the task omits; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
                 "}` with its shape"
             )
     units = si_factors(task.units)
