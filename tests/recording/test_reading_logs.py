@@ -206,7 +206,7 @@ def read_changed(tmp_path: Path, change: str) -> Recording:
     ("change", "said"),
     [
         ("few", ["9 rows", "at least 16"]),
-        ("no number", ["line 6", "column 2 (q1)", "'1.2.3' is no number"]),
+        ("no number", ["line 6", "column 2 (q1)", "'1.2.3' is not a number"]),
         ("short row", ["line 6", "has 3 values", "5, as in the headings"]),
         ("no time", ["line 1", "no column is the time", "header.stamp.sec"]),
         ("two times", ["2 columns are times", "one column named time"]),

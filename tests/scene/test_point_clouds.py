@@ -173,7 +173,7 @@ ROWS = {
         ("{file: empty.csv, resolution: 10}", "has no rows"),
         ("{file: bare.csv, resolution: 10}", "it has no points"),
         ("{file: plain.csv, resolution: 10}", "expected are headings x,y,z"),
-        ("{file: word.csv, resolution: 10}", "line 4: column 2 (y): 'two' is no number"),
+        ("{file: word.csv, resolution: 10}", "line 4: column 2 (y): 'two' is not a number"),
         ("{file: nan.csv, resolution: 10}", "point 2 of 2 is [1.0, nan, 3.0], not finite"),
         ("{file: small.csv, resolution: 10}", "less than a cell of 0.01 m; give a smaller"),
         ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),

@@ -96,7 +96,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
         ("edit", {}, "needs changes"),
         ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),
         ("edit", {"changes": [{"at": ["waypoints", 99, "time"], "value": 1}]}, "waypoints[99]"),
-        ("move", {"at": ["waypoints", 0, "pose"], "name": "approach"}, "no longer the one"),
+        ("move", {"at": ["waypoints", 0, "pose"], "name": "approach"}, "the task has changed"),
         ("jog", {"q": [0, 0]}, "shape"),
         ("jog", {"time": 0, "position": [9, 9, 9], "quaternion": [0, 0, 0, 1]}, "reach"),
     ],

@@ -1,4 +1,4 @@
-"""The units that a mapping of points states: they must be those that its values are read in."""
+"""Units stated in a mapping of points, which must be those of the joints."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "velocity": ("velocities", "velocity", "qd"),
     "acceleration": ("accelerations", "acceleration", "qdd"),
 }
-"""Keys under which a mapping may give each quantity."""
+"""Accepted keys of each quantity."""
 
 UNUSED_IN_POINT = ("effort", "efforts", "jerk", "jerks")
 _ORDERS = {"joints": 0} | {key: i for i, name in enumerate(QUANTITIES) for key in KEYS[name]}
@@ -26,19 +26,19 @@ _ORDERS = {"joints": 0} | {key: i for i, name in enumerate(QUANTITIES) for key i
 def check_units(
     document: Document, data: Mapping[str, Any], at: Location, joints: Sequence[tuple[str, str]]
 ) -> None:
-    """Refuse units other than the joints' own: values are taken in s and rad or m, as in ROS.
+    """Refuse units other than the joints' own: values are read in s and rad or m, as in ROS.
 
     `units` may be the unit of all joints, a list with one for each, or a mapping: `time`, `joints`,
     a joint's name, or a quantity such as `velocities` to such units.
 
     Args:
         document: The document.
-        data: The part of it that may have `units`.
-        at: Where that part is.
+        data: The part with an optional key `units`.
+        at: Location of that part.
         joints: Names and units of the joints as the file lists them.
 
     Raises:
-        DocumentError: A unit is another one, or stated for what is not understood.
+        DocumentError: A unit differs, or is stated for an unknown name.
     """
     units = data.get("units")
     if units is None or units in ({}, []):
