@@ -203,17 +203,6 @@ def test_a_sound_task_has_no_warnings() -> None:
     assert not warnings_of(ur5(A, B, C, velocity=[0, 0.1, 0]))
 
 
-@pytest.mark.parametrize(
-    ("last", "speed", "words"),
-    [(C, -0.1, ("points away", "180 degrees")), (B, 0.1, ("one place",))],
-)
-def test_a_velocity_that_the_next_waypoint_contradicts_is_a_warning(
-    last: list[float], speed: float, words: tuple[str, ...]
-) -> None:
-    (said,) = warnings_of(ur5(A, B, last, velocity=[0, speed, 0]))
-    assert all(word in said for word in ("'moving'", *words))
-
-
 def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
     def task(angle: float, unit: str) -> dict[str, Any]:
         return {
@@ -232,24 +221,6 @@ def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
     assert not warnings_of(task(6.2832, "rad"))
     fast = {"end_acceleration": {"start": {"turn": 10.0}, "end": {"turn": -10.0}}}
     assert not warnings_of(task(1.0, "rad") | fast)  # these are no angles
-
-
-def joints_only(*rows: tuple[float, float]) -> dict[str, Any]:
-    """Positions and velocities of one joint, one a second."""
-    return {
-        "waypoints": [
-            {"joints": {"a": q}, "velocity": {"a": v}, "time": i} for i, (q, v) in enumerate(rows)
-        ]
-    }
-
-
-def test_joint_velocities_that_point_away_or_leave_one_place_are_warnings() -> None:
-    (said,) = warnings_of(joints_only((0, 0), (1, -0.5), (2, 0)))
-    assert "joint 'a' points away from the next waypoint" in said
-    (said,) = warnings_of(joints_only((0, 0), (2, 1), (2, 0)))
-    assert "same place" in said
-    assert not warnings_of(joints_only((0, 0), (1, 0.5), (2, 0)))
-    assert not warnings_of(joints_only((0, 0), (2, 0), (2, 0)))
 
 
 LEFT_OUT: list[dict[str, Any]] = [

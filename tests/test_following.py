@@ -125,27 +125,6 @@ def test_what_is_in_the_way_is_named() -> None:
     assert error.value.cause == "joint limit"
 
 
-@pytest.mark.parametrize("name", ["ur5", "panda"])
-def test_other_starts_that_lead_along_are_named(name: str) -> None:
-    arm = kw.load_robot(name)
-    home = arm.configuration("home")
-    at = arm.forward(home)
-    line = tp.Line(at.translation, at.translation + np.array([0, 0.25, 0]))
-    motion = kw.follow_path(arm, line, 0.05, start=home)
-    j = int(np.abs(motion.position(motion.end_time) - home).argmax())
-    ends = home[j], motion.position(0.5 * motion.end_time)[j]
-    lower, upper = arm.lower_position_limit[j], arm.upper_position_limit[j]
-    span = (lower, max(ends)) if ends[1] > ends[0] else (min(ends), upper)
-    narrow = arm.with_limits({arm.joint_names[j]: span})
-    with pytest.raises(FollowingError, match="start from another solution, which leads") as error:
-        kw.follow_path(narrow, line, 0.05, start=home)
-    assert error.value.starts
-    for start in error.value.starts:
-        kw.follow_path(narrow, line, 0.05, start=start)
-    if name == "ur5":
-        assert "shoulder right, elbow down, flip [" in str(error.value)
-
-
 @pytest.mark.parametrize("reached", [0.0097, 0.0292, 0.054, 0.0793])
 def test_the_place_named_is_where_the_limit_is_reached(reached: float) -> None:
     """Where the path comes to the limit by inverse kinematics, to the digits that are said."""

@@ -153,8 +153,8 @@ def test_a_branch_that_is_not_kept_is_said_to_be_changed() -> None:
     assert kept.branch != fixed.branch
     assert "branch changed for the speeds" in kept.reason
     failed = solved({**hurried, "branch": "fixed"})
-    assert "in another branch it can be done (branch: free)" in str(failed.infeasibilities[0])
-    assert failed.choices[0].reason == "least beyond the velocity limits, branch fixed"
+    assert "another branch is feasible (branch: free)" in str(failed.infeasibilities[0])
+    assert failed.choices[0].reason == "smallest excess over the velocity limits, branch fixed"
 
 
 @pytest.mark.parametrize(
@@ -276,7 +276,7 @@ def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_d
         assert (f"{name} needs {speed:.4g} rad/s (limit {limit:.4g})" in said) == (speed > limit)
     worst = int(np.argmax(speeds / UR5.velocity_limit))
     assert (one.joint, one.velocity) == (UR5.joint_names[worst], speeds[worst])
-    part = float(re.findall(r"at ([\d.]+) of that velocity", said)[0])
+    part = float(re.findall(r"([\d.]+) of that velocity is feasible", said)[0])
     assert part == pytest.approx(one.fraction, rel=1e-2)
     slower = {"linear": [5.0 * 0.999 * part, 0, 0]}
     task["waypoints"][0]["velocity"] = slower

@@ -276,8 +276,8 @@ def with_too_short_a_budget(task: dict[str, Any]) -> kw.Plan:
 
 
 def test_a_budget_is_for_all_sequences_of_solutions() -> None:
-    """The second best sequence is planned for its clearance, but not once the budget has ended."""
-    task = beside_a_box([0.11, 0.13, 0.06], [0.26, 0.2, 0.39], prefer="clearance")
+    """The second best sequence is planned, as the best collides, but not once it has ended."""
+    task = beside_a_box([0.12, 0.06, 0.09], [0.23, 0.27, 0.38])
     assert kw.plan(task).report.select(quantity="sequences_tried")
     plan = with_too_short_a_budget(task)
     assert plan.chosen is not None

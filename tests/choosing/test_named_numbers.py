@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -116,36 +115,6 @@ def test_speeds_beyond_that_of_the_tool_are_reported_and_then_times_that_are_too
     assert len(times) == 2, times
     assert all(" takes more than" in line for line in times), times
     assert kw.plan(asked(*speeds, 2.0, 2.0)).report.ok
-
-
-def test_the_least_peaks_are_those_of_the_closed_form() -> None:
-    """From stop to stop in T by D: jerk up, down and up again, or acceleration up and down."""
-    end = {"name": "b", "joints": {"q": 1}, "after": 2}
-    limits = {"velocity": 9, "acceleration": 90, "jerk": 9000}
-    given = {"knots": "optimal", "times": None, "limits": limits, "end_acceleration": "zero"}
-    for kind, least in (("jerk", 32 / 2**3), ("acceleration", 4 / 2**2)):
-        wanted = task(end, **given, objective=f"peak_{kind}")
-        made = kw.plan({key: value for key, value in wanted.items() if value is not None})
-        made.report.raise_if_failed()
-        peak = made.trajectory.extrema(kind).peak[0]
-        assert least <= peak < 1.01 * least
-        assert made.chosen.objective[f"peak_{kind}"] == pytest.approx(peak, rel=1e-12)
-
-
-def test_a_peak_is_traded_for_time_and_frozen(tmp_path: Path) -> None:
-    end, limits = (
-        {"name": "b", "joints": {"q": 1}},
-        {"velocity": 9, "acceleration": 90, "jerk": 900},
-    )
-    calm = kw.plan(task(end, limits=limits, objective={"time": 1, "peak_jerk": 0.1}))
-    # T + w 32 / T³ is least where T⁴ = 96 w
-    best = (96 * 0.1) ** 0.25
-    cost = calm.trajectory.duration + 0.1 * calm.chosen.objective["peak_jerk"]
-    assert cost == pytest.approx(best + 0.1 * 32 / best**3, rel=1e-3)
-    again = kw.plan(calm.freeze(tmp_path / "frozen.yaml"))
-    for name in "xc":
-        before, after = (getattr(one.trajectory.polynomial, name) for one in (calm, again))
-        assert before.tobytes() == after.tobytes()
 
 
 def through(**keys: Any) -> dict[str, Any]:

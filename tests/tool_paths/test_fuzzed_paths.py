@@ -250,13 +250,6 @@ def check(seed: int) -> str:
     return "followed"
 
 
-@pytest.fixture(autouse=True)
-def _no_other_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They take longer than all else where a path is refused, and are tested elsewhere."""
-    place = "knotwork.kinematics.diagnosis.other_starts.other_starts"
-    monkeypatch.setattr(place, lambda robot, *_: np.empty((0, robot.dof)))
-
-
 @pytest.mark.parametrize("count", first_of(ORDINARY, ALL))
 def test_a_random_path_is_followed_or_refused_with_a_true_reason(count: int) -> None:
     found = [check(seed) for seed in range(count)]

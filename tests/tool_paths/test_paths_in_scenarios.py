@@ -184,30 +184,6 @@ def test_the_tool_turns_through_the_orientations_of_a_file(
             kw.plan(file)
 
 
-def warnings_of(plan: kw.Plan) -> str:
-    return "\n".join(one.message for one in plan.report.findings if one.verdict == "warning")
-
-
-def test_an_interval_that_looks_like_a_line_and_is_none_is_a_warning() -> None:
-    first = {**FIRST, "velocity": {"linear": [0, 60, 0]}}
-    second = {
-        "name": "off",
-        "after": 2.5,
-        "velocity": {"linear": [0, 60, 0]},
-        "pose": {"position": [450, 50, 60], "rpy": [180, 0, 0]},
-    }
-    plan = kw.plan(task(first, second, UP))
-    position, _, speed = tool(plan, np.linspace(2.0, 4.5, 61))
-    off = np.linalg.norm((position - [450, 0, 60]) * [1, 0, 1], axis=1).max()
-    said = warnings_of(plan)
-    assert f"between 'on' and 'off' the tool leaves the straight line by {off:.3g} mm" in said
-    assert f"at {speed.min():.3g} to {speed.max():.3g} mm/s; `along: line` holds it" in said
-    assert plan.report.ok
-    hurried = kw.plan(task(first, {**second, "after": 1.5}, UP))
-    assert "(150 mm in 1.5 s are 100 mm/s, and 60 mm/s is asked for)" in warnings_of(hurried)
-    assert not warnings_of(kw.plan(task(FIRST, LINE, UP)))
-
-
 def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None:
     seam = {**LINE, "along": {"points": [[450, y, 60] for y in (-60, -50, -40, 0, 40)]}}
     assert kw.plan(task(FIRST, seam, UP)).report.ok

@@ -64,7 +64,7 @@ def test_angles_are_in_the_units_of_the_scenario(
     knotwork: Command, tmp_path: Path, name: str, options: list[str], unit: str
 ) -> None:
     out = tmp_path / "a.svg"
-    ran = knotwork("plot", name, "--split", "--quantities", "velocity", *options, "-o", out)
+    ran = knotwork("plot", name, "--quantities", "velocity", *options, "-o", out)
     assert (ran.code, ran.err) == (0, "")
     text = out.read_text(encoding="utf-8")
     other = {"deg/s": "rad/s", "rad/s": "deg/s"}[unit]

@@ -29,7 +29,6 @@ from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.budget import Watch
 from knotwork.timing.infeasible import impossible
 from knotwork.timing.motion import Status, status_of
-from knotwork.timing.problem import PEAKS
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +133,7 @@ def choose_times(
     objective: dict[str, float] = {}
     for _, motion in found:
         for name, value in motion.objective.items():
-            before = objective.get(name, 0.0)
-            objective[name] = max(before, value) if name in PEAKS else before + value
+            objective[name] = objective.get(name, 0.0) + value
     return ChosenTimes(
         asked=scenario,
         scenario=with_numbers,

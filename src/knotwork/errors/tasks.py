@@ -114,15 +114,12 @@ class FollowingError(TaskError):
         cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
         joint: Name of the joint that would be beyond its limit; empty at a singularity.
         part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
-        starts: Joint positions at the start of the path from which `kw.follow_path` can follow it,
-            up to three branches, the nearest first.
     """
 
     arc_length: float = 0.0
     cause: str = ""
     joint: str = ""
     part_of_speed: float | None = None
-    starts: tuple[tuple[float, ...], ...] = ()
 
 
 class NoWayFoundError(InputError):

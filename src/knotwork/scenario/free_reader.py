@@ -261,7 +261,7 @@ def _misused(file: PlainTask, free: FreeTimes) -> Iterator[_Fault]:
         objective and weighs_time and (not timed or file.duration is not None),
         ("objective",),
         "the time is given, so it can't be minimised",
-        "jerk, effort, acceleration, peak_jerk or peak_acceleration",
+        "jerk, effort or acceleration",
     )
     yield (
         timed and file.duration is None and not weighs_time,

@@ -47,8 +47,7 @@ class FreeTimes:
         path_speed: Upper bound [m/s] by the waypoint at the end of each path stretch whose
             constant speed is chosen, infinite without one.
         ways: Options of collision-free motions, by the waypoint where they end.
-        objective: Weights of `"time"`, `"jerk"`, `"effort"`, `"acceleration"`, `"peak_jerk"` and
-            `"peak_acceleration"`.
+        objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total: Given duration of the whole motion [s], or `None`.
         optimal_knots: Whether knots are chosen where times are given.
         meets: Waypoints, by index, whose pose or duration depends on earlier times: in moving

@@ -126,10 +126,6 @@ class Weights(TaskPart):
         "Weight of the integral of torque squared, with the payload [1/(N²m²s)]", 0.0
     )
     acceleration: Weight = optional("Weight of the integral of acceleration squared [s³/rad²]", 0.0)
-    peak_jerk: Weight = optional("Weight of the largest jerk of any joint [s³/rad or s³/m]", 0.0)
-    peak_acceleration: Weight = optional(
-        "Weight of the largest acceleration of any joint [s²/rad or s²/m]", 0.0
-    )
 
     @model_validator(mode="after")
     def _one_at_least(self) -> Weights:

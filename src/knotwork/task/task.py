@@ -144,17 +144,13 @@ class Task(TaskPart):
     )
     objective: (
         Annotated[
-            Literal["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"]
-            | Weights,
-            Forms(
-                "time, jerk, effort, acceleration, peak_jerk, peak_acceleration, or a mapping of "
-                "these to weights"
-            ),
+            Literal["time", "jerk", "effort", "acceleration"] | Weights,
+            Forms("time, jerk, effort, acceleration, or a mapping of these to weights"),
         ]
         | None
     ) = optional(
         "Objective minimised where times or knots are chosen: the duration, or the "
-        "integral of jerk, effort or acceleration squared, or the largest jerk or acceleration; "
+        "integral of jerk, effort or acceleration squared; "
         "left out: the duration, or jerk where that is given"
     )
     chosen: Several[ChosenMotion] | None = optional(

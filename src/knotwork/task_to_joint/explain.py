@@ -1,4 +1,4 @@
-"""Saying which solutions were chosen and why, and what no choice can do."""
+"""Explain the chosen solutions, and the velocity limits that no choice can keep."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.robot import Robot
-from knotwork.task_to_joint.search import Found, Search
+from knotwork.task_to_joint.search import ChosenSequence, Search
 from knotwork.task_to_joint.solution import Choice, Infeasibility
 from knotwork.waypoints import FloatArray
 
 
-def describe_choices(search: Search, found: Found) -> tuple[Choice, ...]:
+def describe_choices(search: Search, found: ChosenSequence) -> tuple[Choice, ...]:
     """The solution chosen at each waypoint that is given by a pose."""
     robot, result = search.robot, []
     signs = configuration_flags(robot, found.positions)
@@ -37,8 +37,8 @@ def describe_choices(search: Search, found: Found) -> tuple[Choice, ...]:
     return tuple(result)
 
 
-def _reason(search: Search, found: Found, candidates: Candidates, changed: bool) -> str:
-    """Why a solution was chosen, in words."""
+def _reason(search: Search, found: ChosenSequence, candidates: Candidates, changed: bool) -> str:
+    """Text of `Choice.reason`."""
     if len(candidates.q) == 1:
         return "the only solution"
     fast = int((candidates.lost + candidates.excess != 0.0).sum())
@@ -48,7 +48,7 @@ def _reason(search: Search, found: Found, candidates: Candidates, changed: bool)
         "fixed": ", branch fixed",
     }.get(str(search.scenario.branch), ", branch as asked")
     if found.sequence.cost.infeasible > 0.0:
-        return f"least beyond the velocity limits{asked}"
+        return f"smallest excess over the velocity limits{asked}"
     aim = "nearest to near" if search.near is not None else "least travel"
     if search.scenario.prefers_clearance:
         aim = "most clearance"
@@ -63,8 +63,8 @@ def _turns(robot: Robot, q: FloatArray) -> tuple[tuple[str, int], ...]:
     return tuple((name, int(turn)) for name, turn, unit in joints if turn and unit == "rad")
 
 
-def find_infeasibilities(search: Search, found: Found) -> tuple[Infeasibility, ...]:
-    """Intervals and waypoints that exceed a velocity limit whatever is chosen."""
+def find_infeasibilities(search: Search, found: ChosenSequence) -> tuple[Infeasibility, ...]:
+    """Intervals and waypoints that exceed a velocity limit with every choice."""
     limit, durations = search.robot.velocity_limit, search.durations
     mean = np.abs(np.diff(found.positions, axis=0)) / durations[:, None]
     if search.rules.untimed is not None:
@@ -75,21 +75,21 @@ def find_infeasibilities(search: Search, found: Found) -> tuple[Infeasibility, .
     exceeded = [place for place in places if (place[2] > limit * AT_LIMIT).any()]
     if not exceeded:
         return ()
-    others = _other_choices(search)
+    others = _other_choices_text(search)
     return tuple(_infeasibility(search, *place, others) for place in exceeded)
 
 
 def _infeasibility(
     search: Search, first: int, last: int, speed: FloatArray, others: str
 ) -> Infeasibility:
-    """An interval, or a waypoint where first and last are the same, at which joints are too fast.
+    """An interval in which joints are too fast, or a waypoint where first and last are equal.
 
     Args:
         search: The search.
         first: Index of the waypoint.
-        last: That of the one where the interval ends, or the same.
-        speed: Of each joint [rad/s or m/s], shape (d,).
-        others: Effects of other choices, in words.
+        last: Index of the waypoint where the interval ends.
+        speed: Joint speeds [rad/s or m/s], shape (d,).
+        others: Text about other choices.
     """
     robot, times = search.robot, search.scenario.provisional_times
     names = [search.scenario.waypoints[i].name for i in (first, last)]
@@ -115,7 +115,7 @@ def _infeasibility(
     else:
         sentence = (
             f"at {names[0]!r} {needs} for the tool's velocity; {others}; "
-            f"at {1.0 / excess[worst]:.3g} of that velocity it could be done"
+            f"{1.0 / excess[worst]:.3g} of that velocity is feasible"
         )
     return Infeasibility(
         waypoint=names[0],
@@ -130,11 +130,11 @@ def _infeasibility(
     )
 
 
-def _other_choices(search: Search) -> str:
-    """The effect of other choices of solutions, in words."""
+def _other_choices_text(search: Search) -> str:
+    """Text about other choices of solutions."""
     asked = search.scenario.branch != "free"
     if asked and search.feasible_if_free():
-        return "in another branch it can be done (branch: free)"
+        return "another branch is feasible (branch: free)"
     if any(c is not None and c.free for c in search.candidates):
-        return "no other of the solutions tried breaks limits by less"
-    return f"no other choice{' in the branch asked for' if asked else ''} breaks limits by less"
+        return "no other solution tried exceeds the limits by less"
+    return f"no other solution{' in this branch' if asked else ''} exceeds the limits by less"

@@ -1,4 +1,4 @@
-"""Results: waypoints at the joints, the solutions chosen for them, and the reasons."""
+"""Results: joint waypoints, the solutions chosen for them, and the reasons."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Choice:
 
     Attributes:
         waypoint: Name of the waypoint.
-        branch: What its branch is called, for example `shoulder left, elbow up, no flip`; empty
-            where branches have no names.
-        turns: Joint and whole turns away from within half a turn of zero, where there are any.
-        branches: Branches inside the limits; for an arm that moves freely at the pose, samples.
-        solutions: Solutions inside the limits, turns counted.
-        sampled: The arm moves freely at the pose.
-        reason: Why this one.
+        branch: Name of the branch, for example `shoulder left, elbow up, no flip`; empty where
+            branches have no names.
+        turns: Joints and the whole turns by which they differ from within half a turn of zero.
+        branches: Number of branches inside the limits; for a redundant arm, of samples.
+        solutions: Number of solutions inside the limits, turns included.
+        sampled: The arm is redundant at the pose.
+        reason: Reason for the choice.
     """
 
     waypoint: str
@@ -42,20 +42,20 @@ class Choice:
 
 @dataclass(frozen=True)
 class Infeasibility:
-    """A velocity limit that is exceeded however the solutions are chosen.
+    """A velocity limit that is exceeded with every choice of solutions.
 
     At a waypoint the tool's velocity is too high; in an interval the mean velocity of a joint.
 
     Attributes:
-        waypoint: Name of the waypoint, or of the one where the interval begins.
+        waypoint: Name of the waypoint, or of the first waypoint of the interval.
         until: Name of the waypoint where the interval ends; empty at a waypoint.
-        start: Time of the waypoint, or where the interval begins [s].
-        end: Where the interval ends [s]; at a waypoint the same as `start`.
-        joint: The joint that is farthest beyond its limit.
-        velocity: The speed it needs [rad/s or m/s].
-        limit: Its velocity limit [rad/s or m/s].
+        start: Time of the waypoint, or start of the interval [s].
+        end: End of the interval [s]; at a waypoint equal to `start`.
+        joint: The joint with the largest relative excess.
+        velocity: The speed that the joint needs [rad/s or m/s].
+        limit: The joint's velocity limit [rad/s or m/s].
         unit: `rad/s` or `m/s`.
-        sentence: All of it in words, with every joint beyond its limit and what is feasible.
+        sentence: Message with every joint beyond its limit and the feasible value.
     """
 
     waypoint: str
@@ -70,7 +70,7 @@ class Infeasibility:
 
     @property
     def fraction(self) -> float:
-        """The part of the velocity that is feasible."""
+        """The feasible fraction of the velocity."""
         return self.limit / self.velocity
 
     def __str__(self) -> str:
@@ -78,12 +78,12 @@ class Infeasibility:
 
 
 class PathStart(NamedTuple):
-    """How the arm comes onto a path.
+    """The arm at the start of a path.
 
     Attributes:
-        robot: With the virtual joints of what its poses leave open, which are the last.
-        q: Joint positions where it begins [rad or m], shape (d,).
-        pull: What self-motion follows along it.
+        robot: The arm followed by the virtual joints of the path's freedom.
+        q: Joint positions at the start [rad or m], shape (d,).
+        pull: Target of the self-motion along the path.
     """
 
     robot: Robot
@@ -97,11 +97,11 @@ class TaskSolution:
 
     Attributes:
         waypoints: Joint positions and velocities.
-        infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
+        infeasibilities: Velocity limits that are exceeded with every choice of solutions.
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
-            its poses, shape (n, d); `None` if no other ones may be feasible and clear.
-        starts: Of tool paths that begin at a pose, by their first waypoint.
+            its poses, shape (n, d); `None` if no other sequence may be feasible and collision-free.
+        starts: Starts of tool paths that begin at a pose, by index of their first waypoint.
     """
 
     waypoints: JointWaypoints

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import effort_integral
-from knotwork.timing.problem import PEAKS, TimingProblem
+from knotwork.timing.problem import TimingProblem
 
 
 def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
@@ -28,8 +28,6 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
         )
     if objective.effort:
         found["effort"] = effort_integral(problem, curve)
-    for name in objective.peaks:
-        found[name] = float(curve.extrema(PEAKS[name]).peak.max())
     return found
 
 

@@ -87,10 +87,6 @@ class TimingLimits(ReadOnlyArrays):
         return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
 
 
-PEAKS = {"peak_jerk": 3, "peak_acceleration": 2}
-"""Peaks that an objective may weigh, and which derivative of the position each is of."""
-
-
 @dataclass(frozen=True)
 class Objective:
     """What the durations and the curve minimise: a weighted sum.
@@ -102,8 +98,6 @@ class Objective:
         jerk: Weight of the integral of jerk squared [1/(rad²/s⁵)].
         acceleration: Weight of the integral of acceleration squared [1/(rad²/s³)].
         effort: Weight of the integral of effort squared [1/(N² m² s)]. It needs dynamics.
-        peak_jerk: Weight of the greatest jerk of any joint [s³/rad or s³/m].
-        peak_acceleration: Weight of the greatest acceleration of any joint [s²/rad or s²/m].
 
     Raises:
         InputError: A weight is negative or not finite, or all are zero.
@@ -116,8 +110,6 @@ class Objective:
     jerk: float = 0.0
     acceleration: float = 0.0
     effort: float = 0.0
-    peak_jerk: float = 0.0
-    peak_acceleration: float = 0.0
 
     def __post_init__(self) -> None:
         names = [one.name for one in fields(self)]
@@ -133,11 +125,6 @@ class Objective:
     def only_time(self) -> bool:
         """Whether nothing but the duration counts."""
         return not any(getattr(self, one.name) for one in fields(self) if one.name != "time")
-
-    @property
-    def peaks(self) -> tuple[str, ...]:
-        """Which peaks count."""
-        return tuple(name for name in PEAKS if getattr(self, name))
 
 
 @dataclass(frozen=True, eq=False)

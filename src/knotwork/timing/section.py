@@ -11,7 +11,7 @@ from knotwork.timing.budget import OnStep
 from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
 from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
-from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
+from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
 from knotwork.timing.spline import Form, Scale, blocks, form_of, layout
 from knotwork.timing.tightening import Tightening
@@ -103,9 +103,6 @@ class Section:
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
             x[place] = float(guess.velocity[i] @ direction) / length if length else 0.0
-        for place, name in zip(at.peak, self.form.peaks, strict=True):
-            order = PEAKS[name]
-            x[place] = guess.curve.extrema(order).peak.max() / scale.unit(order).max()
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -135,7 +132,6 @@ class Section:
         low[steady] = high[steady] = 0.0
         low[at.factor] = 0.0
         high[at.factor] = problem.most[list(self.form.along)]
-        low[at.peak] = 0.0
         return low, high
 
     def _position_range(self) -> tuple[FloatArray, FloatArray]:
@@ -193,12 +189,6 @@ class Section:
             units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
             weight = problem.objective.effort * scale.time / self.typical_cost()
             found.append(np.repeat(np.vstack((units, [[weight]])), form.pieces, axis=1))
-        for name in form.peaks:
-            unit = scale.unit(PEAKS[name])
-            times = form.pieces + (name == "peak_acceleration")
-            found.append(np.repeat((unit / unit.max())[:, None], times, axis=1))
-            weight = getattr(problem.objective, name) * unit.max() / self.typical_cost()
-            found.append(np.array([[weight]]))
         return [*found, *held_parameters(self.tightening, problem.limits, scale)]
 
     def _weights(self) -> FloatArray:
@@ -209,10 +199,7 @@ class Section:
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if self.form.smooth:
-            unit = scale.unit(3)
-            even = CALM * cost / (unit.max() ** 2 * self.guess.duration.sum() * len(unit))
-            even *= bool(objective.peak_jerk)
-            weights.append((objective.jerk + even) * unit**2 * scale.time)
+            weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
         return np.asarray(np.concatenate(weights) / cost)
 
     def typical_cost(self) -> float:
@@ -222,8 +209,6 @@ class Section:
         cost = objective.time * float(h.sum())
         for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
             cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
-        for name in self.form.peaks:
-            cost += getattr(objective, name) * float(scale.unit(PEAKS[name]).max())
         if self.form.work:
             q = self.problem.position
             still = np.zeros_like(q)
@@ -256,9 +241,6 @@ class Section:
             found.append((total, total))
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))
-        for name in form.peaks:
-            most = np.zeros((2 * d, count + (name == "peak_acceleration")))
-            found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
         return [*found, *held_bounds(self.tightening)]
 
     def _fastest(self) -> list[FloatArray]:
@@ -327,8 +309,7 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     span = np.ptp(problem.position, axis=0)
     largest = float(span.max()) or 1.0
     typical = np.maximum(span, 1e-3 * largest)
-    smooth = problem.objective.jerk or problem.objective.peaks
-    if smooth and not problem.free.any():
+    if problem.objective.jerk and not problem.free.any():
         # given times set the size of the motion, however loose the limits are
         peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
         room = np.minimum(room, np.maximum(typical, peak * time**2))

@@ -57,7 +57,6 @@ class Form:
         dynamics: Inertias, if efforts or the tool's speed matter.
         held: Which of efforts and the tool's speed are limited.
         work: Whether efforts count in the objective.
-        peaks: Names of peaks that count in the objective.
     """
 
     intervals: int
@@ -72,7 +71,6 @@ class Form:
     dynamics: Dynamics | None = None
     held: tuple[str, ...] = ()
     work: bool = False
-    peaks: tuple[str, ...] = ()
 
     @property
     def pieces(self) -> int:
@@ -94,8 +92,7 @@ def form_of(
         total=problem.total is not None,
         jerk=bool(np.isfinite(problem.limits.jerk).any()),
         position=position,
-        smooth=bool(problem.objective.jerk or problem.objective.peak_jerk),
-        peaks=problem.objective.peaks,
+        smooth=problem.objective.jerk > 0.0,
         dynamics=problem.dynamics if held or problem.objective.effort else None,
         held=held,
         work=problem.objective.effort > 0.0,
@@ -110,7 +107,6 @@ class Layout:
         tau: Durations of the pieces, shape (pieces,).
         q, v, a: States at the breaks, shape (pieces + 1, joints) each.
         factor: Factors of the velocities along directions, shape (len(along),).
-        peak: Peaks that are minimised, shape (len(peaks),).
         size: Number of variables.
     """
 
@@ -119,7 +115,6 @@ class Layout:
     v: IndexArray
     a: IndexArray
     factor: IndexArray
-    peak: IndexArray
     size: int
 
     @property
@@ -135,13 +130,12 @@ class Layout:
 
 @lru_cache(maxsize=64)
 def layout(form: Form) -> Layout:
-    """Place the variables of pieces, and then factors of velocities and peaks."""
-    joints, factors, peaks = form.joints, len(form.along), len(form.peaks)
+    """Place the variables of pieces, and then factors of velocities."""
+    joints, factors = form.joints, len(form.along)
     start = (3 * joints + 1) * np.arange(form.pieces + 1)
     q, v, a = ((start + k * joints)[:, None] + np.arange(joints) for k in range(3))
     end = int(start[-1]) + 3 * joints
-    factor, peak = end + np.arange(factors), end + factors + np.arange(peaks)
-    return Layout(start[:-1] + 3 * joints, q, v, a, factor, peak, end + factors + peaks)
+    return Layout(start[:-1] + 3 * joints, q, v, a, end + np.arange(factors), end + factors)
 
 
 @lru_cache(maxsize=64)
@@ -150,7 +144,7 @@ def blocks(form: Form) -> tuple[Block, ...]:
 
     They are, in this order: one for each piece; one for each interval in `timed`; one for each
     waypoint in `along`; the total, if it is given; one for each piece if efforts count in the
-    objective; for each peak that counts one for each piece or break, and its cost.
+    objective.
     """
     at, d = layout(form), form.joints
     parts = at.tau.reshape(form.intervals, form.each)
@@ -168,14 +162,6 @@ def blocks(form: Form) -> tuple[Block, ...]:
         found.append(Block(_sum_kernel(form.pieces), at.tau[:, None]))
     if form.dynamics is not None and form.work:
         found.append(Block(work_kernel(form.dynamics), at.piece))
-    for name, place in zip(form.peaks, at.peak, strict=True):
-        if name == "peak_jerk":
-            below = np.concatenate((at.tau[:, None], at.a[:-1], at.a[1:]), axis=1).T
-        else:
-            below = at.a.T
-        below = np.vstack((below, np.full((1, below.shape[1]), place)))
-        found.append(Block(_below_kernel(d, name == "peak_jerk"), below))
-        found.append(Block(_weight_kernel(), np.array([[place]])))
     return tuple(found)
 
 
@@ -213,30 +199,6 @@ def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     return Kernel(
         ca.vertcat(tau, state), ca.vertcat(scale, inverse_jerk, weight), ca.vertcat(*rows), cost
     )
-
-
-@lru_cache(maxsize=64)
-def _below_kernel(d: int, jerk: bool) -> Kernel:
-    """Jerks of a piece, or accelerations at a break, below a peak. Parameters: relative units."""
-    import casadi as ca
-
-    peak, units = ca.SX.sym("peak"), ca.SX.sym("units", d)
-    if not jerk:
-        a = ca.SX.sym("a", d)
-        return Kernel(ca.vertcat(a, peak), units, ca.vertcat(a * units - peak, -a * units - peak))
-    tau, a = ca.SX.sym("tau"), ca.SX.sym("a", 2 * d)
-    change = (a[d:] - a[:d]) * units
-    rows = ca.vertcat(change - tau * peak, -change - tau * peak)
-    return Kernel(ca.vertcat(tau, a, peak), units, rows)
-
-
-@lru_cache(maxsize=1)
-def _weight_kernel() -> Kernel:
-    """A variable with a weight, which is its parameter."""
-    import casadi as ca
-
-    value, weight = ca.SX.sym("value"), ca.SX.sym("weight")
-    return Kernel(value, weight, ca.SX(0, 1), weight * value)
 
 
 @lru_cache(maxsize=64)

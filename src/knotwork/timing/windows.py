@@ -45,7 +45,7 @@ def solved_windows(
         The motion, or `None` if there is none.
     """
     last = len(problem.position) - 1
-    if last <= LONGEST or problem.total is not None or problem.objective.peaks:
+    if last <= LONGEST or problem.total is not None:
         with watch.part(last):
             return solved_section(problem, watch, guess(0, last))
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)

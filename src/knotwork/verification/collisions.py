@@ -50,25 +50,6 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
         yield _finding(one, scenario, robot, detail=one not in nearest)
 
 
-def least_margin(
-    trajectory: JointTrajectory, scenario: Scenario, space: JointSpace
-) -> tuple[float, float] | None:
-    """The least clearance over a motion, beyond the required margin [m], and when [s].
-
-    Returns:
-        Both, or `None` where no pair is checked, or the motion is absurd.
-    """
-    robot, scene = space.robot, scenario.scene
-    motion = Motion(trajectory, space)
-    if robot is None or not (scene.rules.itself or scene.asks()) or absurdity(motion.curve, space):
-        return None
-    from knotwork.verification.bounds.clearance import least_clearance
-
-    model = motion_model(motion, scenario, robot)
-    found = least_clearance(model, motion.curve, scene.rules.resolution, MARGIN_PRECISION)
-    return None if found is None else (found.distance - found.margin, found.time)
-
-
 def nearest_to(
     trajectory: JointTrajectory, scenario: Scenario, space: JointSpace, name: str
 ) -> Finding | None:

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario, ScenarioWaypoint
 from knotwork.scenario.angle_slips import angle_slips
-from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding
-from knotwork.verification.lines import line_not_held
 from knotwork.verification.motion import Motion
-from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import ThroughPoints
 
 SAME_PLACE = 1e-9
-"""Poses nearer than this [m, rad] are one place."""
+"""Joint positions nearer than this [rad or m] are one place."""
 HEAVY = 100.0
 """Gravity above this [m/s²] is probably in mm/s²."""
-ROUNDED = 0.1
-"""A right angle may be off by this much [degrees]."""
 BULGE = 0.2
 """A curve that leaves the chord between two points by more than this part of it, as one of a circle
 through five points does not, is plausibly none that they mean."""
-UNEVEN = 20.0
-"""Largest ratio of neighbouring intervals with which balanced knots keep the jerk small."""
 
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -45,24 +37,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
             "gravity_unit",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
         )
-    chosen = {name for run in scenario.task.chosen or () for name in run.velocities}
-    on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
-    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
-        if i in on_path or first.standing or second.standing:
-            continue
-        if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
-            yield from _one_place(first, second, chosen)
-            if first.name not in chosen:
-                yield from _pointing_away(first, second)
-            if space.robot is not None:
-                message = line_not_held(motion, scenario, space.robot, first, second)
-                if message:
-                    yield _warning("no_path", message, first)
-        here, there = space.targets[i : i + 2]
-        if here is not None and there is not None and first.name not in chosen:
-            yield from _joints_away(first, second, here, there, space)
     yield from _far_from_points(scenario)
-    yield from _balanced_and_uneven(scenario, space.waits)
 
 
 def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = None) -> Finding:
@@ -99,67 +74,6 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
     )
 
 
-def _one_place(
-    first: CartesianWaypoint, second: CartesianWaypoint, chosen: Container[str]
-) -> Iterator[Finding]:
-    """Two waypoints at one place of which one moves: the tool must leave and come back.
-
-    Of waypoints in `chosen` nobody gave the velocity.
-    """
-    import pinocchio as pin
-
-    apart = pin.log6(first.pose.actInv(second.pose)).vector
-    given = [one for one in (first, second) if one.name not in chosen]
-    moving = [one for one in given if np.linalg.norm(one.twist.vector) > 0]
-    if np.linalg.norm(apart) < SAME_PLACE and moving:
-        yield _warning(
-            "one_place",
-            f"waypoints {first.name!r} and {second.name!r} are at one place, but the tool moves at "
-            f"{moving[0].name!r}: between them it must leave the place and come back",
-            moving[0],
-        )
-
-
-def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[Finding]:
-    """A velocity that points away from the next waypoint: the tool must turn round."""
-    way = second.position - first.position
-    length, speed = float(np.linalg.norm(way)), float(np.linalg.norm(first.linear))
-    if length < SAME_PLACE or speed == 0.0:
-        return
-    angle = np.degrees(np.arccos(np.clip(way @ first.linear / (length * speed), -1.0, 1.0)))
-    if angle > 90.0 + ROUNDED:
-        yield _warning(
-            "pointing_away",
-            f"{called(first.name)}: the velocity points away from the next waypoint "
-            f"{second.name!r}, {angle:.0f} degrees from the straight way to it; is its sign meant?",
-            first,
-        )
-
-
-def _joints_away(
-    first: ScenarioWaypoint,
-    second: ScenarioWaypoint,
-    here: JointState,
-    there: JointState,
-    space: JointSpace,
-) -> Iterator[Finding]:
-    """Joint velocities that all point away from the next waypoint, or one place that is left."""
-    way = there.position - here.position
-    moving = np.flatnonzero(here.velocity)
-    if not moving.size:
-        return
-    named = f"{called(first.name)}: the velocity of joint {space.joint_names[moving[0]]!r}"
-    if not way.any():
-        message = f"{named} is not zero, but the next {called(second.name)} is at the same place"
-        yield _warning("one_place", message, first)
-    elif (way[moving] * here.velocity[moving] <= 0.0).all():
-        message = (
-            f"{named} points away from the next {called(second.name)}, and so do those of all "
-            "joints that move; is its sign meant?"
-        )
-        yield _warning("pointing_away", message, first)
-
-
 def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
     """A curve that swings far out between two of its points: these are few, or uneven."""
     scale, unit = scenario.shown_length
@@ -186,27 +100,3 @@ def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
                     "another",
                     last,
                 )
-
-
-def _balanced_and_uneven(scenario: Scenario, waits: Sequence[int]) -> Iterator[Finding]:
-    """Balanced knots close to a short interval leave the long one next to it to one cubic."""
-    planner, _, rule = scenario.planner.partition(":")
-    given = scenario.knots
-    balanced = isinstance(given, int | float) or (isinstance(given, str) and given == "balanced")
-    if planner != "modified-hermite" or not (balanced or rule == "balanced"):
-        return
-    lengths = np.diff(scenario.times)
-    known = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
-    known.update(end for i in waits for end in (i, i + 1))
-    for i, (before, after) in enumerate(pairwise(lengths), start=1):
-        if i in known:  # a path's sections don't depend on their neighbours
-            continue
-        ratio = max(before, after) / min(before, after)
-        if ratio > UNEVEN:
-            name = scenario.waypoints[i].name
-            yield _warning(
-                "uneven_times",
-                f"{called(name)}: of the intervals beside it, {before:.4g} s and {after:.4g} s, "
-                f"one is {ratio:.0f} times as long as the other; above {UNEVEN:g} times balanced "
-                "knots make a large jerk there: even out the times or try `knots: paper`",
-            )

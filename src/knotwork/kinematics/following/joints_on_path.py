@@ -76,7 +76,6 @@ class JointsOnPath:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.dof > 6 else STEP
-        self._start = start
         if found is None or not self._fine(found):
             place, rotation, _, _ = path.state([path.start_time])
             q = self.field.corrected(start[None], place, rotation)[0]
@@ -152,16 +151,8 @@ class JointsOnPath:
     def _error(self, one: LimitingConstraint) -> FollowingError:
         """The error that names the limiting constraint."""
         what = "the path can't be followed from start:"
-        from knotwork.kinematics.diagnosis.other_starts import described_starts, other_starts
-
-        starts = other_starts(self.robot, self.path, self._start, self.pull)
-        remedy = "Move the path or turn the tool: no other solution found where it begins leads on"
-        if len(starts):
-            remedy = (
-                "Move the path, turn the tool, or start from another solution, which leads along it"
-                f" (FollowingError.starts): {described_starts(self.robot, starts)}"
-            )
-        return following_error(self.robot, self.path, one, what, remedy, starts=starts)
+        remedy = "Move the path, turn the tool, or start from another solution"
+        return following_error(self.robot, self.path, one, what, remedy)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""

@@ -227,7 +227,6 @@ def following_error(
     what: str,
     remedy: str,
     *,
-    starts: FloatArray | None = None,
     since: float | None = None,
     units: Units = SI,
     waypoint: str = "",
@@ -241,7 +240,6 @@ def following_error(
         one: The limiting constraint.
         what: What can't be done, in words.
         remedy: What is sufficient, as a sentence.
-        starts: Joint positions where the path begins that lead along it, shape (k, d).
         since: From when on the distance is counted [s]; by default from the start of the path.
         units: Of the message.
         waypoint: The waypoint that can't be reached.
@@ -258,5 +256,4 @@ def following_error(
         cause=one.kind,
         joint=robot.joint_names[one.joint] if one.kind.endswith("limit") else "",
         part_of_speed=one.part,
-        starts=tuple(map(tuple, [] if starts is None else starts.tolist())),
     )
