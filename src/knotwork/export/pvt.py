@@ -1,6 +1,6 @@
-"""Position-velocity-time tables, as motion drives in PVT mode take them.
+"""Position-velocity-time tables for motion drives in PVT mode.
 
-A drive in PVT mode joins positions and velocities by cubics, so the knots define the whole motion.
+A drive in PVT mode interpolates positions and velocities by cubics, so the knots define the motion.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HALF_DIGIT = 2.0**-53
 """Rounding of a sum, relative to it."""
 
 HELD = 1e-9
-"""Largest rounding of positions with a large offset [rad or m]: some hundred-thousandth of the
+"""Largest rounding error of positions with a large offset [rad or m]: a hundred-thousandth of the
 resolution of encoders whose counts begin far from zero."""
 
 
@@ -38,7 +38,7 @@ def to_pvt(
     incremental: bool = False,
     fit: float | None = None,
 ) -> str:
-    """Write a position-velocity-time table as CSV whose header says what each column is.
+    """Write a position-velocity-time table as CSV whose header describes each column.
 
     >>> import knotwork as kw
     >>> text = to_pvt(kw.plan("paper_case").trajectory, degrees=True)
@@ -46,17 +46,17 @@ def to_pvt(
     'time_from_start_s,joint_1.position_deg,joint_1.velocity_deg_per_s'
 
     Args:
-        motion: The motion, or points of it as `motion_points` makes them.
+        motion: The motion, or points of it from `motion_points`.
         degrees: This and the others are described at `knotwork.trajectory.exportable.DriveOptions`.
-        scale: Drive units a rad (deg, m) by joint name.
-        offset: Drive's position where the joint is at 0, by joint name.
-        incremental: Times are since the row before.
+        scale: Drive units per rad (deg, m) by joint name.
+        offset: Position of the drive at joint position 0, by joint name.
+        incremental: Give times since the previous row.
         fit: Tolerance of the motion [rad or m].
 
     Raises:
-        ExportError: The points can't define the motion, see `motion_points`; or they could, but in
-            drive units their digits no longer do.
-        InputError: A factor or the tolerance is out of range, or names no joint.
+        ExportError: The points can't define the motion, see `motion_points`; or their digits in
+        drive units can't.
+        InputError: A factor or the tolerance is out of range, or a joint is unknown.
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
     points = motion_points(motion, accelerations=None, fit=fit)
@@ -65,7 +65,7 @@ def to_pvt(
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
     room = HELD if fit is None else max(HELD, fit - points.error)
     time = np.asarray(trajectory.breaks - trajectory.start_time)
-    since = "the row before" if incremental else "the start"
+    since = "the previous row" if incremental else "the start"
     columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
@@ -97,9 +97,9 @@ def _in_drive_units(
     """Positions and velocities of a joint's knots in drive units, shape (n,) each.
 
     Raises:
-        ExportError: Numbers this large or small do not hold the motion. Undoing the factor must
-            give it back within 1e-12 of the largest value, or of 1 rad or m (per second),
-            whichever is more; undoing the offset, within that or `held`.
+        ExportError: Numbers of this size can't represent the motion. Undoing the factor must
+        restore it within 1e-12 of the largest value, or of 1 rad or m (per second),
+        whichever is more; undoing the offset, within that or `held`.
     """
     name, si = trajectory.joint_names[joint], trajectory.joint_units[joint]
     knots = trajectory.knots
@@ -127,7 +127,7 @@ def _in_drive_units(
         worst, room = float(off.max()), most * abs(float(per)) / (4.0 * HALF_DIGIT)
         found = f"only within {worst:.3g} {si}" if math.isfinite(worst) else "not at all"
         raise ExportError(
-            f"offset of joint {name!r} is {shift!r}: beside it the digits of a number hold the "
+            f"offset of joint {name!r} is {shift!r}: with it the digits of a number hold the "
             f"motion {found}, and at most {most:.3g} {si} is accepted; with this scale an offset "
             f"from {-room:.1e} to {room:.1e} drive units is accepted",
             joint=name,
@@ -137,7 +137,7 @@ def _in_drive_units(
 
 
 def increments(time: FloatArray) -> FloatArray:
-    """Steps from row to row whose sum stays at each row's own time: no drift by rounding."""
+    """Steps between rows whose sum stays at each row's own time: no drift by rounding."""
     steps, total = np.empty_like(time), 0.0
     for i, end in enumerate(time.tolist()):
         steps[i] = end - total

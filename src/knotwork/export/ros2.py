@@ -1,11 +1,11 @@
 """ROS 2: `trajectory_msgs/msg/JointTrajectory` and `control_msgs/action/FollowJointTrajectory`.
 
-joint_trajectory_controller joins points of positions and velocities by cubics, and points that have
-accelerations too by quintics (interpolation method `spline`, the default). So the knots alone
+joint_trajectory_controller interpolates points of positions and velocities by cubics, and points
+with accelerations as well by quintics (method `spline`, the default). So the knots alone
 define the motion.
 
 A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
-1 ns early. There are two ways to fill a point. That with the smaller bound on the error is taken.
+1 ns early. There are two ways to fill a point. The one with the smaller error bound is taken.
 
 * The motion at the time in the message. Then a piece includes up to 1/2 ns of the next piece.
   The two differ by the jump J of the acceleration at the knot, so by J·1/2 ns in velocity. The
@@ -49,16 +49,16 @@ LONGEST = 2**31 - 1
 """`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
 
 CUBIC_SHAPE = 4.0 / 27.0
-"""Largest value of s - 2s² + s³ on [0, 1]: what an end velocity does to a cubic."""
+"""Largest value of s - 2s² + s³ on [0, 1]: effect of an end velocity on a cubic."""
 
 QUINTIC_SHAPE = 16.0 / 81.0
-"""The same of s - 6s³ + 8s⁴ - 3s⁵, for a quintic (at s = 1/3)."""
+"""Largest value of s - 6s³ + 8s⁴ - 3s⁵ on [0, 1], for a quintic (at s = 1/3)."""
 
 ACCELERATION_SHAPE = 0.01728
-"""The same of s²(1 - s)³/2: what an end acceleration does to a quintic."""
+"""Largest value of s²(1 - s)³/2 on [0, 1]: effect of an end acceleration on a quintic."""
 
 STANDING = 1e-7
-"""The controller takes a smaller last velocity for zero [rad/s or m/s]."""
+"""The controller treats a smaller last velocity as zero [rad/s or m/s]."""
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
 GOAL = "control_msgs/action/FollowJointTrajectory"
@@ -106,7 +106,7 @@ def ros2_dict(
     (['lift'], [1.0])
 
     Args:
-        motion: The motion, or points of it as `motion_points` makes them.
+        motion: The motion, or points of it from `motion_points`.
         options: See `knotwork.trajectory.exportable.MessageOptions`.
 
     Raises:
@@ -125,7 +125,7 @@ def _points(
     accelerations: bool = False,
     fit: float | None = None,
 ) -> tuple[Points, bool]:
-    """Points of a message, and whether it is in a goal."""
+    """Points of a message, and whether it is part of a goal."""
     goal = flag(goal, "goal")
     return motion_points(motion, accelerations=accelerations, fit=fit), goal
 
@@ -158,12 +158,12 @@ def _message(points: Points) -> dict[str, Any]:
 def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
-    Both take the text as it is:
+    Both accept the text unchanged:
 
         ros2 topic pub --once TOPIC trajectory_msgs/msg/JointTrajectory "$(cat motion.yaml)"
         ros2 action send_goal ACTION control_msgs/action/FollowJointTrajectory "$(cat goal.yaml)"
 
-    Positions are in rad or m, as ROS has them. Arguments and errors are those of `ros2_dict`.
+    Positions are in rad or m, as in ROS. Arguments and errors are those of `ros2_dict`.
 
     >>> import knotwork as kw
     >>> text = to_ros2(kw.plan("ur5_deburring").trajectory)
@@ -176,7 +176,7 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     lines.append(_first_line(points.trajectory))
     if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
         lines.append(
-            "# The last point has a velocity: joint_trajectory_controller takes that only with "
+            "# The last point has a velocity: joint_trajectory_controller accepts that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
     data = {"trajectory": message} if goal else message
@@ -186,7 +186,7 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
 
 
 def _first_line(curve: JointTrajectory) -> str:
-    """What the arm must do when a message is sent."""
+    """Comment on the required state of the arm when a message is sent."""
     moving = {
         name: ", ".join(
             f"{joint} {value:.6g}"
@@ -196,11 +196,11 @@ def _first_line(curve: JointTrajectory) -> str:
         for order, name in ((1, "velocity"), (2, "acceleration"))
     }
     if not moving["velocity"]:
-        return "# The arm must stand at the first point when this is sent."
+        return "# The arm must be at rest at the first point when this is sent."
     pulled = f" and acceleration ({moving['acceleration']}; per s²)" * bool(moving["acceleration"])
     return (
         f"# The motion begins at a velocity ({moving['velocity']}; rad/s or m/s){pulled}: the "
-        "arm must already move like this at the first point when this is sent, and must not stand "
+        "arm must already move like this at the first point when this is sent, not be at rest "
         "there."
     )
 
@@ -212,7 +212,7 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
     `control_msgs.action.FollowJointTrajectory.Goal`. Arguments are those of `ros2_dict`.
 
     Raises:
-        InputError: ROS 2 can't be imported, or as `ros2_dict`.
+        InputError: ROS 2 can't be imported, or as for `ros2_dict`.
     """
     points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"
@@ -232,7 +232,7 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
 def replay_bound(trajectory: JointTrajectory, *, accelerations: bool = False) -> float:
     """Bound on the error of a replayed position due to times in whole nanoseconds [rad or m].
 
-    It holds over all joints and all time, up to rounding of the positions; the text of the module
+    It holds for all joints and all time, up to rounding of the positions; the module's docstring
     derives it.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1 / 3], [[0], [1]], [[0], [0]])
@@ -240,8 +240,8 @@ def replay_bound(trajectory: JointTrajectory, *, accelerations: bool = False) ->
     True
 
     Args:
-        trajectory: A motion that its knots define.
-        accelerations: The points have accelerations too.
+        trajectory: A motion defined by its knots.
+        accelerations: Whether the points have accelerations.
     """
     end_speed = float(np.abs(trajectory.velocity(trajectory.end_time)).max())
     return min(_bounds(trajectory, accelerations)) + end_speed * 1e-9
