@@ -90,8 +90,8 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
 @pytest.mark.parametrize(
     ("action", "asked", "words"),
     [
-        ("edit", b"[1]", "not understood"),
-        ("edit", b"{", "not understood"),
+        ("edit", b"[1]", "invalid request"),
+        ("edit", b"{", "invalid request"),
         ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "no number"),
         ("edit", {}, "needs changes"),
         ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),

@@ -1,4 +1,4 @@
-"""Lines to draw of a curve: its points piece by piece, its jumps, and where it breaks a limit."""
+"""Lines of a curve: its points piece by piece, and its jumps."""
 
 from __future__ import annotations
 
