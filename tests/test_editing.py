@@ -221,7 +221,7 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
     again = next(one for one in state()["draft"]["handles"] if one["name"] == three["name"])
     assert again["at"] == two["at"]
     actions["move"]({**again, "position": (np.array(again["position"]) + 0.01).tolist()})
-    with pytest.raises(InputError, match="nothing to move"):
+    with pytest.raises(InputError, match="no handle"):
         actions["move"]({**again, "name": "another"})
     with pytest.raises(InputError, match="shape"):
         actions["move"]({**again, "position": [1]})
@@ -304,7 +304,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
     [
         (("ur5_deburring",), "--copy ur5_deburring.yaml"),
         (("missing.yaml",), "there is no file"),
-        (("ur5_deburring", "--copy", "there.yaml"), "there already"),
+        (("ur5_deburring", "--copy", "there.yaml"), "exists already"),
     ],
 )
 def test_what_can_not_be_edited_is_refused(

@@ -46,7 +46,7 @@ class Checks:
         Args:
             patterns: Files, with `*` and `**`, or names of shipped scenarios.
             scenario: Scenario of trajectories; by default the one stated in the report in their
-            folder.
+                folder.
             robot: Robot of trajectories without a scenario: name or file.
             scene: Their scene: a scenario file, used without its waypoints.
             limits: Their limits, in place of those of robot and scene.

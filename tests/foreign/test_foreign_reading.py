@@ -551,7 +551,7 @@ def test_more_numbers_than_are_read_are_refused(
     monkeypatch.setattr("knotwork.documents.csv_rows.MOST_CELLS", 20)
     monkeypatch.setattr("knotwork.storage.reading.MOST_VALUES", 20)
     (tmp_path / "a.csv").write_text("time,lift\n" + "0,0\n" * 10)
-    with pytest.raises(DocumentError, match="line 11: is too much"):
+    with pytest.raises(DocumentError, match="line 11: is too large"):
         read_trajectory(tmp_path / "a.csv", ["lift"], ["m"])
     (tmp_path / "a.json").write_text(f"[{'0,' * 20}0]")
     with pytest.raises(DocumentError, match="more than 20 values"):

@@ -198,7 +198,7 @@ def test_a_part_goes_on_being_held(moving_part: kw.Plan, tmp_path: Path, knotwor
     tcp = {"part": {**PART, "from": "start", "to": "waypoint 1"}}
     goal = {**GOAL, "tool": {"shape": BALL, "holds": tcp}}
     assert moving_part.replace(5.5, goal).report.ok
-    with pytest.raises(InputError, match=r"waypoints\[0\]: is in a frame that moves"):
+    with pytest.raises(InputError, match=r"waypoints\[0\]: is in a moving frame"):
         moving_part.scaled({0: 0.5})
 
 
@@ -228,7 +228,7 @@ def test_replan_writes_what_check_reads(tmp_path: Path, knotwork: Command) -> No
     for asked, words in (
         (("old", "goal.yaml", "--at", "99"), "99 s is outside the trajectory"),
         (("old", "paper_case", "--at", "1"), "paper_case: waypoints[1].joints.joint_1"),
-        (("old.yaml", "paper_case", "--at", "1"), "needs the robot"),
+        (("old.yaml", "paper_case", "--at", "1"), "needs a robot"),
     ):
         paths = [tmp_path / one if (tmp_path / one).exists() else one for one in asked]
         failed = knotwork("replan", *paths)

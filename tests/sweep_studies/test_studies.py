@@ -74,7 +74,7 @@ def test_going_on_does_only_what_is_missing(lifted: Path, tmp_path: Path) -> Non
     ],
 )
 def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:
-    with pytest.raises(kw.InputError, match="holds another study") as raised:
+    with pytest.raises(kw.InputError, match="has another study") as raised:
         kw.sweep(task, vary, out=lifted, workers=0, resume=True)
     assert said in str(raised.value)
 

@@ -88,7 +88,7 @@ def test_rows_are_shown_where_none_has_the_figure(knotwork: Command, task: Path)
         (["--vary", "rate=1,2", "--vary", "rate=3"], "rate: is given twice"),
         ([], "nothing is varied"),
         (["--vary", "rat=1,2"], "rat: unknown key"),
-        (["--vary", "rate=1,2", "--plot"], "--plot: there is not a folder for the picture"),
+        (["--vary", "rate=1,2", "--plot"], "--plot: there is no folder for the picture"),
         (["--vary", "rate=1,2", "--plot", "a.gif"], "the suffix is '.gif'"),
         (["--vary", "rate=1,2", "--best", "speed"], "unknown figure 'speed'"),
         (["--vary", "rate=1,2", "--figures", "speed", "--plot", "a.png"], "figure 'speed'"),

@@ -41,7 +41,7 @@ class ChosenTimes:
         solution: The choice of the solutions of the poses, made before the times.
         duration: Duration of the whole motion [s].
         lower_bound: Lower bound of the duration of any such motion within the limits [s]; if
-        speeds along tool paths were chosen, for these speeds.
+            speeds along tool paths were chosen, for these speeds.
         status: `"optimal"`; `"stopped"` if the budget ended first; or `"resting"` if no start
             led to a solution and the arm comes to rest between waypoints.
         binding: Limiting constraints by interval.

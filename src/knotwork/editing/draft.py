@@ -117,7 +117,7 @@ class Draft:
 
         Raises:
             InputError: The file can't be written, or another program has changed it: then its
-            text is loaded, and `undo` restores this one.
+                text is loaded, and `undo` restores this one.
         """
         with self._lock:
             if self.file.exists() and self.reread():

@@ -107,7 +107,7 @@ def motion_points(
 
     Raises:
         ExportError: The knots alone do not define the motion and no tolerance is given; or no
-        number of points can, because a quantity in them jumps.
+            number of points can, because a quantity in them jumps.
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
             more than a million points; or points are given, and others are asked for.
     """

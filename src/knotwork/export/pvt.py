@@ -55,7 +55,7 @@ def to_pvt(
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`; or their digits in
-        drive units can't.
+            drive units can't.
         InputError: A factor or the tolerance is out of range, or a joint is unknown.
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
@@ -98,8 +98,8 @@ def _in_drive_units(
 
     Raises:
         ExportError: Numbers of this size can't represent the motion. Undoing the factor must
-        restore it within 1e-12 of the largest value, or of 1 rad or m (per second),
-        whichever is more; undoing the offset, within that or `held`.
+            restore it within 1e-12 of the largest value, or of 1 rad or m (per second),
+            whichever is more; undoing the offset, within that or `held`.
     """
     name, si = trajectory.joint_names[joint], trajectory.joint_units[joint]
     knots = trajectory.knots

@@ -80,7 +80,7 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
 
     Raises:
         HeadingError: The heading is unknown, has a unit that the joint does not have, or
-        contradicts itself.
+            contradicts itself.
     """
     text = heading.strip()
     found = _joint(heading, joint_names)

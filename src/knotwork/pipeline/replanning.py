@@ -37,7 +37,7 @@ def scenario_from(
 
     Raises:
         InputError: The time is outside the motion, a held object is missing in the task, the task
-        is for another robot, or it is wrong.
+            is for another robot, or it is wrong.
     """
     task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))

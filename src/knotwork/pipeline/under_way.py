@@ -58,13 +58,13 @@ class UnderWay:
 
         Args:
             profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
-            smoothly from each value to the next, and keeps the last one. If it changes too fast
-            for limits of acceleration and jerk, and is at most 1, the nearest feasible override
-            found is executed instead; a warning of the report gives it.
+                smoothly from each value to the next, and keeps the last one. If it changes too fast
+                for limits of acceleration and jerk, and is at most 1, the nearest feasible override
+                found is executed instead; a warning of the report gives it.
 
         Raises:
             InputError: A time or an override is negative, nothing would move, or a waypoint is in a
-            moving frame, which the tool would miss.
+                moving frame, which the tool would miss.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
@@ -86,7 +86,7 @@ class UnderWay:
         Args:
             at: Start of the stop [s].
             on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop at its next rest
-            if no stop is sooner. Otherwise each joint stops independently, as fast as it can.
+                if no stop is sooner. Otherwise each joint stops independently, as fast as it can.
 
         Returns:
             A plan from the time `at` on, which is its time 0. It starts with the position,
@@ -94,8 +94,8 @@ class UnderWay:
 
         Raises:
             InputError: The time is outside the motion, a joint has no acceleration limit (or,
-            off the path, no jerk limit), the motion ends before it can stop on its path, or it is
-            at rest at that time.
+                off the path, no jerk limit), the motion ends before it can stop on its path, or is
+                at rest at that time.
 
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
         >>> swing = kw.plan({"limits": {"acceleration": 4, "jerk": 40}, "waypoints": joints})

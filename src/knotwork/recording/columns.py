@@ -27,7 +27,7 @@ class LogColumns:
 
     Attributes:
         clock: Columns of the time and their factors to s; 0 if the size of the values
-        decides.
+            decides.
         position: Index of the column and factor to SI, for each joint.
         units_given: Joints, by index, whose headings state a unit.
     """

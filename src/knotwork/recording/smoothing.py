@@ -47,7 +47,7 @@ class Smoothed:
         residuals: Samples minus motion [rad or m], shape (n, d).
         sigma: Standard deviation of each sample [rad or m], shape (n, d).
         missed: Time intervals [s] in which the curve can't follow the samples, even with the
-        shortest pieces: the motion changes faster there than the log can resolve.
+            shortest pieces: the motion changes faster there than the log can resolve.
     """
 
     trajectory: JointTrajectory

@@ -20,7 +20,7 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
     Args:
         scenario: The scenario.
         positions: Joint positions at its waypoints, shape (d,); `None` where the joints move,
-        or for a pose.
+            or for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
     if scenario.free is not None:  # a chosen velocity is not a stop

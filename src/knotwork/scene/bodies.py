@@ -93,7 +93,7 @@ class LinkSources(NamedTuple):
         packages: Folders of the robot's meshes.
         ros: Folders of ROS packages.
         meshes: URDF and name of the mesh of each collision shape, with its path and the time of its
-        last change [ns]; `None` for a missing file.
+            last change [ns]; `None` for a missing file.
     """
 
     files: tuple[UrdfFile, ...]

@@ -75,7 +75,7 @@ class DistanceMeter:
             first: A solid.
             second: Another one.
             most: Upper bound of relevant distances [m]: for exact meshes and cells farther apart,
-            the result is between this and the distance.
+                the result is between this and the distance.
         """
         if _cells_second(first, second):
             first, second = second, first

@@ -69,7 +69,7 @@ def planned(chunks: Iterator[Chunk], workers: int, scheduler: str | None) -> Ite
 
     Raises:
         InputError: The scheduler can't be reached, its workers can't plan, the scheduler or all
-        workers are lost, or a chunk crashed its workers.
+            workers are lost, or a chunk crashed its workers.
     """
     if scheduler is not None:
         yield from _on_scheduler(chunks, scheduler)

@@ -30,7 +30,7 @@ class RowFigure:
         more_is_better: Whether the best row has the largest value.
         of: Computes it from a plan.
         at_rest: Quantity of its findings, if an arm at rest has it, so that a stop shared by
-        all rows may be the worst place: see `shared_rest`. Empty for others.
+            all rows may be the worst place: see `shared_rest`. Empty for others.
     """
 
     name: str

@@ -60,7 +60,7 @@ class Marks:
         time: Times [s], shape (n,).
         names: Names, length n.
         asked: Given joint values by order of derivative (0, 1), shape (n, d), NaN for
-        missing ones.
+            missing ones.
     """
 
     time: FloatArray
@@ -125,7 +125,7 @@ def motions_of(
 
     Raises:
         InputError: There are none, one is neither plan nor trajectory, their joints differ,
-        or the labels do not fit.
+            or the labels do not fit.
     """
     things: list[Any] = list(given) if isinstance(given, Sequence) else [given]
     if not things:

@@ -35,7 +35,7 @@ class LinkShapes:
 
     Attributes:
         parts: For each joint of the chain the meshes that it carries, in the joint's axes, after
-        the fixed ones, in the axes of the URDF's root; length d + 1.
+            the fixed ones, in the axes of the URDF's root; length d + 1.
         warnings: Parts that can't be drawn as described.
     """
 

@@ -164,7 +164,7 @@ class LiveServer(PageServer):
 
         Raises:
             InputError: The port is in use, or not permitted; or the package `meshcat` is
-            not installed.
+                not installed.
         """
         meshcat_viewer()
         super().__init__(waiting_page(title).html, port, handler or LiveHandler)

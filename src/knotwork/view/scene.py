@@ -82,7 +82,7 @@ def make_scene(
         others: Motions of other planners by name, shown as translucent arms.
         warnings: Further warnings for the page.
         before: The replaced scene. For the same robot its parts `STILL` are reused, as the same
-        objects, and the view is kept.
+            objects, and the view is kept.
 
     Raises:
         InputError: A trajectory has other joints than the robot, or is too long.

@@ -59,7 +59,7 @@ def plot_tool(
 
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, or
-        they have other joints than the scenario.
+            they have other joints than the scenario.
     """
     found = motions_of(motions, scenario=scenario, labels=labels)
     check_distinct(found)
