@@ -257,29 +257,6 @@ def test_knots_of_every_form(knots: str, breaks: list[float], knotwork: Command)
     np.testing.assert_allclose(found, breaks, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "knots",
-    [
-        "even",
-        "balanced:",
-        "balanced:0",
-        "balanced:x",
-        "balanced:nan",
-        "balanced:1,2",
-        "1,2,x",
-        "",
-        "nan",
-        "0.2",
-    ],
-)
-def test_knots_of_no_form(knots: str, knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--knots", knots)
-    assert ran.code == 2
-    assert not ran.out
-    assert "balanced" in ran.err or "knots" in ran.err
-    assert ("did you mean balanced:0.2?" in ran.err) == (knots == "0.2")
-
-
 # check
 
 
@@ -385,36 +362,6 @@ def test_each_command_explains_itself(command: str, option: str, knotwork: Comma
     assert command in ran.out
     if command in ("plan", "check"):
         assert "Exit codes: 0" in ran.out
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["plan"],
-        ["plam", "ur5_deburring"],
-        ["plan", "paper_case", "--rate", "0"],
-        ["plan", "paper_case", "--rate", "fast"],
-        ["plan", "paper_case", "--rate", "nan", "--out", "x"],
-        ["plan", "paper_case", "--wrong"],
-        ["plan", "nowhere.yaml"],
-        ["plan", ""],
-        ["check", "a.csv", "--against", ""],
-        ["check", "x"],
-        ["check", "nowhere.json", "--scenario", "paper_case"],
-        ["robots", "a", "b"],
-    ],
-)
-def test_wrong_usage_is_exit_code_2_on_standard_error(
-    arguments: list[str], knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork(*arguments)
-    assert ran.code == 2
-    assert not ran.out
-    assert ran.err
-    assert "Traceback" not in ran.err
-    assert not list(tmp_path.iterdir())
 
 
 # In processes of their own

@@ -286,20 +286,6 @@ class TestCommand:
         assert [row["planner"] for row in data["planners"]] == ["septic", "bspline"]
         assert (out / "comparison.csv").is_file()
 
-    @pytest.mark.parametrize(
-        ("arguments", "said"),
-        [
-            (("compare", "paper_case", "--planners", "cubic,nope"), "unknown planner 'nope'"),
-            (("compare", "nope"), "unknown scenario"),
-            (("compare", "paper_case", "--planners", ""), "give names separated by commas"),
-        ],
-    )
-    def test_bad_input(self, knotwork: Command, arguments: tuple[str, ...], said: str) -> None:
-        ran = knotwork(*arguments)
-        assert ran.code == 2
-        assert said in ran.err
-        assert "Traceback" not in ran.err
-
     def test_planners_lists_each_with_what_it_gives_up(self, knotwork: Command) -> None:
         ran = knotwork("planners", "--json")
         rows = {row["name"]: row for row in json.loads(ran.out)}

@@ -180,29 +180,6 @@ def warnings_of(task: dict[str, Any]) -> list[str]:
     return list(data["warnings"])
 
 
-def cartesian(*points: list[float], velocity: list[float], **rest: Any) -> dict[str, Any]:
-    """Through points in the plane of a planar arm, moving at the second one."""
-    pose = [{"position": [*point, 0.0], "rpy": [0, 0, 0]} for point in points]
-    waypoints: list[dict[str, Any]] = [{"pose": one, "after": 1} for one in pose]
-    waypoints[1] |= {"velocity": {"linear": velocity}, "name": "moving"}
-    del waypoints[0]["after"]
-    return {"robot": "ur5", "waypoints": waypoints, **rest}
-
-
-def ur5(*points: list[float], velocity: list[float], **rest: Any) -> dict[str, Any]:
-    task = cartesian(*(p[:2] for p in points), velocity=velocity, **rest)
-    for waypoint, point in zip(task["waypoints"], points, strict=True):
-        waypoint["pose"] = {"position": point, "rpy": [3.14159, 0, 0]}
-    return task
-
-
-A, B, C = [0.45, 0.1, 0.3], [0.45, 0.2, 0.3], [0.45, 0.3, 0.3]
-
-
-def test_a_sound_task_has_no_warnings() -> None:
-    assert not warnings_of(ur5(A, B, C, velocity=[0, 0.1, 0]))
-
-
 def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
     def task(angle: float, unit: str) -> dict[str, Any]:
         return {

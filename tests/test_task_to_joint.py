@@ -10,7 +10,6 @@ import pytest
 import yaml
 
 import knotwork as kw
-from command_line import Command
 from knotwork.errors import BranchError
 from knotwork.scenario.joint_space import joint_space
 from knotwork.task_to_joint import TaskSolution, solve_task
@@ -238,22 +237,6 @@ def test_a_redundant_arm_goes_no_farther_than_from_nearest_to_nearest() -> None:
         return float(np.linalg.norm(steps / robot.velocity_limit, axis=1).sum())
 
     assert travel(chosen) <= travel(naive) + 1e-6
-
-
-@pytest.mark.parametrize(
-    "name", ["ur5_deburring", "kinova_dispense", "ur10_spray", "panda_pick_place"]
-)
-def test_scenarios_say_which_solutions_were_taken(name: str, knotwork: Command) -> None:
-    ran = knotwork("plan", name, "--full")
-    assert ran.code == 0
-    assert "Solutions chosen" in ran.out
-    plan = kw.plan(name)
-    assert plan.solution is not None
-    for choice in plan.solution.choices:
-        assert choice.waypoint in ran.out
-        assert set(choice.reason.split()) <= set(ran.out.split())
-        assert choice.solutions >= choice.branches >= 1
-        assert choice.sampled == (name == "panda_pick_place")
 
 
 def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_do() -> None:

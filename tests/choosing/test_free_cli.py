@@ -63,28 +63,6 @@ def test_json_has_what_was_chosen(swing: Path, knotwork: Command) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--freeze", "f.yaml", "paper_case"), "paper_case: nothing is free, so there is nothing"),
-        (
-            ("--freeze", "f.yaml", "paper_case", "ur3_lid"),
-            "--freeze takes one scenario, not",
-        ),
-        (
-            ("--budget", "soon", "paper_case"),
-            "'soon' is not accepted; give a positive time: a number of seconds, or one",
-        ),
-        (("--budget", "-1s", "paper_case"), "'-1s' is not accepted"),
-        (("--budget", "0", "paper_case"), "'0' is not accepted"),
-    ],
-)
-def test_options_that_do_not_fit(arguments: tuple[str, ...], says: str, knotwork: Command) -> None:
-    ran = knotwork("plan", *arguments)
-    assert ran.code == 2
-    assert says in ran.err
-
-
-@pytest.mark.parametrize(
     ("text", "seconds"),
     [("10", 10), ("10s", 10), ("500ms", 0.5), ("5m", 300), ("2min", 120), ("1h", 3600)],
 )
@@ -102,7 +80,7 @@ def test_a_time_is_read_with_its_unit(
 def test_compare_says_that_times_were_chosen(swing: Path, knotwork: Command) -> None:
     ran = knotwork("compare", swing, "--planners", "modified-hermite,quintic")
     assert ran.code == 0
-    assert "chosen once, for all planners" in ran.out
+    assert "chosen once, and every planner got them" in ran.out
     data = json.loads(knotwork("compare", swing, "--planners", "quintic", "--json").out)
     assert data["times_chosen"] is True
     assert "chosen once" not in knotwork("compare", "paper_case", "--planners", "cubic").out

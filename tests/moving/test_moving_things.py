@@ -12,6 +12,7 @@ import pytest
 
 import knotwork as kw
 from moving.moving_truth import Bodies, frame, links, sampled
+from sweeps import mostly_exhaustive
 
 DOWN = {"rpy": [np.pi, 0, 0]}
 LINEAR, ANGULAR, ORIGIN = [0.0, 0.2, 0.0], [0.0, 0.0, 0.1], [0.4, -0.6, 0.1]
@@ -144,7 +145,7 @@ def two_arms(folder: Path, **more: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("delay", [0.5, 2.5])
-@pytest.mark.parametrize("apart", [0.9, 0.8])
+@pytest.mark.parametrize("apart", mostly_exhaustive([0.9, 0.8], 0.8))
 def test_another_robot_moves_as_it_does(tmp_path: Path, delay: float, apart: float) -> None:
     plan = kw.plan(two_arms(tmp_path, delay=delay, position=[apart, 0, 0]))
     left = kw.plan(LEFT).trajectory

@@ -71,7 +71,6 @@ def test_two_motions_have_one_clock_and_their_difference(
     miss = second.report.failures[0]
     assert miss.at is not None
     assert tab.evaluate("clock.time") == pytest.approx(miss.at - second.trajectory.start_time)
-    tab.context.close()
 
 
 @pytest.mark.parametrize(
@@ -140,8 +139,8 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
             for query in ("row=99", "row=-1", "row=../etc", ""):
                 with pytest.raises(urllib.error.HTTPError):
                     urllib.request.urlopen(f"{address}motion?{query}")
-            tab.context.close()
         finally:
+            tab.context.close()
             process.send_signal(signal.SIGINT)
             _, err = process.communicate(timeout=PATIENCE)
     assert not err
@@ -184,7 +183,6 @@ def test_a_map_that_is_one_file_has_the_motions_that_fit(
     tab.evaluate("choose", moving[0])
     assert tab.inner_text("#row").endswith(f"it is shown by: {command}")
     assert not tab.locator("#motion").is_visible()
-    tab.context.close()
 
 
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
@@ -201,4 +199,3 @@ def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
     assert video[:4] == b"\x1a\x45\xdf\xa3"  # Matroska, of which WebM is a part
     assert len(video) > 2000
     assert tab.evaluate("knotwork.time()") == pytest.approx(motion.duration, abs=1e-3)
-    tab.context.close()

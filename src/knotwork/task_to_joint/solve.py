@@ -45,7 +45,7 @@ def solve_task(
         scenario: The task.
         space: The joints and the robot.
         knots: Knot placement of the motion, for waypoints along tool paths: see
-        `ModifiedHermiteSpline`.
+            `ModifiedHermiteSpline`.
         avoided: Steps that count as collisions, because a motion with them collided.
 
     Raises:
