@@ -21,7 +21,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
-        chosen: What was chosen.
+        chosen: The chosen times.
         space: The joints and their limits.
     """
     yield _of_motion("duration", _duration(chosen), chosen.duration)

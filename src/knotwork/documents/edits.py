@@ -92,7 +92,7 @@ def written(text: str, wanted: Any, named: str) -> str:
     """A changed text, if it has the wanted content.
 
     Raises:
-        InputError: It has another content.
+        InputError: The text has another content.
     """
     try:
         done = parse(text).data

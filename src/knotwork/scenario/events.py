@@ -37,7 +37,7 @@ class EventReader:
         file: Content of the file, in SI.
         places: Its places in the file, for errors.
         units: Units of the file, for errors.
-        waypoints, paths, index: Those of the scenario.
+        waypoints, paths, index: Waypoints, paths and indices of the scenario.
     """
 
     file: PlainTask

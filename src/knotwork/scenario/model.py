@@ -139,7 +139,7 @@ class AskedEvent:
         event: The signal and its time.
         delay: Time after arrival at its waypoint [s]; before it, if negative.
         distance: Distance along the path after its waypoint [m]; before it, if negative.
-        path: That path, or `None` for an event timed relative to the waypoint.
+        path: Its path, or `None` for an event timed relative to the waypoint.
         arc_length: Arc length of the event along the path [m].
     """
 

@@ -259,7 +259,7 @@ def wait_on(
         carrier: The moving frame.
         pose: Pose of the tool with that frame at rest.
         first: Index of the waypoint at the start of the wait.
-        begin: That waypoint.
+        begin: Waypoint at the start.
         end: End of the wait [s].
     """
     R, start = np.array(pose.rotation), begin.time

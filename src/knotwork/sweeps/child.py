@@ -1,7 +1,7 @@
 """Child processes for planning; a parent survives their crashes and timeouts.
 
 Parent and child exchange pickled data through the child's standard input and output. A
-child ends when its parent does, which closes the input. `concurrent.futures` is no replacement:
+child ends when its parent does, which closes the input. `concurrent.futures` is not sufficient:
 it gives up all processes when one ends, has no time limits, and imports the user's script.
 """
 

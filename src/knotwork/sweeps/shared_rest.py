@@ -4,7 +4,7 @@ A motion that begins at home is never better there than home is, whatever is var
 at every waypoint with fixed joint values, unless an object is taken or released there. Fixed poses
 do not count: rows are planned independently, and may reach them with other joint values. If such a
 waypoint is the worst place of a motion, the figure can't rank rows. Then it is computed from the
-rest only: from each other waypoint to the next one. That is no worse than the whole motion, so rows
+rest only: from each other waypoint to the next one. Its figures are at least as good, so rows
 with a worse motion elsewhere stay behind.
 """
 

@@ -91,7 +91,7 @@ def _limiting(
 ) -> str:
     """Limiting constraint of a segment: that of the choice of times, else the limit nearest to it.
 
-    A position within its range is no constraint.
+    Positions within their range are not constraints.
     """
     for one in findings:
         span = one.interval if one.quantity == "binding_limits" else None
