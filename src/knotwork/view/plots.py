@@ -54,7 +54,7 @@ def plot_joints(
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them.
         joints: Names of the joints to draw; by default all.
-        quantities: Names among `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`; default: all.
+        quantities: Some of `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`; default all.
         degrees: Show angles in degrees or in radians; by default the unit of the scenario.
         scenario: Scenario of trajectories, to mark waypoints and limits.
         labels: A name for each motion; by default its planner.
