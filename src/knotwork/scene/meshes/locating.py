@@ -66,7 +66,7 @@ def find_mesh(
     if not leads:
         raise InputError(f"there is no mesh {shown(name)} {where}")
     leads = leads if len(leads) <= _LONGEST else f"{leads[: _LONGEST - 3]}..."
-    raise InputError(f"mesh {shown(name)} is at {leads}; meshes are accepted only from {where}")
+    raise InputError(f"mesh {shown(name)} leads to {leads}; meshes are accepted only from {where}")
 
 
 def mesh_package(mesh: Path) -> Path:
