@@ -86,7 +86,7 @@ def test_what_can_be_done_next_shows_the_motion_that_was_judged(
     monkeypatch.setenv("ROS_PACKAGE_PATH", "")  # it is changed
     monkeypatch.chdir(tmp_path)
     Path("a task.yaml").write_text(SWING)
-    given = "'a task.yaml' --knots balanced:0.2 --budget 10s --package-path ."
+    given = "'a task.yaml' --planner quintic --budget 10s --package-path ."
     ran = knotwork("plan", *shlex.split(given), "-o", "made")
     # there is no arm to view
     assert ran.out.splitlines()[-1] == (
@@ -106,7 +106,7 @@ def test_commands_that_show_a_motion_take_all_that_decides_it(
     command: str, knotwork: Command
 ) -> None:
     words = set(re.findall(r"--[\w-]+", knotwork(command, "--help").out))
-    assert {"--planner", "--knots", "--budget", "--package-path"} <= words  # of plan
+    assert {"--planner", "--budget", "--package-path"} <= words  # of plan
     assert {"--scenario", "--log", "--against", "--noise", "--log-unit", "--topic"} <= words
 
 
@@ -238,23 +238,6 @@ def test_json_of_several_says_what_became_of_each(knotwork: Command) -> None:
     assert data["plans"][2]["error"]["type"] == "DocumentError"
     assert "did you mean 'velocity'" in data["plans"][2]["error"]["message"]
     assert data["plans"][3]["error"]["type"] == "UnknownNameError"
-
-
-@pytest.mark.parametrize(
-    ("knots", "breaks"),
-    [
-        ("paper", [0, 3.09, 7.5, 12.5, 18.82, 25]),
-        ("balanced", [0, 4, 6, 13, 17, 25]),
-        ("balanced:0.4", [0, 3, 7, 11, 19, 25]),
-        ("0,3,8,13,19,25", [0, 3, 8, 13, 19, 25]),
-        ("0, 3.5, 8, 13, 19, 25", [0, 3.5, 8, 13, 19, 25]),
-    ],
-)
-def test_knots_of_every_form(knots: str, breaks: list[float], knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--knots", knots, "--json")
-    assert ran.code == 0
-    found = json.loads(ran.out)["plans"][0]["trajectory"]["breaks"]
-    np.testing.assert_allclose(found, breaks, rtol=1e-12)
 
 
 # check

@@ -179,13 +179,12 @@ def test_the_exit_code_says_whether_any_planner_passes(knotwork: Command) -> Non
 
 
 @pytest.mark.parametrize("name", ["paper_case", "ur5_deburring", "panda_pick_place"])
-@pytest.mark.parametrize("in_full", [False, True])
 def test_tables_fit_the_terminal_and_name_every_planner(
-    name: str, in_full: bool, printed: Callable[..., str]
+    name: str, printed: Callable[..., str]
 ) -> None:
-    out = printed(compared(name), *["--all"] * in_full)
+    out = printed(compared(name))
     tables = out.partition("* best of all that pass")[0].splitlines()
-    assert max(map(len, tables)) <= (90 if in_full else 78)
+    assert max(map(len, tables)) <= 78
     for planner in PLANNERS:
         assert re.search(rf"^{re.escape(planner)} +(passed|\d+ fail) ", out, re.MULTILINE)
 

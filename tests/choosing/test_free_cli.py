@@ -84,10 +84,3 @@ def test_compare_says_that_times_were_chosen(swing: Path, knotwork: Command) -> 
     data = json.loads(knotwork("compare", swing, "--planners", "quintic", "--json").out)
     assert data["times_chosen"] is True
     assert "chosen once" not in knotwork("compare", "paper_case", "--planners", "cubic").out
-
-
-def test_knots_may_be_optimal_on_the_command_line(knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--knots", "optimal", "--json")
-    assert ran.code == 0
-    (plan,) = json.loads(ran.out)["plans"]
-    assert plan["trajectory"]["breaks"][-1] == 25.0

@@ -112,6 +112,16 @@ def check_pairs(report: kw.Report, own: Bodies, others: Bodies, times: np.ndarra
         assert one.ok == (least > 1e-6), one.message
 
 
+def test_what_moves_through_what_stands_is_said_not_to_be_checked() -> None:
+    box = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
+    post = {"box": [0.02, 0.02, 0.02], "position": [0, 2, 0]}
+    wall = {"box": [0.02, 0.02, 0.02], "position": [0, 2.2, 0]}
+    report = kw.plan(belt(scene={"objects": {"box": box, "post": post, "wall": wall}})).report
+    said = [one.message for one in report.select(quantity="pairs_not_checked")]
+    asked = "not checked, as no joint of the robot moves one of them to the other: "
+    assert f"{asked}box and post; box and wall" in said
+
+
 @pytest.mark.parametrize("height", [0.2, 0.02])
 def test_objects_ride_along_in_the_proof(height: float) -> None:
     task = belt(

@@ -157,6 +157,20 @@ class Robot(ChainKinematics):
         """
         return self._given.urdf.added
 
+    @property
+    def carrying_joints(self) -> dict[str, frozenset[str]]:
+        """For each joint of its URDF, planned or not, itself and those that carry it.
+
+        >>> sorted(kw.load_robot("ur5_rail").carrying_joints["shoulder_pan_joint"])
+        ['rail', 'shoulder_pan_joint']
+        """
+        urdf = self._given.urdf
+        tree = read_urdf(urdf.files[0].path, self.name, urdf.axes).model
+        return {
+            name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
+            for joint, name in enumerate(tree.names[1:], 1)
+        }
+
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._given,)  # made anew: each copy has working memory of its own
 
@@ -273,6 +287,7 @@ class Robot(ChainKinematics):
 
         Raises:
             UnknownNameError: There is no such joint.
+            RobotError: A joint does not move.
 
         >>> arm = kw.load_robot("ur5_rail")
         >>> eager, q = arm.with_weights({"rail": 0.2}), arm.configuration("home")
@@ -281,6 +296,13 @@ class Robot(ChainKinematics):
         [array([0.067, 0.068]), array([0.098, 0.004])]
         """
         for name in weights:
+            if name in self.locked:
+                raise RobotError(
+                    self.name,
+                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
+                    f"carries; joints that move: {', '.join(self.joint_names)}",
+                    joint=name,
+                )
             if name not in self.joint_names:
                 raise UnknownNameError(
                     "joint", name, self.joint_names, where=f"robot {self.name!r}"

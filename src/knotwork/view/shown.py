@@ -34,6 +34,7 @@ class Shown:
         scenario: The task; for a stored motion one without requirements.
         space: Its joints and limits.
         report: Report of the check, if there was one.
+        fastest: Lower bound on the end of the scale of tool speeds [m/s].
     """
 
     def __init__(
@@ -43,8 +44,9 @@ class Shown:
         scenario: Scenario | None = None,
         space: JointSpace | None = None,
         report: Report | None = None,
+        fastest: float = 0.0,
     ) -> None:
-        self.robot, self.report = robot, report
+        self.robot, self.report, self.fastest = robot, report, fastest
         self.trajectory = self.in_order(trajectory)
         self.scenario = scenario or asking_nothing(f"{robot.name}: stored trajectory")
         self.space = space or JointSpace(
