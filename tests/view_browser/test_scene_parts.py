@@ -316,7 +316,7 @@ def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None
     picture.unlink()
     (missing,) = shape_warnings(at_rest(textured_robot))
     assert "image 'two%20colours.png' does not exist below" in missing
-    assert missing.endswith("what it colours is drawn grey")
+    assert missing.endswith("its surfaces are drawn grey")
 
 
 def test_a_wait_has_one_label_where_it_begins() -> None:
