@@ -11,19 +11,11 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
 ROOMS = (
-    "kinematics",
-    "task_to_joint",
-    "tool_paths",
-    "ways",
-    "retiming",
-    "interpolation",
-    "polynomial",
-    "metrics",
-    "trajectory",
-    "waypoints.py",
-    "joint_quantities.py",
-    "units.py",
-    "verification",
+    *("choosing", "cli", "comparison", "documents", "editing", "errors", "foreign"),
+    *("interpolation", "joint_quantities.py", "kinematics", "metrics", "polynomial"),
+    *("pytest_plugin.py", "recording", "retiming", "scenario", "scene", "storage", "sweeps"),
+    *("task", "task_to_joint", "tool_paths", "trajectory", "units.py", "verification", "view"),
+    *("waypoints.py", "ways"),
 )
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(

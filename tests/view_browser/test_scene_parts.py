@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from drawn import at_rest, faces, numbers, scene, thing, vertices
+from drawn import at_rest, faces, numbers, placed, scene, thing, vertices
 from knotwork.errors import InputError
 from knotwork.view import view_trajectory
 from knotwork.view.page import Page
@@ -139,14 +139,7 @@ def test_the_joints_on_a_page_are_the_robot_s(name: str) -> None:
     """Chained by hand, they put the last joint where Pinocchio's forward kinematics does."""
     robot = kw.load_robot(name)
     q = np.random.default_rng(1).uniform(-1, 1, robot.dof)
-    places = [pin.SE3.Identity()]
-    for joint, value in zip(scene(at_rest(robot))["joints"], q, strict=True):
-        own = pin.SE3(pin.Quaternion(np.array(joint["quaternion"])), np.array(joint["origin"]))
-        axis = np.array(joint["axis"])
-        moved = pin.SE3(np.eye(3), value * axis) if joint["slides"] else pin.SE3.Identity()
-        if not joint["slides"]:
-            moved = pin.SE3(pin.AngleAxis(value, axis).matrix(), np.zeros(3))
-        places.append(places[joint["parent"]] * own * moved)
+    places = placed(scene(at_rest(robot)), q)
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, q)
     for place, true in zip(places[1:], list(data.oMi)[1:], strict=True):
@@ -323,7 +316,7 @@ def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None
     picture.unlink()
     (missing,) = shape_warnings(at_rest(textured_robot))
     assert "image 'two%20colours.png' does not exist below" in missing
-    assert missing.endswith("what it colours is drawn grey")
+    assert missing.endswith("its surfaces are drawn grey")
 
 
 def test_a_wait_has_one_label_where_it_begins() -> None:
@@ -364,3 +357,25 @@ def test_a_frame_and_an_object_of_one_name_have_one_label() -> None:
     labels = scene(kw.plan("ur3_lid").view())["labels"]
     (jar,) = (one for one in labels if one["text"] == "jar")
     assert jar["detail"] == "frame and object 'jar'"
+
+
+def test_a_time_that_is_too_short_has_joint_place_and_remedy() -> None:
+    stop = {"stop": True}
+    near, far = ({"position": [0.45, y, 0.4], "rpy": [180, 0, 0]} for y in (0.2, -0.2))
+    stops = [
+        {"name": "a b", "time": 2, "pose": near, **stop},
+        {"name": "c", "after": 0.05, "pose": far, **stop},
+    ]
+    task = {"robot": "panda", "start": "home", "units": {"length": "m", "angle": "deg"}}
+    plan = kw.plan({**task, "waypoints": stops})
+    first, data = plan.report.failures[0], scene(plan.view())
+    told = data["failures"][0]
+    assert re.fullmatch(
+        r"panda_joint\d needs [\d.]+ of [\d.]+ deg/s on average from 2.000 to 2.050 s, "
+        "between 'a b' and 'c'",
+        told["line"],
+    )
+    assert told["remedy"] in first.message
+    assert re.match(r"[\d.]+ s or more is sufficient", told["remedy"])
+    labels = [one["text"] for one in data["labels"] if one["kind"] == "miss"]
+    assert any(told["line"].startswith(text.partition(", and")[0]) for text in labels)
