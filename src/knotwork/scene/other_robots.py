@@ -94,8 +94,8 @@ def in_one_cell(own: Robot, theirs: Robot) -> bool:
     """Whether two robots are arms of one URDF, which defines their relative placement.
 
     Raises:
-        InputError: A joint of that URDF carries an arm and only the other motion moves it, or it has
-            two positions.
+        InputError: A joint of that URDF carries an arm and only the other motion moves it, or the
+            joint has two positions.
     """
     if own.urdf != theirs.urdf or {*own.joint_names} & {*theirs.joint_names}:
         return False
