@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 
 _FACTORS = {"m": 1.0, "mm": 1e3, "rad": 1.0, "deg": 180.0 / math.pi}
 """Each unit per SI unit."""
@@ -60,6 +61,24 @@ def readable(value: float, form: str = ".4g") -> str:
     if not power:
         return text
     return f"{float(text):.0f}" if 0 < int(exponent) < MOST_DIGITS else f"{digits}e{int(exponent)}"
+
+
+def rounded_up(value: float, digits: int = 6) -> float:
+    """Round a number up to n digits.
+
+    >>> rounded_up(1.3833333), rounded_up(2.0)
+    (1.38334, 2.0)
+    """
+    return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(f"{value:.12g}"))
+
+
+def rounded_down(value: float, digits: int = 6) -> float:
+    """Round a number down to n digits.
+
+    >>> rounded_down(1.3833333, 3), rounded_down(0.0)
+    (1.38, 0.0)
+    """
+    return float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(f"{value:.12g}"))
 
 
 SI = Units()

@@ -317,7 +317,7 @@ WRONG = {
     ),
     "weak": (
         {"turner": {**TURNER, "urdf": "weak.urdf"}},
-        r"weak\.urdf is no valid URDF: joint \[elbow_joint\]: limit has no effort",
+        r"weak\.urdf is not a valid URDF: joint \[elbow_joint\]: limit has no effort",
     ),
     "broken": ({"turner": {**TURNER, "urdf": "broken.urdf"}}, r"broken\.urdf is not a URDF: "),
     "on": (

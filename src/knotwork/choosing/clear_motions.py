@@ -20,8 +20,9 @@ from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.budget import Watch
 from knotwork.timing.objective_terms import terms
-from knotwork.timing.rounding import rounded_up, with_room
+from knotwork.timing.rounding import with_room
 from knotwork.trajectory import JointTrajectory
+from knotwork.units import rounded_up
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 from knotwork.ways.blame import to_blame
 from knotwork.ways.configurations import at_time

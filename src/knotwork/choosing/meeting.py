@@ -18,7 +18,7 @@ from knotwork.choosing.choice import ChosenTimes
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.scenario import FreeTimes, Scenario, resolved
 from knotwork.task import PlainTask
-from knotwork.timing.rounding import rounded_up
+from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
 ROUNDS = 20

@@ -23,7 +23,7 @@ from knotwork.errors.plain_text import called
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
 from knotwork.timing.problem import with_margin
-from knotwork.timing.rounding import rounded_down, rounded_up
+from knotwork.units import rounded_down, rounded_up
 from knotwork.waypoints import FloatArray
 
 ROUNDING = 1e-9

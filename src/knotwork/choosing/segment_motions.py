@@ -14,8 +14,9 @@ from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, TimingError, together
 from knotwork.timing import Objective, TimedMotion
 from knotwork.timing.budget import Watch
-from knotwork.timing.rounding import rounded_up, with_room
+from knotwork.timing.rounding import with_room
 from knotwork.timing.solving import NoMotionError, solved
+from knotwork.units import rounded_up
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)
 """Objective if all times are given."""

@@ -31,8 +31,8 @@ from knotwork.export.straight import (
     TICK,
     Positions,
     arm_joints,
+    bound_text,
     from_horizontal,
-    rounded_up,
     straight_points,
 )
 from knotwork.trajectory import Event, JointTrajectory
@@ -204,7 +204,7 @@ def to_ls(
     def switch(event: Event) -> str:
         return f"DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
 
-    off = f"lines {rounded_up(points.error, 2)} off"
+    off = f"lines {bound_text(points.error, 2)} off"
     moves = [f"  !{points.time[-1]:.3f} s, {off}"[: REMARK + 3], "J P[1] 10% FINE"]
     moves += [f"  {switch(event)}" for event in _at_start(points)]
     for step in _steps(points):

@@ -72,14 +72,14 @@ class Positions:
         """Say how many there are and how far off they are."""
         return (
             f"{self.time.size} points; straight lines between them are off the motion by at most "
-            f"{rounded_up(self.error)} [rad or m]"
+            f"{bound_text(self.error)} [rad or m]"
         )
 
 
-def rounded_up(value: float, digits: int = 3) -> str:
-    """A bound in few digits, which is none the less one.
+def bound_text(value: float, digits: int = 3) -> str:
+    """Text of an upper bound, rounded up to few digits.
 
-    >>> rounded_up(0.00091027)
+    >>> bound_text(0.00091027)
     '0.000911'
     """
     if value <= 0.0:
@@ -157,7 +157,7 @@ def straight_points(
         if ticks.size > last:
             raise InputError(
                 f"fit {tolerance:g} takes points nearer than 1 ms, or more digits than the format "
-                f"has; accepted: {rounded_up(points.error)} or more"
+                f"has; accepted: {bound_text(points.error)} or more"
             )
         aim *= min(0.8, 0.9 * tolerance / points.error)
 

@@ -23,7 +23,7 @@ from knotwork.errors import ExportError
 from knotwork.errors.plain_text import called
 from knotwork.export.lossless import Points, motion_points
 from knotwork.export.pvt import increments
-from knotwork.export.straight import refuse_moving, rounded_up
+from knotwork.export.straight import bound_text, refuse_moving
 from knotwork.trajectory import Event, JointTrajectory, Load
 from knotwork.waypoints import FloatArray
 
@@ -201,7 +201,7 @@ def describe_steps(motion: JointTrajectory) -> str:
     bounds = motion.extrema("acceleration")
     first = motion.acceleration(motion.start_time)
     change = float(np.maximum(bounds.maximum - first, first - bounds.minimum).max())
-    off = (f"{rounded_up(change / (6.0 * rate**2), 2)} rad at {rate} Hz" for rate in RATES)
+    off = (f"{bound_text(change / (6.0 * rate**2), 2)} rad at {rate} Hz" for rate in RATES)
     return f"steps of speedj are off the motion by at most {' and '.join(off)}"
 
 

@@ -152,7 +152,7 @@ def _tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
     try:
         return root, check_tree(root)
     except InputError as error:
-        raise RobotError(robot, f"{path} is no valid URDF: {error}") from error
+        raise RobotError(robot, f"{path} is not a valid URDF: {error}") from error
 
 
 def _root(document: Document, text: str, path: Path, robot: str) -> Element:
@@ -211,7 +211,7 @@ def _build(text: str, path: Path, robot: str) -> Any:
             model = pin.buildModelFromXML(text)
     except Exception as error:  # Boost.Python passes on all exceptions of the parser
         reason = captured[0] if captured and captured[0] else str(error)
-        raise RobotError(robot, f"{path} is no valid URDF: {reason}") from error
+        raise RobotError(robot, f"{path} is not a valid URDF: {reason}") from error
     for frame in model.frames:
         for what, numbers in (
             ("origin", frame.placement.homogeneous),
@@ -220,7 +220,7 @@ def _build(text: str, path: Path, robot: str) -> Any:
             if not np.isfinite(numbers).all():
                 raise RobotError(
                     robot,
-                    f"{path} is no valid URDF: the {what} of {frame.name!r} is not finite",
+                    f"{path} is not a valid URDF: the {what} of {frame.name!r} is not finite",
                     joint=frame.name,
                 )
     return model

@@ -63,7 +63,7 @@ def check_tree(root: Element) -> str:
         for end in ("parent", "child"):
             link = link_of(joint, end)
             if link not in names:
-                found = f"{link!r}, which is no link" if link else "not given"
+                found = f"{link!r}, which is not a link" if link else "not given"
                 raise InputError(f"the {end} of joint {name!r} is {found}")
         child = link_of(joint, "child")
         if child in above:

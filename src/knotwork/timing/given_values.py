@@ -11,7 +11,7 @@ from knotwork.errors import TimingError
 from knotwork.errors.plain_text import called
 from knotwork.joint_quantities import rate_unit
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.rounding import rounded_down
+from knotwork.units import rounded_down
 
 ROUNDING = 1e-12
 """Relative rounding tolerance of given values."""

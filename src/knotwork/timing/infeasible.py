@@ -21,8 +21,9 @@ from knotwork.timing.efforts import effort_shares, tool_shares
 from knotwork.timing.exact_curve import rebuilt
 from knotwork.timing.given_values import ROUNDING, feasible_part, outside_limits, value_faults
 from knotwork.timing.problem import BoolArray, TimingProblem
-from knotwork.timing.rounding import rounded_down, rounded_up, with_room
+from knotwork.timing.rounding import with_room
 from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
+from knotwork.units import rounded_down, rounded_up
 from knotwork.waypoints import FloatArray
 
 NOTHING = "no motion was found that keeps all limits"

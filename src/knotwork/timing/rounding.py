@@ -1,29 +1,11 @@
-"""Directed rounding of numbers in messages, so that the statements about them stay true."""
+"""Durations in messages, with a margin."""
 
 from __future__ import annotations
 
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from knotwork.units import rounded_up
 
 SPARE = 1e-4
 """Relative margin of a reported duration over a sufficient one."""
-
-
-def rounded_up(value: float, digits: int = 6) -> float:
-    """Round a number up to n digits.
-
-    >>> rounded_up(1.3833333), rounded_up(2.0)
-    (1.38334, 2.0)
-    """
-    return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(f"{value:.12g}"))
-
-
-def rounded_down(value: float, digits: int = 6) -> float:
-    """Round a number down to n digits.
-
-    >>> rounded_down(1.3833333, 3), rounded_down(0.0)
-    (1.38, 0.0)
-    """
-    return float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(f"{value:.12g}"))
 
 
 def with_room(value: float) -> float:

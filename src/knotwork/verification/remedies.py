@@ -11,6 +11,7 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial.least_durations import feasible_durations
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.units import rounded_up
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion, between
 
@@ -36,17 +37,6 @@ def slower(use: float, order: int, scenario: Scenario) -> str:
     paths = ", at less speed along tool paths" if scenario.paths else ""
     factor = rounded_up(use ** (1.0 / order), 3)
     return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
-
-
-def rounded_up(value: float, digits: int) -> float:
-    """A positive number rounded up to a number of digits.
-
-    >>> from knotwork.verification.remedies import rounded_up
-    >>> rounded_up(1.231, 2)
-    1.3
-    """
-    scale = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
-    return math.ceil(scale * value) / scale
 
 
 def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: JointSpace) -> str:
