@@ -99,7 +99,7 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     kinds = [(found.subject, found.quantity) for found in plan.report.tightest]
     assert len(set(kinds)) == len(kinds)
     scene = plan.view().html
-    assert "three four: loudness 71.5, limit 60 dB" in scene
+    assert "three four loudness 71.5 of 60 dB" in scene
 
 
 def test_the_report_says_of_a_quantity_once_how_near_its_limit_it_is() -> None:
@@ -245,7 +245,7 @@ def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path()
     with registered(noisy):
         plan = kw.plan("planar2_closed_form")
     page = plan.view().html
-    assert "noise 75, limit 60 dB" in page
+    assert "noise 75 of 60 dB from 1.000 to 1.500 s" in page
     assert '"broken": true' in page or '"broken":true' in page
     assert '"broken": false' in quiet or '"broken":false' in quiet
 

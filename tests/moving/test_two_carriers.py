@@ -217,21 +217,17 @@ def test_what_is_not_possible_beside_it_is_said(folder: Path) -> None:
     given = fetch(folder)
     given["waypoints"][5]["frame"] = "base"
     said = refused(given)
-    assert (
-        "waypoints[5]: is the end of a path that touches the base, and other poses are on link"
-        in (said)
-    )
+    assert "waypoints[5]: ends a path with poses in the base, and other poses are on link" in (said)
     given = fetch(folder)
     given["frames"]["belt"] = {"position": BESIDE, "moves": {"linear": [0, 0.1, 0]}}
     given["waypoints"][0]["frame"] = "belt"
-    assert (
-        "waypoints[0]: is in frame 'belt', which moves, while other poses are on link 'plate'"
-        in (refused(given))
+    assert "waypoints[0]: is in frame 'belt', which moves, and other poses are on link 'plate'" in (
+        refused(given)
     )
     given = fetch(folder)
     given["frames"]["cradle"] = {"on": "cradle", "position": [0, 0, 0.2]}
     given["waypoints"][6]["frame"] = "cradle"
-    assert "is in frame 'cradle', on link 'cradle', and poses before it are in frame 'part'" in (
+    assert "is in frame 'cradle', on link 'cradle', and earlier poses are in frame 'part'" in (
         refused(given)
     )
 

@@ -255,7 +255,7 @@ class _Planner:
         parts = segments(scenario, {i for found, _ in ways for i in found[:-1]})
         loads = space.carrying.loads(trajectory.start_time) if space.carrying else ()
         trajectory = replace(trajectory, events=events, loads=loads, segments=parts)
-        known = [infeasible(one) for one in solution.infeasibilities]
+        known = [infeasible(one, scenario.units) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings
 

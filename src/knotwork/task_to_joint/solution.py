@@ -73,6 +73,11 @@ class Infeasibility:
         """The feasible fraction of the velocity."""
         return self.limit / self.velocity
 
+    @property
+    def remedy(self) -> str:
+        """What is feasible: the sentence ends with it."""
+        return self.sentence.rpartition("; ")[2]
+
     def __str__(self) -> str:
         return self.sentence
 

@@ -56,7 +56,7 @@ def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]
     if found.subject == "waypoint" and line.startswith(found.name):
         line = called(found.name) + line.removeprefix(found.name)
     elif at is not None and (found.label or found.value is not None):
-        line += _where(scenario, at)
+        line += _where(scenario, at if found.time is not None else sum(found.spans[0]) / 2)
     also = [
         {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
         for low, high in found.spans
@@ -71,7 +71,7 @@ def _where(scenario: Scenario, time: float) -> str:
 
 
 def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:
-    """From when to when two bodies are too near: joints that carry links, and other bodies."""
+    """Time intervals of contacts: joints that carry links, and other bodies."""
     found = []
     for one in report.failures:
         links = [name for name in one.bodies if robot.model.existBodyName(name)]
