@@ -39,19 +39,19 @@ START = "start"
 
 
 def _after_wait(name: str) -> str:
-    """Name of the waypoint at which a wait is over."""
+    """Name of the waypoint at the end of a wait."""
     return f"{name}, after the wait"
 
 
 class WaypointReader:
-    """Reads the waypoints of one scenario file, and the frames they stand in.
+    """Reads the waypoints of a scenario file, and their frames.
 
     Args:
-        file: What the file says, in SI but for joint values.
-        places: Where it says it, for errors.
+        file: Content of the file, in SI but for joint values.
+        places: Its places in the file, for errors.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
-        expected: When waypoints whose time is chosen are expected to be reached [s], by index.
+        expected: Expected times of waypoints with a chosen time [s], by index.
     """
 
     def __init__(
@@ -76,8 +76,8 @@ class WaypointReader:
     def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
         """All waypoints in order, the start first if there is one, and the paths between them.
 
-        A waypoint with `wait` stands twice: when the wait begins, and when it is over. Times and
-        speeds that are free are provisional. `indices` has the index in the file of each.
+        A waypoint with `wait` appears twice: at the start and the end of the wait. Free times and
+        speeds are provisional. `indices` has the index in the file of each.
 
         Raises:
             DocumentError: A time, frame, pose or velocity is missing or wrong.
@@ -89,7 +89,7 @@ class WaypointReader:
             raise self.places.error(
                 ("waypoints",),
                 "a motion needs at least two waypoints, and there is one",
-                "two or more, or one with start: where the motion begins",
+                "two or more, or one with start: the start of the motion",
             )
         check_places(self.file, self.places)
         poses = self._poses()
@@ -154,7 +154,7 @@ class WaypointReader:
         begin: CartesianWaypoint,
         end: float,
     ) -> ScenarioPath:
-        """A wait in a frame that moves; arguments as of `wait_on`."""
+        """A wait in a moving frame; arguments as for `wait_on`."""
         from knotwork.scenario.path_reader import wait_on
 
         self.carriers.check_smooth(i, carrier, (begin.time, end))
@@ -171,7 +171,7 @@ class WaypointReader:
     ) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base frame, at its time.
 
-        A frame that moves carries both: poses are as they are where it is at rest.
+        A moving frame carries both: poses are given with the frame at rest.
         """
         frame = self.carriers.of(i)
         if motion is not None and not self._stops(i):
@@ -187,7 +187,7 @@ class WaypointReader:
 
     @cached_property
     def carriers(self) -> Carriers:
-        """What carries the poses of the waypoints."""
+        """Moving frames of the waypoints' poses."""
         from knotwork.scenario.carriers import Carriers
 
         return Carriers(self.file, self.places, self.frames, self.frame)
@@ -202,13 +202,13 @@ class WaypointReader:
                 raise self.places.error(
                     ("waypoints", i, "name"),
                     f"{name!r} is the name of another waypoint",
-                    "a name of its own",
+                    "a unique name",
                 )
             taken.add(name)
         return names
 
     def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[ScenarioPath]]:
-        """Times of the waypoints, and the paths between them, whose poses are put in as well."""
+        """Times of the waypoints, and the paths between them, whose poses are added."""
         times: list[float] = []
         paths: list[ScenarioPath] = []
         reader = self._path_reader(poses)
@@ -235,10 +235,10 @@ class WaypointReader:
                 raise self.places.error(
                     location,
                     "has no time",
-                    "time (since 0), after (since the one before) [s], or after: fastest",
+                    "time (since 0), after (since the previous one) [s], or after: fastest",
                 )
             if before is not None and time <= before:
-                earlier = "start" if i == 0 else "the waypoint before it"
+                earlier = "start" if i == 0 else "the previous waypoint"
                 raise self.places.error(
                     location,
                     f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
@@ -265,7 +265,7 @@ class WaypointReader:
         return PathReader(curves, self._stops, self.carriers)
 
     def _poses(self) -> dict[int, pin.SE3]:
-        """Poses in the base frame of those waypoints that are given by one."""
+        """Poses in the base frame of the waypoints that have one."""
         poses = {}
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint | PathWaypoint):
@@ -279,7 +279,7 @@ class WaypointReader:
         return poses
 
     def _check_turned(self, i: int, waypoint: PoseWaypoint) -> None:
-        """Refuse a pose without orientation where no path begins that has its own."""
+        """Refuse a pose without orientation unless a path begins there that has one."""
         onward = self.file.waypoints[i + 1 : i + 2]
         if not waypoint.pose.turned and not any(
             isinstance(one, PathWaypoint) and isinstance(one.orientation, Torch) for one in onward
@@ -290,7 +290,7 @@ class WaypointReader:
             )
 
     def _axes(self, i: int, frame: pin.SE3) -> FloatArray:
-        """Axes that the orientation of a waypoint is in, whose pose is in a frame."""
+        """Axes of the orientation of a waypoint, whose pose is in a frame."""
         asked = getattr(self.file.waypoints[i], "orientation_in", None)
         if asked is None:
             return np.array(frame.rotation)
@@ -311,7 +311,7 @@ class WaypointReader:
         return Frames(self.file.frames, self.places)
 
     def frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
-        """Name of the frame that the pose of a waypoint is in."""
+        """Name of the frame of a waypoint's pose."""
         if waypoint.frame is not None:
             return self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
         if self.file.frame is not None:
@@ -319,7 +319,7 @@ class WaypointReader:
         return "base"
 
     def _stops(self, i: int) -> bool:
-        """Whether the tool stands still at a waypoint where a path begins or ends."""
+        """Whether the tool stops at a waypoint where a path begins or ends."""
         waypoint = self.file.waypoints[i]
         at_start = i == 0 and self.file.start is None
         return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.file.waypoints) - 1
@@ -372,6 +372,6 @@ class WaypointReader:
         if inner and not (waypoint.stop or waypoint.wait):
             raise self.places.error(
                 ("waypoints", i),
-                "is passed in motion and gives no speed",
+                "is passed without a stop and gives no speed",
                 f"{accepted}, or stop: true",
             )
