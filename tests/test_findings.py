@@ -146,32 +146,6 @@ def test_requirements_and_failures_are_counted_over_the_same_things() -> None:
     assert required - met == len(report.failures) > 0
 
 
-def too_fast() -> dict[str, Any]:
-    """A task that no choice of solutions makes slow enough."""
-    return {
-        "robot": "ur5",
-        "waypoints": [
-            {"joints": "home"},
-            {
-                "name": "on",
-                "pose": {"position": [0.45, 0.1, 0.3], "rpy": [3.14, 0, 0]},
-                "velocity": {"linear": [0, 6.0, 0]},
-                "after": 2,
-            },
-            {"pose": {"position": [0.45, 0.3, 0.3], "rpy": [3.14, 0, 0]}, "after": 2},
-        ],
-    }
-
-
-def test_what_no_choice_of_solutions_can_do_is_among_the_failures() -> None:
-    plan = kw.plan(too_fast())
-    assert plan.solution is not None
-    assert plan.solution.infeasibilities
-    said = [str(one) for one in plan.solution.infeasibilities]
-    assert set(said) <= set(plan.report_to_dict()["failures"])
-    assert any("'on'" in line and "of that velocity" in line for line in said)
-
-
 def warnings_of(task: dict[str, Any]) -> list[str]:
     report = kw.plan(task).report
     data = report.to_dict()

@@ -18,7 +18,6 @@ from knotwork.comparison.scores import flat, flat_columns
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.pipeline import Plan, plan
-from knotwork.pipeline.infeasibility import FEASIBILITY
 from knotwork.pipeline.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task import Task
@@ -184,8 +183,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         )
     report = base.report
     if not _same_motion(trajectory, base.trajectory):
-        known = report.select(group=FEASIBILITY)
-        report = check(trajectory, scenario, space=space, known=known)
+        report = check(trajectory, scenario, space=space)
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")

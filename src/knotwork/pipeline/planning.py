@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
 from knotwork.pipeline.avoidance import MOST_TIMED, best_of_sequences, first_with_ways
-from knotwork.pipeline.infeasibility import infeasible
 from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import (
     knots_along_paths,
@@ -28,7 +27,7 @@ from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
 from knotwork.trajectory import Event, JointTrajectory, Segment
-from knotwork.verification import Report, check
+from knotwork.verification import Finding, Report, check
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -150,7 +149,6 @@ def plan(
     knots: Knots = None,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
-    warm: Plan | None = None,
 ) -> Plan:
     """Plan a scenario and check the result.
 
@@ -173,8 +171,6 @@ def plan(
         budget: Where times are free: the time after which the best motion so far is taken [s]; by
             default as long as it takes.
         progress: Where times are free: called as the solver goes on.
-        warm: Where times are free: a plan of nearly the same scenario, to start from, so that it
-            takes fewer steps. Where it does not fit, it is left aside.
 
     Returns:
         The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
@@ -198,7 +194,7 @@ def plan(
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
         return best_of_sequences(*_planned(scenario, planner, knots))
-    return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress, warm)
+    return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress)
 
 
 def _with_chosen_times(
@@ -208,7 +204,6 @@ def _with_chosen_times(
     knots: Knots,
     budget: float | None,
     progress: Callable[[Progress], None] | None,
-    warm: Plan | None,
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.choosing import choose_times, with_times_met
@@ -233,15 +228,11 @@ def _with_chosen_times(
         free = scenario.free
 
     def timed(solution: TaskSolution | None, seconds: float | None) -> Plan:
-        before = None if warm is None else warm.chosen
-        chosen = choose_times(
-            scenario, free, budget=seconds, progress=progress, solution=solution, warm=before
-        )
+        chosen = choose_times(scenario, free, budget=seconds, progress=progress, solution=solution)
         chosen = replace(chosen, met=met)
         if progress is not None:
             took, steps = time.now() - time.begun, sum(one.iterations for one in chosen.segments)
-            value = sum(chosen.objective.values())
-            progress(Progress(steps, took, value, 0.0, 1.0, chosen.duration, "check"))
+            progress(Progress(steps, took, 1.0, chosen.duration, "check"))
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
     def another(solution: TaskSolution) -> Plan | None:
@@ -252,7 +243,7 @@ def _with_chosen_times(
 
     def around(ends: list[int]) -> Plan:
         clear = with_ways(scenario, ends)
-        return _with_chosen_times(clear, clear.free or free, planner, knots, left(), progress, None)
+        return _with_chosen_times(clear, clear.free or free, planner, knots, left(), progress)
 
     def begun(solution: TaskSolution | None) -> Plan:
         return timed(solution, budget if solution is None else left())
@@ -301,15 +292,13 @@ def _planned(
         parts = segments(scenario, {i for found, _ in ways for i in found[:-1]})
         loads = space.carrying.loads(trajectory.start_time) if space.carrying else ()
         trajectory = replace(trajectory, events=events, loads=loads, segments=parts)
-        known = [infeasible(one) for one in solution.infeasibilities]
+        known: list[Finding] = []
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
             known += findings(chosen, space)
             # the solutions were chosen before the times were, which hold them fast
-            solution = replace(
-                chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
-            )
+            solution = replace(chosen.solution, waypoints=waypoints, feasible=solution.feasible)
         if ways:
             from knotwork.choosing.ways_found import ways_found
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -204,12 +203,6 @@ class Search:
             self.rows.append(self.rows[first] if tied else allowed(self.scenario, self.robot, i, c))
         self.layers = [self._layer(i) for i in range(len(self.given))]
         return choose_sequence(self.layers, self.durations, self.rules)
-
-    def feasible_if_free(self) -> bool:
-        """Whether some choice in any branch is within the velocity limits."""
-        free = Search(replace(self.scenario, branch="free"), self.space, self.chains)
-        chosen = free.choose(self.candidates)
-        return not (chosen.cost.impossible or chosen.cost.infeasible)
 
     @property
     def durations(self) -> FloatArray:

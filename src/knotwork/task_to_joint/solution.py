@@ -40,43 +40,6 @@ class Choice:
     reason: str
 
 
-@dataclass(frozen=True)
-class Infeasibility:
-    """A velocity limit that is exceeded however the solutions are chosen.
-
-    At a waypoint the tool's velocity is too high; in an interval the mean velocity of a joint.
-
-    Attributes:
-        waypoint: Name of the waypoint, or of the one where the interval begins.
-        until: Name of the waypoint where the interval ends; empty at a waypoint.
-        start: Time of the waypoint, or where the interval begins [s].
-        end: Where the interval ends [s]; at a waypoint the same as `start`.
-        joint: The joint that is farthest beyond its limit.
-        velocity: The speed it needs [rad/s or m/s].
-        limit: Its velocity limit [rad/s or m/s].
-        unit: `rad/s` or `m/s`.
-        sentence: All of it in words, with every joint beyond its limit and what is feasible.
-    """
-
-    waypoint: str
-    until: str
-    start: float
-    end: float
-    joint: str
-    velocity: float
-    limit: float
-    unit: str
-    sentence: str
-
-    @property
-    def fraction(self) -> float:
-        """The part of the velocity that is feasible."""
-        return self.limit / self.velocity
-
-    def __str__(self) -> str:
-        return self.sentence
-
-
 class PathStart(NamedTuple):
     """How the arm comes onto a path.
 
@@ -97,7 +60,7 @@ class TaskSolution:
 
     Attributes:
         waypoints: Joint positions and velocities.
-        infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
+        feasible: Whether joints keep velocity limits at waypoints and in the mean between.
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
             its poses, shape (n, d); `None` if no other ones may be feasible and clear.
@@ -105,17 +68,16 @@ class TaskSolution:
     """
 
     waypoints: JointWaypoints
-    infeasibilities: tuple[Infeasibility, ...] = ()
+    feasible: bool = True
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
     starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the choices and infeasibilities as plain data, ready for JSON."""
+        """Give the choices as plain data, ready for JSON."""
         choices = []
         for choice in self.choices:
             data = asdict(choice)
             data["turns"] = dict(choice.turns)
             choices.append(data)
-        infeasible = [{**asdict(one), "fraction": one.fraction} for one in self.infeasibilities]
-        return {"choices": choices, "infeasibilities": infeasible}
+        return {"choices": choices, "feasible": self.feasible}

@@ -38,7 +38,7 @@ def solve_task(
 
     With `near` in the scenario, the nearest to that instead of least travel, whole turns aside.
     With `branch`, only what that allows. Where nothing is feasible, the sequence that exceeds the
-    velocity limits least is taken, and `infeasibilities` names what exceeds them. For a redundant
+    velocity limits least is taken. For a redundant
     arm, samples of its self-motion are the branches; those chosen are then moved along it.
 
     Args:
@@ -84,7 +84,7 @@ def solve_task(
 
 def _best(search: Search, knots: Any) -> TaskSolution:
     """The solution whose sequence is best."""
-    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
+    from knotwork.task_to_joint.explain import describe_choices
     from knotwork.task_to_joint.unit_slips import suggest_unit
 
     try:
@@ -93,9 +93,9 @@ def _best(search: Search, knots: Any) -> TaskSolution:
     except OutOfReachError as error:
         suggest_unit(error, search.scenario, search.robot)
         raise
-    infeasibilities = find_infeasibilities(search, found)
+    cost = found.sequence.cost
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
-    hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
+    hopeless = cost.infeasible > 0.0 or cost.collisions > 0.0
     values = found.positions, found.velocities
     return TaskSolution(
         completed_waypoints(
@@ -105,7 +105,7 @@ def _best(search: Search, knots: Any) -> TaskSolution:
             knots,
             search.dependent,
         ),
-        infeasibilities,
+        cost.infeasible == 0.0,
         describe_choices(search, found),
         None if hopeless else found.positions,
         {

@@ -1,4 +1,4 @@
-"""Where the solver starts: plain cubics between the waypoints, or a motion found before."""
+"""Where the solver starts: plain cubics between the waypoints, or the fastest motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.timing.exact_curve import ExactCurve
-from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
@@ -77,21 +76,6 @@ def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
     slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
     breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
     return replace(guess, duration=duration, curve=PiecewisePolynomial(slowed, breaks))
-
-
-def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
-    """Start from a part of a motion that was found before."""
-    curve, each = motion.trajectory.polynomial, pieces_each(last - first)
-    time = motion.time[first : last + 1]
-    here = (curve.x >= time[0]) & (curve.x <= time[-1])
-    spans = np.diff(curve.x[here])
-    duration = np.diff(time)
-    if spans.size == each * duration.size:
-        share = spans.reshape(-1, each) / duration[:, None]
-    else:
-        share = _even(duration.size)
-    part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
-    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:

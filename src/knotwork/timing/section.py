@@ -7,7 +7,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from knotwork.timing.budget import OnStep
 from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
 from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
@@ -29,6 +28,9 @@ No motion is longer by more than this part for it.
 SHORTEST = 1e-4
 """No piece is shorter than this part of its first guess."""
 
+LEAST_TIME = 1e-3
+"""The solver runs for so long at least [s]."""
+
 StartKind = Literal["far", "near", "again"]
 
 START_OPTIONS: dict[StartKind, dict[str, Any]] = {
@@ -49,9 +51,10 @@ problem whose limits differ a little."""
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
+def _program(form: Form, kind: StartKind, seconds: float = np.inf) -> Program:
     every = [*blocks(form), *held_blocks(form, {})]
-    return Program(layout(form).size, every, steps=steps, options=START_OPTIONS[kind])
+    limit = {} if np.isinf(seconds) else {"ipopt.max_wall_time": max(seconds, LEAST_TIME)}
+    return Program(layout(form).size, every, START_OPTIONS[kind] | limit)
 
 
 class Section:
@@ -76,12 +79,12 @@ class Section:
         self.form = form_of(problem, each, held, position=tightening.position)
         self.scale = _scale(problem, guess)
 
-    def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
-        """Run the solver, from a solution found before or from the guess."""
+    def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
+        """Run the solver, from a solution found before or from the guess, for some time at most."""
         kind: StartKind = "again" if start is not None else "near" if self.guess.near else "far"
-        # one that reports its steps serves once
-        made = _program if steps is None else _program.__wrapped__
-        return made(self.form, kind, steps).solve(
+        # one with a limit of time serves once
+        made = _program if np.isinf(seconds) else _program.__wrapped__
+        return made(self.form, kind, seconds).solve(
             self.start() if start is None else start,
             self.bounds(),
             self.parameters(),
