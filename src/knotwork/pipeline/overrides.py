@@ -60,7 +60,7 @@ def run_by(
     motion, clock = run(asked)
     if asked.rates.max() > 1.0 or keeps_limits(motion, curve, *limits):
         return motion, clock, []
-    tried = sorted(product(CAPS, STRETCHES), key=lambda one: 10.0 * (1.0 - one[0]) + one[1])
+    tried = sorted(product(CAPS, STRETCHES), key=lambda one: 20.0 * (1.0 - one[0]) + one[1])
     for cap, stretch in tried:  # a lower override counts more than a slower change of it
         found = _slower(asked, cap, stretch)
         other, slower = run(found)

@@ -28,7 +28,6 @@ def solve_task(
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
     Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
-
     1. that is feasible: within the velocity limits at the waypoints, in the mean of each interval
        and, if that can be had, halfway along cubics that join the waypoints;
     2. among those, one that changes its branch, if at all, where the tool rests;

@@ -119,8 +119,7 @@ def solve_pose_ik(
         WaypointDataError: An array isn't finite or of another shape; a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
-    >>> robot = kw.load_robot("ur5")
-    >>> home = robot.configuration("home")
+    >>> robot, home = kw.load_robot("ur5"), kw.load_robot("ur5").configuration("home")
     >>> kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home).q - home
     array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
     """
