@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,17 +11,15 @@ from knotwork.timing.budget import Watch
 from knotwork.timing.exact_curve import ExactCurve, rebuilt
 from knotwork.timing.initial_guess import (
     Guess,
-    near_guess,
     plain_guess,
     short_durations,
-    stretched_guess,
 )
 from knotwork.timing.motion import Status
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Solution
 from knotwork.timing.section import Section
-from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
-from knotwork.timing.tightening import Tightening, first_tightening, keeps_limits, tightened
+from knotwork.timing.stop_to_stop import SLOWER, resting_knots
+from knotwork.timing.tightening import first_tightening, keeps_limits, tightened
 
 MOST_TIMES = 12
 """How often a start is solved again, with more tightening, before it has failed."""
@@ -37,12 +35,10 @@ class Attempt:
     Attributes:
         found: The motion.
         status: As of a `TimedMotion`.
-        tightening: The limits as the solver had them.
     """
 
     found: ExactCurve
     status: Status
-    tightening: Tightening = field(default_factory=Tightening)
 
 
 def solved_section(problem: TimingProblem, watch: Watch) -> Attempt | None:
@@ -62,29 +58,18 @@ def solved_section(problem: TimingProblem, watch: Watch) -> Attempt | None:
         if rests is not None and rests.found.curve.x[-1] <= NEARLY * given:
             return rests  # the free time is negligible against the given one
     rests = None if watch.budget is None else resting(problem, "stopped")
-    for start, tightening in _starts(problem, watch):
-        seconds = watch.left(found=rests is not None)
-        if seconds <= 0.0:
-            return rests
-        found = _run(start, problem, watch, tightening, seconds)
+    for start in _starts(problem):
+        found = _run(start, problem, watch, found=rests is not None)
         if found is not None:
             return found
     return rests if watch.late(found=rests is not None) else resting(problem, "resting")
 
 
-def _starts(problem: TimingProblem, watch: Watch) -> Iterator[tuple[Guess, Tightening]]:
-    """Where to start, and what to hold the solver to at first."""
-    tightening = first_tightening(problem)
+def _starts(problem: TimingProblem) -> Iterator[Guess]:
+    """Where to start."""
     if (short_durations(problem) < float("inf")).any():
-        yield plain_guess(problem, hurried=True), tightening
-    yield plain_guess(problem), tightening
-    if problem.total is not None or not problem.free.all():
-        fastest = solved_section(with_longer(problem, 0.0), watch)
-        if fastest is not None and fastest.status == "optimal":
-            start = stretched_guess(near_guess(fastest.found), problem)
-            # with efforts at their limits the solver would leave the only feasible region
-            held = fastest.tightening.held
-            yield replace(start, near=not held), replace(tightening, held=held)
+        yield plain_guess(problem, hurried=True)
+    yield plain_guess(problem)
 
 
 def resting(problem: TimingProblem, status: Status) -> Attempt | None:
@@ -102,25 +87,34 @@ def resting(problem: TimingProblem, status: Status) -> Attempt | None:
     return None
 
 
-def _run(
-    guess: Guess, problem: TimingProblem, watch: Watch, tightening: Tightening, seconds: float
-) -> Attempt | None:
-    """Solve from one start, with more tightening each time that the exact check finds an excess."""
+def _run(guess: Guess, problem: TimingProblem, watch: Watch, *, found: bool) -> Attempt | None:
+    """Solve from one start, with more tightening each time that the exact check finds an excess.
+
+    Args:
+        guess: The start.
+        problem: The section.
+        watch: Holds the budget.
+        found: Whether there is a motion already.
+    """
+    tightening = first_tightening(problem)
     last: Solution | None = None
     again = False
     for _ in range(MOST_TIMES):
+        seconds = watch.left(found=found)
+        if seconds <= 0.0:
+            return None
         section = Section(problem, guess, tightening)
         solution = section.solve(last, seconds)
         watch.step(solution.iterations)
         if not solution.solved:
-            if last is None or again or watch.late(found=False):
+            if last is None or again:
                 return None
             last, again = None, True  # what was near to a solution is none any more
             continue
-        found = section.rebuild(solution.x)
-        more = tightened(problem, tightening, found.curve)
+        made = section.rebuild(solution.x)
+        more = tightened(problem, tightening, made.curve)
         if more is None:
-            return Attempt(found, "optimal", tightening)
+            return Attempt(made, "optimal")
         if more.margin >= 1.0:
             return None  # nothing is left of the limits
         # with further equations the solution is a poor start

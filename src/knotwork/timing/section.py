@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -31,30 +31,23 @@ SHORTEST = 1e-4
 LEAST_TIME = 1e-3
 """The solver runs for so long at least [s]."""
 
-StartKind = Literal["far", "near", "again"]
-
-START_OPTIONS: dict[StartKind, dict[str, Any]] = {
-    "far": {},
-    "near": {"ipopt.mu_init": 1e-4},
-    "again": {
-        "ipopt.mu_init": 1e-9,
-        "ipopt.warm_start_init_point": "yes",
-        "ipopt.warm_start_bound_push": 1e-8,
-        "ipopt.warm_start_bound_frac": 1e-8,
-        "ipopt.warm_start_slack_bound_push": 1e-8,
-        "ipopt.warm_start_slack_bound_frac": 1e-8,
-        "ipopt.warm_start_mult_bound_push": 1e-8,
-    },
+AGAIN: dict[str, Any] = {
+    "ipopt.mu_init": 1e-9,
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.warm_start_bound_push": 1e-8,
+    "ipopt.warm_start_bound_frac": 1e-8,
+    "ipopt.warm_start_slack_bound_push": 1e-8,
+    "ipopt.warm_start_slack_bound_frac": 1e-8,
+    "ipopt.warm_start_mult_bound_push": 1e-8,
 }
-"""Options of IPOPT for a start that is far from the solution, near to it, or the solution of a
-problem whose limits differ a little."""
+"""Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form, kind: StartKind, seconds: float = np.inf) -> Program:
+def _program(form: Form, again: bool, seconds: float) -> Program:
     every = [*blocks(form), *held_blocks(form, {})]
     limit = {} if np.isinf(seconds) else {"ipopt.max_wall_time": max(seconds, LEAST_TIME)}
-    return Program(layout(form).size, every, START_OPTIONS[kind] | limit)
+    return Program(layout(form).size, every, limit | (AGAIN if again else {}))
 
 
 class Section:
@@ -81,10 +74,9 @@ class Section:
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver, from a solution found before or from the guess, for some time at most."""
-        kind: StartKind = "again" if start is not None else "near" if self.guess.near else "far"
         # one with a limit of time serves once
         made = _program if np.isinf(seconds) else _program.__wrapped__
-        return made(self.form, kind, seconds).solve(
+        return made(self.form, start is not None, seconds).solve(
             self.start() if start is None else start,
             self.bounds(),
             self.parameters(),
