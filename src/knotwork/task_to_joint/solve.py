@@ -104,7 +104,7 @@ def _best(search: Search, knots: Any) -> TaskSolution:
             knots,
             search.dependent,
         ),
-        cost.infeasible == 0.0,
+        bool(cost.infeasible == 0.0),
         describe_choices(search, found),
         None if hopeless else found.positions,
         {
