@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 
-def cases(test: str, **names: object) -> Any:
+def cases(test: str | Path, **names: object) -> Any:
     """What the YAML file of a test holds.
 
     Args:

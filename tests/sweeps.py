@@ -20,11 +20,15 @@ def first_of(few: int, many: int) -> list[Any]:
 
 
 def mostly_exhaustive(values: Iterable[Any], *ordinary: Any) -> list[Any]:
-    """Cases for `parametrize`, of which `make test` runs the ordinary ones only."""
+    """Cases for `parametrize`, of which `make test` runs the ordinary ones only.
+
+    A tuple holds the values of several names.
+    """
     known = list(values)
     assert set(ordinary) <= set(known), f"not among the cases: {set(ordinary) - set(known)}"
+    rows = {value: value if isinstance(value, tuple) else (value,) for value in known}
     return [
-        value if value in ordinary else pytest.param(value, marks=pytest.mark.exhaustive)
+        value if value in ordinary else pytest.param(*rows[value], marks=pytest.mark.exhaustive)
         for value in known
     ]
 

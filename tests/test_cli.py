@@ -86,7 +86,7 @@ def test_what_can_be_done_next_shows_the_motion_that_was_judged(
     monkeypatch.setenv("ROS_PACKAGE_PATH", "")  # it is changed
     monkeypatch.chdir(tmp_path)
     Path("a task.yaml").write_text(SWING)
-    given = "'a task.yaml' --knots balanced:0.2 --budget 10s --package-path ."
+    given = "'a task.yaml' --planner quintic --budget 10s --package-path ."
     ran = knotwork("plan", *shlex.split(given), "-o", "made")
     # there is no arm to view
     assert ran.out.splitlines()[-1] == (
@@ -106,7 +106,7 @@ def test_commands_that_show_a_motion_take_all_that_decides_it(
     command: str, knotwork: Command
 ) -> None:
     words = set(re.findall(r"--[\w-]+", knotwork(command, "--help").out))
-    assert {"--planner", "--knots", "--budget", "--package-path"} <= words  # of plan
+    assert {"--planner", "--budget", "--package-path"} <= words  # of plan
     assert {"--scenario", "--log", "--against", "--noise", "--log-unit", "--topic"} <= words
 
 
@@ -240,46 +240,6 @@ def test_json_of_several_says_what_became_of_each(knotwork: Command) -> None:
     assert data["plans"][3]["error"]["type"] == "UnknownNameError"
 
 
-@pytest.mark.parametrize(
-    ("knots", "breaks"),
-    [
-        ("paper", [0, 3.09, 7.5, 12.5, 18.82, 25]),
-        ("balanced", [0, 4, 6, 13, 17, 25]),
-        ("balanced:0.4", [0, 3, 7, 11, 19, 25]),
-        ("0,3,8,13,19,25", [0, 3, 8, 13, 19, 25]),
-        ("0, 3.5, 8, 13, 19, 25", [0, 3.5, 8, 13, 19, 25]),
-    ],
-)
-def test_knots_of_every_form(knots: str, breaks: list[float], knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--knots", knots, "--json")
-    assert ran.code == 0
-    found = json.loads(ran.out)["plans"][0]["trajectory"]["breaks"]
-    np.testing.assert_allclose(found, breaks, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "knots",
-    [
-        "even",
-        "balanced:",
-        "balanced:0",
-        "balanced:x",
-        "balanced:nan",
-        "balanced:1,2",
-        "1,2,x",
-        "",
-        "nan",
-        "0.2",
-    ],
-)
-def test_knots_of_no_form(knots: str, knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--knots", knots)
-    assert ran.code == 2
-    assert not ran.out
-    assert "balanced" in ran.err or "knots" in ran.err
-    assert ("did you mean balanced:0.2?" in ran.err) == (knots == "0.2")
-
-
 # check
 
 
@@ -385,36 +345,6 @@ def test_each_command_explains_itself(command: str, option: str, knotwork: Comma
     assert command in ran.out
     if command in ("plan", "check"):
         assert "Exit codes: 0" in ran.out
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["plan"],
-        ["plam", "ur5_deburring"],
-        ["plan", "paper_case", "--rate", "0"],
-        ["plan", "paper_case", "--rate", "fast"],
-        ["plan", "paper_case", "--rate", "nan", "--out", "x"],
-        ["plan", "paper_case", "--wrong"],
-        ["plan", "nowhere.yaml"],
-        ["plan", ""],
-        ["check", "a.csv", "--against", ""],
-        ["check", "x"],
-        ["check", "nowhere.json", "--scenario", "paper_case"],
-        ["robots", "a", "b"],
-    ],
-)
-def test_wrong_usage_is_exit_code_2_on_standard_error(
-    arguments: list[str], knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork(*arguments)
-    assert ran.code == 2
-    assert not ran.out
-    assert ran.err
-    assert "Traceback" not in ran.err
-    assert not list(tmp_path.iterdir())
 
 
 # In processes of their own

@@ -299,29 +299,6 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
     made.server.server_close()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("ur5_deburring",), "--copy ur5_deburring.yaml"),
-        (("missing.yaml",), "there is no file"),
-        (("ur5_deburring", "--copy", "there.yaml"), "there already"),
-    ],
-)
-def test_what_can_not_be_edited_is_refused(
-    arguments: tuple[str, ...],
-    words: str,
-    knotwork: Any,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("there.yaml").write_text("mine", encoding="utf-8")
-    ran = knotwork("edit", *arguments, "--no-open")
-    assert ran.code == 2
-    assert words in ran.err
-    assert Path("there.yaml").read_text(encoding="utf-8") == "mine"
-
-
 @pytest.mark.parametrize("name", [*FREE, *mostly_exhaustive(TIMED)])
 def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
     scenario = SCENARIOS[name]

@@ -258,12 +258,6 @@ def test_a_tool_in_the_wrong_unit_too_hides_no_slip(tmp_path, knotwork: Command)
     assert "units: {length: mm}" in ran.err
 
 
-def test_a_file_that_is_not_there_is_no_scenario(knotwork: Command) -> None:
-    ran = knotwork("plot", "missing.yaml", "-s", "ur5_deburring")
-    assert ran.code == 2
-    assert "there is no file missing.yaml" in ran.err
-
-
 @pytest.mark.parametrize(
     ("position", "angle", "says"),
     [

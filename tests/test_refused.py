@@ -1,4 +1,4 @@
-"""What no task can be is refused with its line: tables of changes to a task that is right.
+"""What is refused, in tables: tasks, with their line, and command lines.
 
 Each file of the folder `refused` has a task and cases. A case is what the error says (`says`, or
 patterns, `like`) of the task with other values (`with`, by place); `~` takes a value away.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,15 @@ import pytest
 import yaml
 
 import knotwork as kw
+from cases import cases
 from command_line import Command
+from shipped import ROBOT_FILES
 
 TABLES = {
-    path.stem: yaml.safe_load(path.read_text(encoding="utf-8"))
+    path.stem: cases(path, ROBOT_FILES=ROBOT_FILES)
     for path in sorted((Path(__file__).parent / "refused").glob("*.yaml"))
 }
+COMMANDS = cases(Path(__file__).with_name("refused_commands.yaml"))
 CASES = [(name, i) for name, table in TABLES.items() for i in range(len(table["cases"]))]
 
 
@@ -70,3 +74,20 @@ def test_what_is_wrong_is_refused_with_its_line(
     for words in [wanted] if isinstance(wanted, str) else wanted:
         assert words in said
     assert re.search(case.get("like", ""), said), said
+
+
+@pytest.mark.parametrize("line", COMMANDS["refused"])
+def test_a_wrong_command_writes_nothing_but_why(
+    line: str, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, text in COMMANDS["files"].items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork(*shlex.split(line))
+    assert (ran.code, ran.out) == (2, ""), ran.out + ran.err
+    assert COMMANDS["refused"][line] in " ".join(ran.err.split())
+    assert not re.search("Traceback|internal error:", ran.err)
+    left = {str(one.relative_to(tmp_path)) for one in tmp_path.rglob("*") if one.is_file()}
+    assert left == set(COMMANDS["files"])
+    assert (tmp_path / "there.yaml").read_text(encoding="utf-8") == "mine"

@@ -75,8 +75,8 @@ def test_it_passes_the_judge_too_and_reports_the_branches_it_takes(
 
     posed = [w.name for w in kw.load_scenario(path).waypoints if isinstance(w, CartesianWaypoint)]
     assert ("Solutions chosen" in ran.out) == ("solutions" in saved) == bool(posed)
-    solutions = saved.get("solutions", {"feasible": True, "choices": []})
-    assert solutions["feasible"]
+    solutions = saved.get("solutions", {"infeasibilities": [], "choices": []})
+    assert solutions["infeasibilities"] == []
     assert [choice["waypoint"] for choice in solutions["choices"]] == posed
     for choice in solutions["choices"]:
         assert choice["reason"] in ran.out
@@ -262,7 +262,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     plan = planned(name)
     assert plan.report.ok
     assert plan.solution is not None
-    assert plan.solution.feasible
+    assert not plan.solution.infeasibilities
     # The poses are the same, and so are the branches all the way: the arm does not change over.
     assert len({choice.branch for choice in plan.solution.choices}) == 1
 

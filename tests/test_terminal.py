@@ -107,31 +107,6 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
     assert shell("plan paper_case >/dev/full 2>/dev/full", tmp_path).returncode == 2
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("plan", "paper_case", "--out", ""),
-        ("compare", "paper_case", "--out", ""),
-        ("plot", "paper_case", "-o", ""),
-        ("view", "ur5_deburring", "--html", ""),
-        ("report", "paper_case", "--html", ""),
-        ("plan", "paper_case", "--package-path", ""),
-        ("check", "", "--scenario", "paper_case"),
-    ],
-)
-def test_an_empty_path_is_refused(
-    arguments: tuple[str, ...],
-    tmp_path: Path,
-    knotwork: Command,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork(*arguments)
-    assert ran.code == 2
-    assert "an empty path is not accepted" in ran.err
-    assert not list(tmp_path.iterdir())
-
-
 def test_texts_are_wrapped_between_words_and_numbers_stay_whole(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -56,7 +56,6 @@ MODULES = {
         "solve_task",
     ),
     "knotwork.comparison": ("Comparison", "Refusal", "Score"),
-    "knotwork.export.ros2": ("replay_bound",),
     "knotwork.kinematics.chain.batch": ("BatchSolution",),
     "knotwork.metrics": (
         "Peak",

@@ -63,28 +63,6 @@ def test_json_has_what_was_chosen(swing: Path, knotwork: Command) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--freeze", "f.yaml", "paper_case"), "paper_case: nothing is free, so there is nothing"),
-        (
-            ("--freeze", "f.yaml", "paper_case", "ur3_lid"),
-            "--freeze writes one file, and there are",
-        ),
-        (
-            ("--budget", "soon", "paper_case"),
-            "'soon' is not accepted; give a positive time: a number of seconds, or one with ms, s,",
-        ),
-        (("--budget", "-1s", "paper_case"), "'-1s' is not accepted"),
-        (("--budget", "0", "paper_case"), "'0' is not accepted"),
-    ],
-)
-def test_options_that_do_not_fit(arguments: tuple[str, ...], says: str, knotwork: Command) -> None:
-    ran = knotwork("plan", *arguments)
-    assert ran.code == 2
-    assert says in ran.err
-
-
-@pytest.mark.parametrize(
     ("text", "seconds"),
     [("10", 10), ("10s", 10), ("500ms", 0.5), ("5m", 300), ("2min", 120), ("1h", 3600)],
 )
@@ -106,10 +84,3 @@ def test_compare_says_that_times_were_chosen(swing: Path, knotwork: Command) -> 
     data = json.loads(knotwork("compare", swing, "--planners", "quintic", "--json").out)
     assert data["times_chosen"] is True
     assert "chosen once" not in knotwork("compare", "paper_case", "--planners", "cubic").out
-
-
-def test_knots_may_be_optimal_on_the_command_line(knotwork: Command) -> None:
-    ran = knotwork("plan", "paper_case", "--knots", "optimal", "--json")
-    assert ran.code == 0
-    (plan,) = json.loads(ran.out)["plans"]
-    assert plan["trajectory"]["breaks"][-1] == 25.0

@@ -14,6 +14,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import InputError
+from sweeps import mostly_exhaustive
 
 FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5_palletise"]
 
@@ -23,7 +24,7 @@ def planned(name: str) -> kw.Plan:
     return kw.plan(name)
 
 
-@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize("name", mostly_exhaustive(FREE, *FREE[:2]))
 def test_a_frozen_scenario_gives_the_same_motion(name: str, tmp_path: Path) -> None:
     made = planned(name)
     path = made.freeze(tmp_path / f"{name}.yaml")

@@ -12,6 +12,7 @@ import knotwork as kw
 from knotwork.choosing import choice, path_speeds
 from knotwork.errors import InputError, PathError
 from knotwork.timing.budget import Watch
+from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
 
@@ -134,7 +135,9 @@ def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
     kw.plan(task).report.raise_if_failed()
 
 
-@pytest.mark.parametrize(("timed", "free"), [(False, True), (True, False)])
+@pytest.mark.parametrize(
+    ("timed", "free"), mostly_exhaustive([(False, True), (True, False)], (True, False))
+)
 def test_a_given_speed_that_joints_can_not_keep_is_refused(timed: bool, free: bool) -> None:
     """Be it given by a time, and whether the speed of the next stretch is chosen or not."""
     first = line("a", -50, **{"after" if timed else "speed": 2.2 if timed else 100})
@@ -190,7 +193,11 @@ def test_the_speed_of_given_neighbours_is_found_where_no_other_will_do() -> None
 @pytest.mark.parametrize(
     ("ends", "limits"),
     [
-        ([line("a", -103)], {"acceleration": 1200, "jerk": 30000}),
+        pytest.param(
+            [line("a", -103)],
+            {"acceleration": 1200, "jerk": 30000},
+            marks=pytest.mark.exhaustive,
+        ),
         ([line("a", -117.9), line("b", -31.5)], {"acceleration": 600, "jerk": 4000}),
     ],
 )

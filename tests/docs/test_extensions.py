@@ -43,10 +43,12 @@ def test_what_is_run_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     page += "```{run}\n:exit: 2\nknotwork plan a.yaml\n```\n\n"
     page += "```{python}\nx = 6 * 7\nprint('the answer', x)\n```\n\n"
     page += "```{python}\n:raises: ZeroDivisionError\nx / 0\n```\n\n$\\dot{r}_j$\n"
+    page += "\n```{run}\npython examples/spline_alone.py\n```\n"  # found from any folder
     site = built(tmp_path, page)
     assert site.code == 0, site.said
     assert not list(temporary.glob("knotwork-docs-*"))
     shown = site.page("index")
+    assert "SciPy loaded: False" in shown
     for words in ("robot", "nobody", "the answer 42", "ZeroDivisionError: division by zero"):
         assert words in shown
     assert "error: a.yaml: line" in shown
@@ -71,12 +73,6 @@ def test_what_ends_otherwise_fails_the_build(tmp_path: Path) -> None:
     assert site.said.count("WARNING: ") == len(WRONG)
 
 
-def test_examples_are_found_from_any_folder(tmp_path: Path) -> None:
-    site = built(tmp_path, "# P\n\n```{run}\npython examples/spline_alone.py\n```\n")
-    assert site.code == 0, site.said
-    assert "SciPy loaded: False" in site.page("index")
-
-
 def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
     import knotwork as kw
 
@@ -93,17 +89,14 @@ def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
     assert all((DOCS / name).stat().st_size < 50_000 for name in pictures)
 
 
-def test_a_picture_of_the_gallery_leads_to_its_live_page(tmp_path: Path) -> None:
-    site = built(tmp_path, "# P\n\n![a](gallery/paper_case.webp)\n", "-D", "live_pages=1")
+def test_pictures_lead_to_live_pages_and_that_of_the_first_page_moves(tmp_path: Path) -> None:
+    page = "# P\n\n![a](gallery/paper_case.webp)\n\n![an arm](ur5_deburring.webp)\n"
+    site = built(tmp_path, page, "-D", "live_pages=1")
     assert site.code == 0, site.said
     assert site.page("index").count('href="live/paper_case.html"') == 2
     assert "Live page, 0." in site.page("index")
     assert "paper_case" in (site.folder / "live" / "paper_case.html").read_text(encoding="utf-8")
 
-
-def test_the_picture_of_the_first_page_moves(tmp_path: Path) -> None:
-    site = built(tmp_path, "# P\n\n![an arm](ur5_deburring.webp)\n", "-D", "live_pages=1")
-    assert site.code == 0, site.said
     frame = '<iframe class="live" src="live/ur5_deburring.html" title="an arm">'
     assert frame in site.page("index")
     page = (site.folder / "live" / "ur5_deburring.html").read_text(encoding="utf-8")

@@ -8,6 +8,7 @@ import pytest
 from site_build import Site
 
 from browser import new_tab
+from sweeps import mostly_exhaustive
 
 DESK, PHONE = (1280, 800), (390, 844)
 PAGES = ("index", "getting_started", "method", "scenario", "gallery", "search", "api/planning")
@@ -21,7 +22,9 @@ def opened(site: Site, chromium: Any, page: str, size: tuple[int, int], **option
     return tab
 
 
-@pytest.mark.parametrize(("size", "scheme"), [(DESK, "light"), (PHONE, "dark")])
+@pytest.mark.parametrize(
+    ("size", "scheme"), mostly_exhaustive([(DESK, "light"), (PHONE, "dark")], (PHONE, "dark"))
+)
 def test_nothing_hinders_people(
     site: Site, chromium: Any, barriers: Any, size: tuple[int, int], scheme: str
 ) -> None:

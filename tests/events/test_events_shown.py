@@ -38,6 +38,3 @@ def test_plots_mark_them_on_their_upper_edge(plan: kw.Plan) -> None:
             found = np.reshape(drawn[kind].get_xdata(), (-1, 3))[:, :2]
             assert found.tolist() == [list(span) for span in spans]
         assert "way" not in drawn
-    figure = plot_joints(plan, window=(0.0, plan.segments[0].end))
-    marked = {str(one.get_gid()).split(":")[0] for one in figure.axes[0].lines}
-    assert not {"event", "tool path", "wait"} & marked

@@ -298,36 +298,6 @@ def test_files_that_can_only_be_checked_are_not_exported(
     assert "knotwork check" in ran.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["-f", "ros"], "unknown format 'ros'; did you mean 'ros2'"),
-        (["-f", "drake"], "to_drake()"),
-        (["-f", "npz"], "binary"),
-        (["-f", "ros2", "--rate", "10"], "takes no option 'rate'; formats that do: csv, json"),
-        (["-f", "csv", "--goal"], "takes no option 'goal'; formats that do: ros2"),
-        (["-f", "mat", "--fit", "1"], "takes no option 'fit'"),
-        (["-f", "csv", "--fit", "1e-3"], "--knots-only"),
-        (["-f", "csv", "--rate", "0"], "--rate"),
-        (["-f", "csv", "--rate", "1e12"], "samples"),
-        (["-f", "pvt", "--fit", "-1"], "positive"),
-        (["-f", "pvt", "--fit", "nan"], "positive"),
-        (["-f", "pvt", "--fit", "0"], "fit is 0.0; it must be a positive and finite number"),
-        (["-f", "pvt", "--scale", "joint_1=1", "--scale", "joint_1=2"], "twice"),
-        (["-f", "pvt", "--scale", "nobody=3"], "unknown joint 'nobody'"),
-        (["-f", "pvt", "--scale", "3"], "JOINT=NUMBER"),
-        (["-f", "ros2", "-s", SCENARIO], "is a scenario itself"),
-        (["-f", "ros2", "--planner", "qubic"], "did you mean 'cubic'"),
-        ([], "--format"),
-    ],
-)
-def test_what_is_refused(knotwork: Command, arguments: list[str], said: str) -> None:
-    ran = knotwork("export", SCENARIO, *arguments)
-    assert (ran.code, ran.out) == (2, "")
-    assert said in ran.err
-    assert "internal" not in ran.err
-
-
 def test_paths_that_can_not_be_written(knotwork: Command, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     below = (tmp_path / "file" / "m.csv", tmp_path / "file" / "deep" / "m.csv")

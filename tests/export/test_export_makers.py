@@ -198,9 +198,34 @@ def test_what_slides_is_an_external_axis(motion: JointTrajectory) -> None:
     assert "E1 = 500.0000 mm" in export.to_ls(rail)
 
 
+def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
+    """In degrees, and axes of the arm are counted without it."""
+    plan = kw.plan("ur5_turntable_rim")
+    motion, robot = plan.trajectory, plan.space.robot
+    assert motion.joint_names[0] == "table"
+    points = export.straight_points(motion, **export.STRAIGHT["ls"])
+    table, *arm = np.degrees(points.position[-1])
+    assert table < -180
+    *_, krl = re.findall(
+        rf"A1 {NUMBER}.* A6 {NUMBER}, E1 {NUMBER}\}}", export.to_krl(motion, robot=robot)
+    )
+    assert "External axes: table [deg]" in export.to_rapid(motion, robot=robot)
+    assert [float(one) for one in krl] == pytest.approx([arm[0], arm[5], table], abs=1e-6)
+    rapid = export.to_rapid(motion, robot=robot)
+    *_, own = re.findall(rf",{NUMBER}\],\[{NUMBER},9E9,9E9,9E9,9E9,9E9\]", rapid)
+    assert [float(one) for one in own] == pytest.approx([arm[5], table], abs=1e-6)
+    ls = re.findall(rf"J3 = {NUMBER} deg.* E1 = {NUMBER} deg", export.to_ls(motion, robot=robot))
+    assert [float(one) for one in ls[-1]] == pytest.approx([arm[2] - arm[1], table], abs=1e-4)
+    _, axes = read_stream(export.to_j519(motion, robot=robot))
+    assert axes[-1, [0, 3]] == pytest.approx([table, arm[2] - arm[1]], abs=1e-6)
+    for make in (export.to_krl, export.to_ls, export.to_j519):
+        with pytest.raises(ExportError, match=r"7 turning joints of an arm; .*`external_axes`"):
+            make(motion)
+
+
 def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None:
     panda = kw.plan("panda_pick_place").trajectory
-    with pytest.raises(ExportError, match=r"7 turning and 0 sliding .* 6 turning axes"):
+    with pytest.raises(ExportError, match=r"7 turning joints of an arm; accepted: 6"):
         export.to_krl(panda)
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
     with pytest.raises(ExportError, match=r"ends with joint 'a' at 0.5 rad/s.*stop: true after it"):

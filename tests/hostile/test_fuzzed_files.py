@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 import json
 import random
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -122,7 +123,7 @@ class Session:
         self.process.stdin.flush()
         line = self.process.stdout.readline()
         if not line:
-            ended = self.process.wait()
+            ended, self.process = self.process.wait(), None
             raise AssertionError(f"the process ended with {ended}")
         result = json.loads(line)
         assert result["code"] in (0, 1, 2), result
@@ -141,11 +142,19 @@ class Session:
             self.process.wait()
 
 
-@pytest.fixture
-def session(tmp_path: Path) -> Iterator[Session]:
-    session = Session(tmp_path)
+@pytest.fixture(scope="module")
+def sessions(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+    session = Session(tmp_path_factory.mktemp("hostile"))
     yield session
     session.close()
+
+
+@pytest.fixture
+def session(sessions: Session) -> Session:
+    """A process in an empty folder."""
+    for path in sessions.folder.iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    return sessions
 
 
 # How often of a hundred each command is tried: those that draw take longest.
@@ -177,14 +186,14 @@ def counts() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(("name", "count"), list(counts()))
-def test_changed_scenarios(name: str, count: int, session: Session, tmp_path: Path) -> None:
+def test_changed_scenarios(name: str, count: int, session: Session) -> None:
     rng = random.Random(f"{name} {count}")
     source = SCENARIO_FILES[name].read_text(encoding="utf-8")
     data = yaml.safe_load(source)
-    kw.plan("paper_case").save(tmp_path / "kept")
+    kw.plan("paper_case").save(session.folder / "kept")
     codes = []
     for i in range(count):
-        path = tmp_path / "task.yaml"
+        path = session.folder / "task.yaml"
         if i % 4:
             path.write_text(as_json(changed_data(rng, data)), encoding="utf-8", errors="replace")
         else:
@@ -195,7 +204,7 @@ def test_changed_scenarios(name: str, count: int, session: Session, tmp_path: Pa
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["paper_case_fastest", "ur10_spray_fast"])
-def test_changed_scenarios_of_least_time(name: str, session: Session, tmp_path: Path) -> None:
+def test_changed_scenarios_of_least_time(name: str, session: Session) -> None:
     """Numbers alone, so that most of them are planned."""
     rng = random.Random(name)
     data = yaml.safe_load(SCENARIO_FILES[name].read_text(encoding="utf-8"))
@@ -205,16 +214,16 @@ def test_changed_scenarios_of_least_time(name: str, session: Session, tmp_path: 
         known = [way for way in places(data) if isinstance(at(data, way), int | float)]
         *way, last = rng.choice(known)
         at(changed, way)[last] = at(data, (*way, last)) * rng.choice((0.5, 0.9, 1.1, 3, -1))
-        (tmp_path / "task.yaml").write_text(as_json(changed), encoding="utf-8")
+        (session.folder / "task.yaml").write_text(as_json(changed), encoding="utf-8")
         codes.append(session.run(*COMMANDS["budget"][1]("task.yaml")))
     assert {0, 1} & set(codes)
 
 
 @pytest.mark.parametrize("count", first_of(3, 60))
-def test_changed_logs(count: int, session: Session, tmp_path: Path) -> None:
+def test_changed_logs(count: int, session: Session) -> None:
     rng = random.Random(count)
     plan = kw.plan("planar2_closed_form")
-    plan.save(tmp_path / "kept")
+    plan.save(session.folder / "kept")
     table = plan.trajectory.to_csv(rate=50)
     noise = np.random.default_rng(count)
     head, *rows = table.splitlines()
@@ -224,7 +233,7 @@ def test_changed_logs(count: int, session: Session, tmp_path: Path) -> None:
     log = "\n".join([head, *noisy, ""]).encode()
     codes = []
     for i in range(count):
-        (tmp_path / "log.csv").write_bytes(changed_bytes(rng, log) if i else log)
+        (session.folder / "log.csv").write_bytes(changed_bytes(rng, log) if i else log)
         against = ("--against", "kept") if i % 2 else ("-s", "planar2_closed_form", "--log")
         codes.append(session.run("check", "log.csv", *against))
     assert set(codes) >= {codes[0], 2}
@@ -232,18 +241,18 @@ def test_changed_logs(count: int, session: Session, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("count", first_of(20, 150))
-def test_changed_trajectories_and_tables(count: int, session: Session, tmp_path: Path) -> None:
+def test_changed_trajectories_and_tables(count: int, session: Session) -> None:
     rng = random.Random(count)
-    kw.plan("paper_case").save(tmp_path / "out")
-    stored = (tmp_path / "out" / "trajectory.json").read_text(encoding="utf-8")
-    table = (tmp_path / "out" / "samples.csv").read_bytes()[:2000]
+    kw.plan("paper_case").save(session.folder / "out")
+    stored = (session.folder / "out" / "trajectory.json").read_text(encoding="utf-8")
+    table = (session.folder / "out" / "samples.csv").read_bytes()[:2000]
     ros2 = kw.plan("paper_case").trajectory.to_ros2()
     for i in range(count):
         if i % 3 == 0:
-            path = tmp_path / "changed.json"
+            path = session.folder / "changed.json"
             path.write_text(as_json(changed_data(rng, json.loads(stored))), errors="replace")
         else:
-            path = tmp_path / ("changed.csv" if i % 3 == 1 else "changed.yaml")
+            path = session.folder / ("changed.csv" if i % 3 == 1 else "changed.yaml")
             path.write_bytes(changed_bytes(rng, table if i % 3 == 1 else ros2.encode()))
         run = rng.choices(
             [("check", path, "-s", "paper_case"), ("export", path, "-f", "csv")], [5, 1]
@@ -252,15 +261,15 @@ def test_changed_trajectories_and_tables(count: int, session: Session, tmp_path:
 
 
 @pytest.mark.parametrize("count", first_of(12, 70))
-def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
+def test_changed_urdfs(count: int, session: Session) -> None:
     rng = random.Random(count)
-    (tmp_path / "part.stl").write_bytes(meshes()["stl"])
-    (tmp_path / "task.json").write_text(json.dumps(TASK))
+    (session.folder / "part.stl").write_bytes(meshes()["stl"])
+    (session.folder / "task.json").write_text(json.dumps(TASK))
     text = URDF.format("stl")
     codes = []
     for i in range(count):
         changed = changed_xml(rng, text).encode() if i % 5 else changed_bytes(rng, text.encode())
-        (tmp_path / "arm.urdf").write_bytes(changed)
+        (session.folder / "arm.urdf").write_bytes(changed)
         kind = rng.choices(("robots", "plan", "view", "report"), (3, 5, 5, 1))[0]
         if kind == "robots":
             codes.append(session.run("robots", "arm.urdf"))
@@ -273,19 +282,19 @@ def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", sorted(meshes()))
 @pytest.mark.parametrize("count", first_of(1, 12))
-def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path) -> None:
+def test_changed_meshes(count: int, kind: str, session: Session) -> None:
     rng = random.Random(f"{kind} {count}")
-    (tmp_path / "arm.urdf").write_text(URDF.format(kind))
-    (tmp_path / "task.json").write_text(json.dumps(TASK))
+    (session.folder / "arm.urdf").write_text(URDF.format(kind))
+    (session.folder / "task.json").write_text(json.dumps(TASK))
     content = meshes()[kind]
-    (tmp_path / f"part.{kind}").write_bytes(content)
+    (session.folder / f"part.{kind}").write_bytes(content)
     assert session.run("view", "task.json", "--html", "a.html") == 0
     for i in range(count):
         if kind == "dae" and i % 2:
             changed = changed_xml(rng, content.decode()).encode()
         else:
             changed = changed_bytes(rng, content)
-        (tmp_path / f"part.{kind}").write_bytes(changed)
+        (session.folder / f"part.{kind}").write_bytes(changed)
         shows = "report" if i % 10 == 9 else "view"
         # what is not read whole is refused
         assert session.run(shows, "task.json", "--html", "a.html") in (0, 2)

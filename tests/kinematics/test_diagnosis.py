@@ -145,7 +145,7 @@ def test_a_joint_is_held_if_it_would_come_closer_by_going_on(name: str, count: i
             assert (joint in error.held) == nearer
             named += nearer
         if error.held:
-            assert f"held back by the limits of {', '.join(error.held)}" in str(error)
+            assert f"blocked by the limits of {', '.join(error.held)}" in str(error)
     assert named > (5 if count == 20 else 0)
 
 

@@ -62,18 +62,19 @@ def test_spare_joints_may_be_pulled_to_the_middle_of_their_ranges() -> None:
 def test_messages_say_what_would_work() -> None:
     possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
     lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
-    with pytest.raises(SingularityError, match=r"the nearest it can do is \(") as caught:
+    with pytest.raises(SingularityError, match=r"the closest attainable velocity is \(") as caught:
         solve_velocity_ik(UR5, WRIST_STRAIGHT, possible + 0.1 * lost)
     numbers = [
-        float(x) for x in re.findall(r"-?[\d.]+(?:e-\d+)?", str(caught.value).split("is (")[1])
+        float(x)
+        for x in re.findall(r"-?[\d.]+(?:e-\d+)?", str(caught.value).split("velocity is")[1])
     ]
     np.testing.assert_allclose(numbers[:6], possible, rtol=0.01, atol=1e-8)
     near = WRIST_STRAIGHT.copy()
     near[4] = 5e-4
     lost = np.linalg.svd(UR5.jacobian(near))[0][:, -1]
-    with pytest.raises(SingularityError, match="of the speed the joints could follow") as caught:
+    with pytest.raises(SingularityError, match="of the speed is feasible") as caught:
         solve_velocity_ik(UR5, near, 0.1 * lost)
-    part = float(re.findall(r"at ([\d.e-]+) of the speed", str(caught.value))[0])
+    part = float(re.findall(r"([\d.e-]+) of the speed is feasible", str(caught.value))[0])
     v = solve_velocity_ik(UR5, near, 0.999 * part * 0.1 * lost)
     assert (np.abs(v) / UR5.velocity_limit).max() == pytest.approx(1.0, abs=0.01)
 
@@ -120,10 +121,10 @@ def test_a_stretched_arm_can_not_move_outwards() -> None:
     solve_velocity_ik(PLANAR, q, [0, 0.9, 0, 0, 0, 1.0])
     with pytest.raises(SingularityError, match="along x of the base frame") as caught:
         solve_velocity_ik(PLANAR, q, [0.1, 0, 0, 0, 0, 0])
-    assert "it can do no part of it" in str(caught.value)
+    assert "no component is attainable" in str(caught.value)
     with pytest.raises(SingularityError) as caught:
         solve_velocity_ik(PLANAR, q, [0.1, 0.9, 0, 0, 0, 1.0])
-    assert "it can do is (0, 0.9, 0) m/s and (0, 0, 1) rad/s" in str(caught.value)
+    assert "velocity is (0, 0.9, 0) m/s and (0, 0, 1) rad/s" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import knotwork as kw
 from moving.test_moving_things import DOWN, belt, in_tray, refused
+from sweeps import mostly_exhaustive
 
 HIGH, LOW = ({"position": [0, 0, z], **DOWN} for z in (0.15, 0.05))
 NAMES = ("over", "low", "up")
@@ -30,6 +32,12 @@ def picking(first: dict[str, Any], **more: Any) -> dict[str, Any]:
     )
 
 
+@cache
+def met() -> kw.Plan:
+    """The plan of meeting the belt as soon as can be."""
+    return kw.plan(picking({"after": "fastest"}))
+
+
 def check_places(plan: kw.Plan, velocity: Any = (0, 0, 0)) -> dict[str, float]:
     """The tool is where the waypoints are in the tray at their times; gives these."""
     assert plan.report.ok, plan.report
@@ -44,7 +52,7 @@ def check_places(plan: kw.Plan, velocity: Any = (0, 0, 0)) -> dict[str, float]:
     return at
 
 
-@pytest.mark.parametrize("along", [-0.2, 0.3])
+@pytest.mark.parametrize("along", mostly_exhaustive([-0.2, 0.3], 0.3))
 def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["moves"] = {"linear": [0, along, 0]}
@@ -62,7 +70,7 @@ def test_a_belt_is_met_as_soon_as_it_can_be(along: float) -> None:
 
 
 def test_places_on_a_belt_that_turns_are_met() -> None:
-    at = check_places(kw.plan(picking({"after": "fastest"})))
+    at = check_places(met())
     assert at["low"] - at["over"] < 2.0
 
 
@@ -121,8 +129,8 @@ def test_a_speed_that_is_chosen_before_a_belt_is_met() -> None:
     check_places(kw.plan(task))
 
 
-def test_what_is_written_with_numbers_is_the_same_motion(tmp_path: Any) -> None:
-    plan = kw.plan(picking({"after": "fastest"}))
+def test_what_is_written_with_numbers_is_the_same_motion() -> None:
+    plan = met()
     again = kw.plan(plan.scenario.task)
     assert again.report.ok
     times = np.linspace(0.0, plan.trajectory.end_time, 50)

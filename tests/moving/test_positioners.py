@@ -174,6 +174,8 @@ def test_objects_ride_with_the_part_or_stand_in_the_cell(height: float) -> None:
         return {name: placed for name, placed in arms(t).items() if name != "base_link"}
 
     check_pairs(plan.report, moving, others, moments)
+    own = [lambda t, name=name: {name: others(t)[name]} for name in ("lump", "post")]
+    check_pairs(plan.report, *own, moments)
     assert plan.report.select(name="base_link, lump")
     assert not plan.report.select(name="base_link, post")
 

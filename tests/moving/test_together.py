@@ -132,3 +132,44 @@ def test_two_arms_of_one_cell(tmp_path: Path, end: float, clear: bool) -> None:
     assert found.name == "left, right/right"
     if clear:
         assert found.value == pytest.approx(truth, abs=3e-4)
+
+
+TORSO = """<link name="torso"/><joint name="torso turn" type="revolute"><parent link="cell"/>
+<child link="torso"/><axis xyz="0 0 1"/><limit lower="-4" upper="4" velocity="9" effort="9"/>
+</joint>"""
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "words"),
+    [
+        (None, 0.0, "joint 'torso turn', which the motion of .* moves, carries the arm of"),
+        (0.0, None, "joint 'torso turn', which the motion of .* moves, carries the arm of"),
+        (0.0, 0.5, "joint 'torso turn' stands at 0 for .* and at 0.5 for"),
+        (0.5, 0.5, None),
+    ],
+)
+def test_two_arms_on_one_torso_that_only_one_motion_moves_are_refused(
+    tmp_path: Path, left: float | None, right: float | None, words: str | None
+) -> None:
+    """Else one arm would stand where the other one's torso is not."""
+    urdf = tmp_path / "torso.urdf"
+    bars = (BAR.format("left", 0), BAR.format("right", 1.3))
+    arms = [bar.replace('link="cell"', 'link="torso"') for bar in bars]
+    urdf.write_text(BARS.format(TORSO + "".join(arms)))
+
+    def task(side: str, at: float | None) -> kw.Task:
+        robot: dict[str, Any] = {"urdf": str(urdf), "tool_frame": f"{side} tip"}
+        more = {"torso turn": 0.3} if at is None else {}
+        if at is not None:
+            robot["locked"] = {"torso turn": at}
+        joints = [{"joints": {f"{side} turn": angle, **more}} for angle in (1.6, 1.5)]
+        return kw.Task(robot=robot, waypoints=[joints[0], {**joints[1], "after": 2}])
+
+    other = task("right", right).save(tmp_path / "right.yaml")
+    plan = kw.plan(task("left", left))
+    both = (plan.trajectory, plan.scenario, {"scenario": str(other)})
+    if words is None:
+        assert clearance_between(*both).ok
+        return
+    with pytest.raises(kw.InputError, match=words):
+        clearance_between(*both)

@@ -165,30 +165,6 @@ def test_pages_show_a_log(knotwork: Command, log: Path, result: Path, tmp_path: 
         page.unlink()
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        (("check", "LOG"), "--scenario"),
-        (("check", "LOG", "--log"), "--scenario"),
-        (("check", "LOG", "--noise", "1e-4", "-s", "ur5_deburring"), "give --log"),
-        (("check", "LOG", "--log", "--noise", "0", "-s", "ur5_deburring"), "noise"),
-        (("check", "LOG", "--log", "-s", "panda_pick_place"), "'panda_joint1'"),
-        (("check", "LOG", "--against", "nowhere"), "nowhere"),
-        (("check", "LOG", "--against", "LOG"), "--scenario"),
-        (("plot", "LOG", "--log"), "--scenario"),
-        (("plot", "ur5_deburring", "--log"), "is a scenario itself"),
-        (("report", "LOG", "--log", "--html", "page.html"), "--scenario"),
-    ],
-)
-def test_what_can_not_be_is_said(
-    knotwork: Command, log: Path, line: tuple[str, ...], said: str
-) -> None:
-    ran = knotwork(*(str(log) if word == "LOG" else word for word in line))
-    assert ran.code == 2
-    assert said in ran.err
-    assert "Traceback" not in ran.err
-
-
 def test_a_scenario_that_can_not_be_planned_asks_for_a_plan(knotwork: Command, log: Path) -> None:
     scenario = Path(__file__).parents[1] / "failing" / "unreachable_far.yaml"
     text = knotwork("check", log, "--log", "-s", scenario)

@@ -81,6 +81,13 @@ def test_weights_of_joints_that_there_are_not() -> None:
         kw.plan(kw.Task.load("ur5_rail_bead").replace(prefer={"rial": 0.2}))
 
 
+def test_weights_of_joints_that_do_not_move() -> None:
+    pose = {"position": [0.4, 0.1, 0.3], "rpy": [np.pi, 0, 0]}
+    task = {"robot": "ur5_turntable", "prefer": {"table": 0.1}, "start": "home"}
+    with pytest.raises(InputError, match=r"prefer: .*'table' does not move: .*joints that move"):
+        kw.plan({**task, "waypoints": [{"pose": pose, "after": 2}]})
+
+
 @pytest.mark.parametrize("prefer", [None, {"rail": 0.02}, {"rail": 1e4}])
 @pytest.mark.parametrize("place", [[0.45, -0.1, 0.3], [0.3, -0.3, 0.5], [-0.4, 0.3, 0.4]])
 def test_a_fast_way_to_a_pose_moves_a_slow_rail_little(place: list[float], prefer: Any) -> None:

@@ -81,28 +81,6 @@ def test_rows_are_shown_where_none_has_the_figure(knotwork: Command, task: Path)
     assert "2 rows, 2 pass" in ran.out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--vary", "rate"], "--vary rate: has no values; accepted: PATH=VALUES"),
-        (["--vary", "rate=1,2", "--vary", "rate=3"], "rate: is given twice"),
-        ([], "nothing is varied"),
-        (["--vary", "rat=1,2"], "rat: unknown key"),
-        (["--vary", "rate=1,2", "--plot"], "--plot: there is no folder for the picture"),
-        (["--vary", "rate=1,2", "--plot", "a.gif"], "the suffix is '.gif'"),
-        (["--vary", "rate=1,2", "--best", "speed"], "unknown figure 'speed'"),
-        (["--vary", "rate=1,2", "--figures", "speed", "--plot", "a.png"], "figure 'speed'"),
-        (["--rows", "no.csv"], "no.csv: can't be read"),
-        (["--vary", "rate=1,2", "--stop-after", "3", "good"], "'good' is not 'feasible'"),
-    ],
-)
-def test_what_is_refused(knotwork: Command, task: Path, arguments: list[str], said: str) -> None:
-    ran = knotwork("sweep", task, "--workers", 0, *arguments)
-    assert ran.code == 2
-    assert said in ran.err
-    assert "Traceback" not in ran.err
-
-
 def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> None:
     knotwork("sweep", task, "--vary", "rate=100", "--workers", 0, "--out", "study")
     ran = knotwork("sweep", "study", "--vary", "rate=1")

@@ -149,8 +149,8 @@ REFUSED = [
     (lambda: OrientationCurve.even_turning(np.eye(3), HALF, 1.0), "180 deg"),
     (lambda: OrientationCurve([0, 0], [np.eye(3)] * 2, np.zeros((2, 3))), "increasing from 0"),
     (lambda: OrientationCurve([0], [np.eye(3)], np.zeros((1, 3))), "two or more"),
-    (lambda: OrientationCurve.constant(2 * np.eye(3), 1.0), "no rotation matrix"),
-    (lambda: OrientationCurve.constant(np.diag([1.0, 1, -1]), 1.0), "no rotation matrix"),
+    (lambda: OrientationCurve.constant(2 * np.eye(3), 1.0), "not a rotation matrix"),
+    (lambda: OrientationCurve.constant(np.diag([1.0, 1, -1]), 1.0), "not a rotation matrix"),
     (lambda: OrientationCurve.turning(np.eye(3), [0, 0, 0], 1.0, 1.0), "axis is zero"),
     (lambda: OrientationCurve.joined([]), "no stretches"),
     (

@@ -57,5 +57,5 @@ def test_a_rounded_corner_with_a_tool_that_turns_is_a_path():
 
 
 def test_what_is_no_rotation_is_refused():
-    with pytest.raises(PathError, match="no rotation matrix"):
+    with pytest.raises(PathError, match="not a rotation matrix"):
         tp.tangent_orientation(wave(1), 2 * np.eye(3))

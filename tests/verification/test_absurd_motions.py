@@ -54,13 +54,12 @@ def proofs(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "number",
+    ("name", "after"),
     mostly_exhaustive(itertools.product(AT, MISTYPED), *zip(AT, MISTYPED, strict=True)),
 )
 def test_an_absurd_duration_fails_without_a_proof_of_clearances_or_another_plan(
-    number: tuple[str, float], motions: list[Any], proofs: list[Any]
+    name: str, after: float, motions: list[Any], proofs: list[Any]
 ) -> None:
-    name, after = number
     report = kw.plan(mistyped(name, after)).report
     assert not report.ok
     assert any(one.group == "Joint limits" for one in report.failures)

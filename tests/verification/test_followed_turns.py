@@ -81,8 +81,22 @@ def test_a_whole_turn_is_not_within_half_a_turn_each_way(
     assert worst.value == pytest.approx(wound - np.pi, abs=1e-3)
 
 
-def test_a_turn_within_half_a_turn_each_way_is_planned() -> None:
-    assert kw.plan(rim(free=HALF)).report.ok
+@pytest.mark.parametrize(("rounds", "most", "off"), [(1, 361, -1), (1, 350, 10), (2, 361, -1)])
+def test_a_range_of_whole_turns_ends_somewhere_too(rounds: int, most: float, off: float) -> None:
+    """Two rounds fit into one turn each way, begun at its end."""
+    task = rim(-1)
+    task["waypoints"][1]["along"]["arc"]["turns"] = rounds - 1
+    plan = kw.plan(task)
+    assert np.degrees(np.abs(turns(plan)).max()) == pytest.approx(360 * rounds, abs=2)
+    report = judged(plan.trajectory, task, {"turn": [-most, most]})
+    (row,) = report.select(quantity="path_turn")
+    assert report.ok == (off < 0)
+    assert np.degrees(row.value or 0.0) == pytest.approx(off, abs=1)
+
+
+@pytest.mark.parametrize("free", [HALF, {"turn": [-400, 300]}])
+def test_a_turn_within_a_range_is_planned(free: Any) -> None:
+    assert kw.plan(rim(free=free)).report.ok
 
 
 @pytest.mark.parametrize("axis", [1, -1])
@@ -95,9 +109,12 @@ def test_from_one_end_of_the_range_it_may_wind_to_the_other(axis: int) -> None:
     assert np.abs(np.abs(ends) - 180).max() < 5
 
 
-@pytest.mark.parametrize("at_ends", [{"stop": True}, {"wait": 0.5}])
+@pytest.mark.parametrize(
+    ("at_ends", "more"),
+    [({"stop": True}, {}), ({"wait": 0.5}, {}), ({"stop": True}, {"tilt": 5})],
+)
 def test_an_end_of_the_range_is_no_door_to_the_other_between_two_paths(
-    at_ends: dict[str, Any],
+    at_ends: dict[str, Any], more: dict[str, Any]
 ) -> None:
     """Half a turn each, both within the range if the second began anew at its other end."""
     plan = kw.plan(rim(parts=2, at_ends=at_ends))
@@ -106,7 +123,9 @@ def test_an_end_of_the_range_is_no_door_to_the_other_between_two_paths(
     found = turns(plan)
     halfway = float(np.interp(part, np.linspace(0, 1, len(found)), found))
     task = rim(parts=2, at_ends=at_ends, yaw=180 + float(np.degrees(halfway)))
-    report = judged(plan.trajectory, task, HALF)
+    for waypoint, free in zip(task["waypoints"], (HALF, HALF, HALF | more), strict=True):
+        waypoint["free"] = free
+    report = kw.check(plan.trajectory, kw.load_scenario(task))
     first_half, second_half = report.select(quantity="path_turn")
     assert first_half.ok
     assert first_half.value == pytest.approx(0.0, abs=1e-3)

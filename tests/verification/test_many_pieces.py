@@ -35,13 +35,13 @@ def dithering(folder: Path, rows: int, width: float) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize(
-    "rows_and_width",
+    ("rows", "width"),
     mostly_exhaustive([(3000, 4e-4), (4000, 2.4e-4), (10_000, 1.5e-5)], (3000, 4e-4)),
 )
 def test_what_dithers_between_thousands_of_rows_fails(
-    rows_and_width: tuple[int, float], knotwork: Command, tmp_path: Path
+    rows: int, width: float, knotwork: Command, tmp_path: Path
 ) -> None:
-    motion, task = dithering(tmp_path, *rows_and_width)
+    motion, task = dithering(tmp_path, rows, width)
     ran = knotwork("check", motion, "--scenario", task)
     assert ran.code == 1
     assert "effort reaches" in ran.out

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.view.curves import Strokes, jump_breaks, strokes
-
-Array = NDArray[np.float64]
+from knotwork.view.curves import jump_breaks, strokes
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -84,35 +81,20 @@ def test_rounding_makes_no_jump() -> None:
     assert [jump_breaks(curve, 0, order).size for order in range(4)] == [0, 0, 0, 0]
 
 
-def stretches_beyond(drawn: Strokes, lower: float, upper: float) -> list[tuple[Array, ...]]:
-    time, value = drawn.beyond(lower, upper)
-    runs = np.ma.clump_unmasked(np.ma.masked_invalid(value))
-    return [(time[run], value[run]) for run in runs]
-
-
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(seeds, st.integers(0, 2), st.floats(0.05, 0.95))
-def test_stretches_beyond_a_limit_are_where_the_curve_is_beyond_it(
+def test_what_is_beyond_a_limit_is_where_the_curve_is_beyond_it(
     seed: int, order: int, part: float
 ) -> None:
     curve = random_curve(seed, 4)
     extrema = curve.extrema(order)
     low, high = float(extrema.minimum[0]), float(extrema.maximum[0])
     upper = low + part * (high - low)
-    stretches = stretches_beyond(strokes(curve, 0, order, 1.0), -np.inf, upper)
-    scale = max(abs(low), abs(high), 1.0)
-    assert stretches
-    for time, value in stretches:
-        assert (value >= upper - 1e-9 * scale).all()
-        for end in (0, -1):
-            crossing = abs(value[end] - upper) <= 1e-9 * scale
-            assert crossing or np.isclose(curve.x, time[end], rtol=0, atol=1e-12).any()
-    # Nowhere else: an independent look at many times finds the same.
-    times = np.linspace(curve.x[0], curve.x[-1], 4001)
-    values = curve(times, order)[:, 0]
-    inside = np.zeros(times.shape, dtype=bool)
-    for time, _ in stretches:
-        inside |= (times >= time[0]) & (times <= time[-1])
-    clear = np.abs(values - upper) > 1e-6 * scale
-    clear &= ~np.isclose(times[:, None], curve.x, rtol=0, atol=1e-9).any(axis=1)
-    np.testing.assert_array_equal(inside[clear], (values > upper)[clear])
+    drawn = strokes(curve, 0, order, 1.0)
+    time, value = drawn.beyond(-np.inf, upper)
+    shown = np.isfinite(value)
+    assert shown.any()
+    inner = ~np.isclose(time[:, None], curve.x, rtol=0, atol=1e-9).any(axis=1)
+    own = curve(time[inner], order)[:, 0]
+    clear = np.abs(own - upper) > 1e-6 * max(abs(low), abs(high), 1.0)
+    np.testing.assert_array_equal(shown[inner][clear], (own > upper)[clear])

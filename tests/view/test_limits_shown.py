@@ -63,7 +63,9 @@ BROKEN = [
 ]
 
 
-@pytest.mark.parametrize(("key", "quantity", "title", "unit"), BROKEN)
+@pytest.mark.parametrize(
+    ("key", "quantity", "title", "unit"), mostly_exhaustive(BROKEN, *BROKEN[1:])
+)
 def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str, unit: str) -> None:
     """At 392 % of a limit of tool or link, while every joint keeps its own."""
     plan = deburring(**{key: peak(quantity) / 3.92})

@@ -1,8 +1,7 @@
-"""Pictures of a motion along a tool path, and of a window of time."""
+"""Pictures of a motion along a tool path."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,7 @@ import pytest
 from figures import collections, data, lines, notes, outside, overlaps, waypoint_names
 
 import knotwork as kw
-from command_line import Command
 from knotwork import Plan
-from knotwork.errors import InputError
 from knotwork.view import plot_joints, plot_tool
 from seams import ON, task
 
@@ -124,69 +121,3 @@ def test_only_waypoints_of_the_scenario_are_named_and_nothing_overlaps(
     assert len(seam.joint_waypoints.time) > len(NAMES)
     assert not overlaps(figure)
     assert not outside(figure)
-
-
-@pytest.mark.parametrize("draw", [plot_tool, plot_joints])
-def test_a_window_shows_the_same_curve_between_two_times(seam: Plan, draw: Any) -> None:
-    whole, part = draw(seam), draw(seam, window=(3.0, 5.0))
-    kind = "curve"
-    low, high = part.axes[0].get_xlim()
-    assert 2.9 < low < 3 < 5 < high < 5.1
-    assert [text.get_text() for text in waypoint_names(part.axes[0])] == ["corner"]
-    for one in lines(part.axes[0], kind):
-        time, value = data(one)
-        assert (time.min(), time.max()) == (3.0, 5.0)
-        (other,) = (each for each in lines(whole.axes[0], kind) if each.get_gid() == one.get_gid())
-        order = np.argsort(data(other)[0], kind="stable")
-        np.testing.assert_allclose(
-            value, np.interp(time, *(each[order] for each in data(other))), rtol=1e-3, atol=0.05
-        )
-    bottom, top = part.axes[0].get_ylim()
-    assert top - bottom <= np.diff(whole.axes[0].get_ylim())[0] * (1 + 1e-9)
-
-
-def test_limits_in_a_window_are_judged_there(seam: Plan) -> None:
-    figure = plot_joints(seam, joints=["shoulder_pan_joint"], window=(2.0, 4.0))
-    speed = figure.axes[1]
-    (note,) = (text.get_text() for text in speed.texts if text.get_gid() == "note")
-    time = np.linspace(2, 4, 2001)
-    most = np.abs(seam.trajectory.velocity(time)[:, 0]).max() / 3.15
-    assert note.startswith(f"{100 * most:.0f} % of limit")
-    (knots,) = collections(speed, "knots")
-    drawn = [segment[0, 0] for segment in knots.get_segments()]
-    breaks = seam.trajectory.breaks
-    np.testing.assert_array_equal(drawn, breaks[(breaks >= 2) & (breaks <= 4)])
-    assert 4.0 not in drawn
-
-
-@pytest.mark.parametrize(
-    ("window", "said"),
-    [
-        ((5.0, 3.0), "starts at 5 s and ends at 3 s; it must end later"),
-        ((3.0, 3.0), "it must end later than it starts"),
-        ((100.0, None), "nothing to draw from 100 s: the motion is from 0 s to 10.1"),
-        ((None, 0.0), "nothing to draw to 0 s"),
-        ((-3.0, -1.0), "nothing to draw from -3 s to -1 s"),
-        ((float("nan"), None), "starts at nan s; a time must be finite"),
-        ((None, float("inf")), "ends at inf s; a time must be finite"),
-    ],
-)
-@pytest.mark.parametrize("draw", [plot_tool, plot_joints])
-def test_wrong_windows_are_refused(
-    seam: Plan, draw: Any, window: tuple[float | None, float | None], said: str
-) -> None:
-    with pytest.raises(InputError) as error:
-        draw(seam, window=window)
-    assert said in str(error.value)
-
-
-def test_the_command_draws_a_window(knotwork: Command, tmp_path: Path) -> None:
-    ran = knotwork("plot", "paper_case", "--from", "1", "--to", "2", "-o", tmp_path / "a.png")
-    assert (ran.code, ran.err) == (0, "")
-    ran = knotwork("plot", "paper_case", "--from", "90", "-o", tmp_path / "b.png")
-    assert ran.code == 2
-    assert "nothing to draw from 90 s: the motion is from 0 s to" in ran.err
-    assert not (tmp_path / "b.png").exists()
-    ran = knotwork("plot", "paper_case", "--to", "soon", "-o", tmp_path / "b.png")
-    assert ran.code == 2
-    assert "'--to': 'soon' is not a valid float" in ran.err

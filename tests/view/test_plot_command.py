@@ -64,7 +64,7 @@ def test_angles_are_in_the_units_of_the_scenario(
     knotwork: Command, tmp_path: Path, name: str, options: list[str], unit: str
 ) -> None:
     out = tmp_path / "a.svg"
-    ran = knotwork("plot", name, "--split", "--quantities", "velocity", *options, "-o", out)
+    ran = knotwork("plot", name, "--quantities", "velocity", *options, "-o", out)
     assert (ran.code, ran.err) == (0, "")
     text = out.read_text(encoding="utf-8")
     other = {"deg/s": "rad/s", "rad/s": "deg/s"}[unit]
@@ -107,45 +107,6 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
     ran = knotwork("plot", "./paper_case", "--compare", "cubic")
     assert ran.code == 2
     assert "leave out --compare" in ran.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["ur5_deburring", "--joints", "elbow"], "unknown joint 'elbow'"),
-        (["ur5_deburring", "--joints", "elbow_jiont"], "did you mean 'elbow_joint'"),
-        (["ur5_deburring", "--joints", "a,,b"], "separated by commas"),
-        (["paper_case", "--quantities", "speed"], "unknown quantity 'speed'"),
-        (["paper_case", "--quantities", "acceleratoin"], "did you mean 'acceleration'"),
-        (["paper_case", "--planner", "cubik"], "did you mean 'cubic'"),
-        (["paper_case", "--compare", "quintc"], "did you mean 'quintic'"),
-        (["paper_case", "--knots", "even"], "balanced"),
-        (["paper_case", "-o", "a.gif"], "give .png, .svg, .pdf"),
-        (["paper_case", "-o", "a"], "it has no suffix"),
-        (["paper_case", "--tool"], "without a robot"),
-        (["paper_case", "--tool", "--joints", "joint_1"], "leave out --joints"),
-        (["paper_case", "--scenario", "paper_case"], "leave out --scenario"),
-        (["paper_cas"], "did you mean 'paper_case'"),
-        (["nowhere/trajectory.json"], "can't be read"),
-        (["empty"], "trajectory.json: can't be read"),
-        (["ur5_deburring", "--compare", "cubic,quintic,septic,nonic"], "at most 4 motions"),
-        (["ur5_deburring", "--compare", "3-5-3,4-3-4", "--planner", "no"], "unknown planner"),
-    ],
-)
-def test_wrong_input_is_exit_code_2_and_writes_nothing(
-    arguments: list[str],
-    says: str,
-    knotwork: Command,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    (tmp_path / "empty").mkdir()
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork("plot", *arguments)
-    assert ran.code == 2
-    assert says in ran.err
-    assert not ran.out
-    assert [path.name for path in tmp_path.rglob("*")] == ["empty"]
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["plot", "--help"], ["plan", "paper_case"]])

@@ -12,6 +12,9 @@ from browser import new_tab
 from drawn import coloured_cube
 from knotwork.view.page import Page
 
+SCENES = 2
+"""That stay open for the next tests: each page draws on and on, at rest, too."""
+
 # As it was when it was opened: shown what is shown at first, at the start, from the first camera.
 AFRESH = """() => {
   for (const box of document.querySelectorAll("#switches input"))
@@ -32,9 +35,11 @@ class Tabs:
         self.browser = browser
         self.complaints: list[str] = []
         self.opened: dict[str, Any] = {}
+        """Pages that stay open, the one that was shown last at the end."""
+        self.others: list[Any] = []
 
     def new(self, **options: Any) -> Any:
-        """Open an empty tab."""
+        """Open an empty tab, which is closed with the test."""
         size = {"width": 640, "height": 400}
         page = new_tab(self.browser, viewport=size, **options)
         complaints = self.complaints
@@ -44,31 +49,45 @@ class Tabs:
             lambda message: complaints.append(message.text) if message.type == "error" else None,
         )
         page.on("requestfailed", lambda request: complaints.append(request.url[:200]))
+        self.others.append(page)
         return page
 
+    def close(self, *, all_pages: bool = False) -> None:
+        """Close what does not stay open, or all."""
+        kept = [] if all_pages else list(self.opened.values())
+        for page in [*self.others, *self.opened.values()]:
+            if page not in kept:
+                page.context.close()
+        self.others.clear()
+
     def scene(self, name: str, build: Callable[[], Page], folder: Path) -> Any:
-        """Show a scene from disk; it is built and opened once, and looks as at first each time."""
-        if name not in self.opened:
+        """Show a scene from disk; it looks as at first each time."""
+        page = self.opened.pop(name, None)
+        if page is None:
             page = self.new()
             page.goto(build().save(folder / f"{name}.html").as_uri() + "#paused")
             page.wait_for_function("document.documentElement.dataset.ready === 'true'")
-            self.opened[name] = page
-        page = self.opened[name]
+        self.opened[name] = page
+        for other in [*self.opened][:-SCENES]:
+            self.opened.pop(other).context.close()
         page.set_viewport_size({"width": 640, "height": 400})
         page.evaluate(AFRESH)
         return page
 
 
-@pytest.fixture(scope="session")
-def all_tabs(chromium: Any) -> Tabs:
-    """All tabs of the session."""
-    return Tabs(chromium)
+@pytest.fixture(scope="module")
+def all_tabs(chromium: Any) -> Iterator[Tabs]:
+    """All tabs of a module."""
+    tabs = Tabs(chromium)
+    yield tabs
+    tabs.close(all_pages=True)
 
 
 @pytest.fixture
 def tabs(all_tabs: Tabs) -> Iterator[Tabs]:
     """Tabs to open pages in; the test fails if one of them complains."""
     yield all_tabs
+    all_tabs.close()
     complaints = all_tabs.complaints[:]
     all_tabs.complaints.clear()
     assert not complaints

@@ -289,21 +289,57 @@ def test_every_key_of_the_form_can_be_read(served: tuple[str, Path], tabs: Any) 
         assert len(set(shown)) == len(shown)
 
 
+def covered(tab: Any) -> Any:
+    """What lies over the ball of the handle that is held, and over the tips of its arrows."""
+    spots = [tab.evaluate(TIP, axis) for axis in ([0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1])]
+    return tab.evaluate(
+        """spots => spots.map(([x, y]) => document.elementFromPoint(x, y))
+          .filter((one) => !one || one.closest(".panel"))
+          .map((one) => one?.closest(".panel").id ?? "edge")""",
+        spots,
+    )
+
+
 @pytest.mark.parametrize("size", [(390, 844), (844, 390)])
-def test_on_a_phone_the_arm_can_be_jogged(
+def test_on_a_phone_all_that_is_held_is_beside_the_panels(
     size: tuple[int, int], served: tuple[str, Path], tabs: Any
 ) -> None:
-    tab = opened(served, tabs)
-    known(tab)
+    tab = tabs.new()
     tab.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+    tab.context.set_offline(False)
+    tab.goto(f"{served[0]}#paused")
+    tab.wait_for_selector("html[data-ready=true]", state="attached")
+    known(tab)
+    assert not covered(tab)
+    for button in ("#work", "#whole-arm"):
+        tab.click(button)
+        assert not covered(tab)
     tab.click("#jog summary")
     tab.wait_for_function("knotwork.edit.jog.handle")
+    assert not covered(tab)
     last = tab.locator("#jog-joints")
     last.scroll_into_view_if_needed()
     box, bar = last.bounding_box(), tab.locator("#bar").bounding_box()
     assert box["y"] + box["height"] <= bar["y"]
+    tab.context.close()
+
+
+def test_the_view_follows_the_jogged_tool(served: tuple[str, Path], tabs: Any) -> None:
+    tab = opened(served, tabs)
+    known(tab)
     tab.click("#jog summary")
-    tab.set_viewport_size({"width": 1000, "height": 640})
+    tab.wait_for_function("knotwork.edit.jog.handle")
+    for touched in (False, True):  # a view turned by hand is moved, another is framed anew
+        if touched:
+            tab.keyboard.press("Shift+ArrowLeft")
+        for angle in (0, 60, 108, 180, -90):
+            tab.locator("#sliders input").first.evaluate(
+                "(it, angle) => { it.value = angle; it.dispatchEvent(new Event('input')); }", angle
+            )
+            tab.wait_for_function("!knotwork.edit.jog.asking")
+            assert not covered(tab), (touched, angle)
+    tab.click("#jog summary")
+    tab.click("#whole-arm")
 
 
 def test_nothing_hinders_people_who_edit(

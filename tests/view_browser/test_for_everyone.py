@@ -16,7 +16,7 @@ from knotwork.view.page import Page
 
 READY = "html[data-ready=true]"
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-DESK, UPRIGHT, ACROSS = (1280, 800), (390, 844), (844, 390)
+DESK, UPRIGHT, ACROSS, SMALL = (1280, 800), (390, 844), (844, 390), (480, 320)
 
 
 @cache
@@ -69,7 +69,6 @@ def test_nothing_hinders_people(
     tab = opened(tabs, tmp_path, name, size, color_scheme=scheme)
     assert tab.locator(".verdict").first.inner_text() == "FAILED"
     assert not barriers(tab)
-    tab.context.close()
 
 
 def test_nothing_hinders_people_at_two_motions(
@@ -84,11 +83,10 @@ def test_nothing_hinders_people_at_two_motions(
     tab.wait_for_selector(READY, state="attached")
     assert len(tab.frames) == 3
     assert not barriers(tab)
-    tab.context.close()
 
 
 def test_keys_turn_the_view(tabs: Any, tmp_path: Path) -> None:
-    tab = opened(tabs, tmp_path, "scene", DESK)
+    tab = opened(tabs, tmp_path, "scene", SMALL)
     target = "viewer.controls.target.toArray()"
     offset = f"viewer.camera.position.toArray().map((one, i) => one - {target}[i])"
 
@@ -107,14 +105,13 @@ def test_keys_turn_the_view(tabs: Any, tmp_path: Path) -> None:
     assert pressed("Shift+ArrowDown") == pytest.approx(first)
     assert pressed("+") == pytest.approx(np.divide(first, (1.2, 1, 1)))
     assert pressed("-") == pytest.approx(first)
-    for _ in range(30):
+    for _ in range(10):
         *_, height = pressed("Shift+ArrowDown")
     assert 80 < height < 90  # never over the top
     assert tab.evaluate(target) == pytest.approx(aimed)
     assert tab.evaluate("knotwork.time()") == 0
     pressed("a")
     assert pressed("Home") == pytest.approx(first, rel=0.05)
-    tab.context.close()
 
 
 def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path: Path) -> None:
@@ -127,7 +124,6 @@ def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path:
         tab.click("#play")
         tab.evaluate(NEXT_FRAME)
         assert tab.get_attribute("#play", "aria-label") == ("play" if wish != "reduce" else "pause")
-        tab.context.close()
 
 
 @pytest.mark.parametrize("size", [DESK, UPRIGHT, ACROSS])
@@ -153,7 +149,6 @@ def test_no_panel_covers_another(size: tuple[int, int], tabs: Any, tmp_path: Pat
     assert tab.locator("#legend .scale").first.is_visible() == open_first
     tab.click("#legend summary")
     assert tab.locator("#legend .scale").first.is_visible() != open_first
-    tab.context.close()
 
 
 def test_plots_on_a_phone_are_moved_by_hand_and_keys(tabs: Any, tmp_path: Path) -> None:
@@ -168,4 +163,3 @@ def test_plots_on_a_phone_are_moved_by_hand_and_keys(tabs: Any, tmp_path: Path) 
     tab.evaluate(NEXT_FRAME)
     assert plot.get_attribute("tabindex") is None
     assert "↔" not in plot.evaluate(sign)
-    tab.context.close()

@@ -89,8 +89,9 @@ def test_deviation_is_on_demand_and_no_limit_of_a_joint() -> None:
     assert data["legend"]["tolerance"] == pytest.approx(1e-4)
     (failed,) = planned("bspline").report.select(name="on to turn", quantity="path_deviation")
     assert failed.fact in [one["fact"] for one in data["failures"]]
-    wanted = f"on to turn: path deviation {1e3 * failed.value:.3g}, limit 0.1 mm"
+    wanted = f"on to turn path deviation {1e3 * failed.value:.4g} of 0.1 mm at {failed.at:.3f} s"
     assert any(label["text"] == wanted for label in data["labels"])
+    assert any(one["line"].startswith(wanted) for one in data["failures"])  # the same words
 
 
 def test_only_waypoints_of_the_scenario_have_labels_and_ghosts() -> None:

@@ -70,7 +70,6 @@ def test_the_slider_of_a_report_covers_the_whole_motion(
     for share in (0.25, 0.5, 0.98):
         click_slider(tab, inside, share)
         assert time_in(inside) == pytest.approx(share * duration, abs=0.03 * duration)
-    tab.close()
 
 
 def test_space_plays_and_pauses_while_the_slider_has_the_focus(scene: Any) -> None:

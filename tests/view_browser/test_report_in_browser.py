@@ -148,6 +148,13 @@ def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time
 
     time = shown()
     assert 0.2 < time < 1.8
+    view = tab.frames[1]
+    in_view = "share => Math.abs(knotwork.time() - share) < 0.02"
+    view.wait_for_function(in_view, arg=time)  # the 3D view is of the time under the pointer
+    tab.mouse.move(5, 5)
+    view.wait_for_function(in_view, arg=0)
+    assert shown() == 0.0
+    tab.mouse.move(*inside)
     for i, joint in enumerate(plan.trajectory.joint_names):
         row = tab.locator("#values tbody tr").filter(has_text=joint)
         found = [
@@ -171,3 +178,40 @@ def test_the_view_stays_beside_plots_with_one_cursor_values_and_a_window_of_time
     tab.mouse.move(*inside)
     tab.mouse.move(inside[0] + 0.1 * box["width"], inside[1])
     assert shown() - time == pytest.approx(2 * near, abs=0.02)
+
+
+# Labels of failures that are seen, and panels over the scene: each pair that overlaps
+OVERLAPS = """() => {
+  const boxes = (selector) => [...document.querySelectorAll(selector)]
+    .filter((one) => getComputedStyle(one).visibility !== "hidden" && one.offsetHeight)
+    .map((one) => [one.id || one.textContent, one.getBoundingClientRect()]);
+  const misses = boxes(".label.miss");
+  const all = [...misses, ...boxes(".keep-clear"), ...boxes(".label:not(.miss)")];
+  const apart = (a, b) => a.right < b.left + 1 || a.bottom < b.top + 1;
+  const over = (a, b) => !apart(a, b) && !apart(b, a);
+  return { count: misses.length, found: misses.flatMap(([name, a], i) =>
+    all.slice(i + 1).filter(([, b]) => over(a, b)).map(([other]) => [name, other])) };
+}"""
+
+
+def test_labels_of_failures_are_beside_panels_and_each_other(tabs: Any, tmp_path: Path) -> None:
+    post = {"box": [0.12, 0.12, 0.5], "position": [0.4, 0.05, 0.25]}
+    pose = {"position": [0.4, 0.03, 0.25], "rpy": [180, 0, 0]}
+    task = {"robot": "ur10", "units": {"angle": "deg"}, "scene": {"objects": {"post": post}}}
+    stops = [{"time": 2, "pose": pose, "stop": True}, {"joints": "home", "after": 2, "stop": True}]
+    plan = kw.plan({**task, "start": "home", "waypoints": stops})
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1440, "height": 900})
+    tab.goto(report_page(plan).save(tmp_path / "post.html").as_uri())
+    tab.wait_for_selector("html.has-still", state="attached")
+    view = tab.frames[1]
+    buttons = tab.locator(".failures button[data-at]")
+    assert buttons.count() >= 3
+    for button in buttons.all():
+        at = float(button.get_attribute("data-at"))
+        button.click()
+        view.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.02", arg=at)
+        view.evaluate("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 50))")
+        drawn = view.evaluate(OVERLAPS)
+        assert drawn["count"] >= 2
+        assert not drawn["found"], at

@@ -107,7 +107,6 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, addres
     for key in ("p", "ArrowLeft", "Home"):
         scene.key(key)
         assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, key
-    scene.tab.close()
 
 
 def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
@@ -131,7 +130,6 @@ def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
     scene.pixels()
     scene.key("End")
     assert differ(played, scene.pixels()) == 0
-    scene.tab.close()
 
 
 def test_a_paused_scene_follows_the_night_the_window_and_its_switches(
@@ -173,5 +171,3 @@ def test_a_paused_scene_follows_the_night_the_window_and_its_switches(
     dark.tab.evaluate(WITHOUT_LABELS)
     scene.tab.emulate_media(color_scheme="dark")
     assert differ(scene.pixels(), dark.pixels()) == 0
-    for opened in (scene, dark):
-        opened.tab.close()

@@ -316,7 +316,9 @@ def test_a_missed_waypoint_says_by_how_much(show: Any) -> None:
     tab.evaluate("(time) => knotwork.seek(time)", miss.at)
     tab.evaluate(NEXT_FRAME)
     labels = tab.locator(".label.miss").all_inner_texts()
-    said = f"{miss.name}: position off by {miss.value:.3g} m"  # as the scenario is written
+    said = (
+        f"waypoint {miss.name!r}: position off by {miss.value:.3g} m"  # as the scenario is written
+    )
     assert any(text.startswith(said) for text in labels)
 
 

@@ -364,3 +364,25 @@ def test_a_frame_and_an_object_of_one_name_have_one_label() -> None:
     labels = scene(kw.plan("ur3_lid").view())["labels"]
     (jar,) = (one for one in labels if one["text"] == "jar")
     assert jar["detail"] == "frame and object 'jar'"
+
+
+def test_a_time_that_is_too_short_has_joint_place_and_remedy() -> None:
+    stop = {"stop": True}
+    near, far = ({"position": [0.45, y, 0.4], "rpy": [180, 0, 0]} for y in (0.2, -0.2))
+    stops = [
+        {"name": "a b", "time": 2, "pose": near, **stop},
+        {"name": "c", "after": 0.05, "pose": far, **stop},
+    ]
+    task = {"robot": "panda", "start": "home", "units": {"length": "m", "angle": "deg"}}
+    plan = kw.plan({**task, "waypoints": stops})
+    first, data = plan.report.failures[0], scene(plan.view())
+    told = data["failures"][0]
+    assert re.fullmatch(
+        r"panda_joint\d needs [\d.]+ of [\d.]+ deg/s on average from 2.000 to 2.050 s, "
+        "between 'a b' and 'c'",
+        told["line"],
+    )
+    assert told["remedy"] in first.message
+    assert re.match(r"[\d.]+ s or more is sufficient", told["remedy"])
+    labels = [one["text"] for one in data["labels"] if one["kind"] == "miss"]
+    assert any(told["line"].startswith(text.partition(", and")[0]) for text in labels)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from drawn import scene
 from knotwork.view import view_trajectory
 from patience import PATIENCE
 
@@ -39,8 +40,9 @@ def test_two_motions_have_one_clock_and_their_difference(
     ran = knotwork("view", "planar2_closed_form", "--beside", other, "--html", page)
     assert (ran.code, ran.err) == (0, ""), ran.err
     tab = tabs.new()
-    tab.goto(page.as_uri())
+    tab.goto(page.as_uri() + "#t=0.9")
     tab.wait_for_selector(READY, state="attached")
+    assert tab.evaluate("clock.time") == 0.9
     names = ["planar2_closed_form passed 3.6 s", "hurried FAILED 2.4 s"]
     assert tab.locator("h1").all_inner_texts() == names
     plans = [kw.plan("planar2_closed_form"), kw.plan(other)]
@@ -56,6 +58,26 @@ def test_two_motions_have_one_clock_and_their_difference(
     shown = tab.evaluate(value, share)
     assert shown == pytest.approx(np.linalg.norm(tools[0] - tools[1]), rel=0.02)
     assert "distance of the tools" in tab.inner_text("#values")
+    # a colour is one speed on both sides, and the time line has what fails in each
+    ends = [inner.locator("#legend .ends").all_text_contents() for inner in tab.frames[1:]]
+    assert ends[0] == ends[1]
+    failing = [scene(one.view())["strip"]["broken"] for one in plans]
+    assert tab.evaluate("data.broken") == failing
+    assert not failing[0]
+    assert "fails, below: hurried" in tab.inner_text("#values")
+    reds = """([from, to]) => {
+      const { clientWidth: wide, width, height } = byId("curves");
+      const pixel = (at) => (KNOB + (at / data.duration) * (wide - 2 * KNOB)) * (width / wide);
+      const left = pixel(from) + 1;
+      const pen = byId("curves").getContext("2d");
+      const count = (top) => {
+        const { data: seen } = pen.getImageData(left, top, pixel(to) - 1 - left, height / 2);
+        return seen.filter((value, k) => k % 4 === 0 && value === 165 && seen[k + 1] === 13).length;
+      };
+      return [count(0), count(height / 2)];
+    }"""
+    above, below = tab.evaluate(reds, failing[1][0])
+    assert above == 0 < below
     # one camera: a turn in one scene turns both, which are of one size
     one, other_scene = tab.frames[1:]
     place = "viewer.camera.position.toArray()"
@@ -71,7 +93,6 @@ def test_two_motions_have_one_clock_and_their_difference(
     miss = second.report.failures[0]
     assert miss.at is not None
     assert tab.evaluate("clock.time") == pytest.approx(miss.at - second.trajectory.start_time)
-    tab.context.close()
 
 
 @pytest.mark.parametrize(
@@ -140,8 +161,8 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
             for query in ("row=99", "row=-1", "row=../etc", ""):
                 with pytest.raises(urllib.error.HTTPError):
                     urllib.request.urlopen(f"{address}motion?{query}")
-            tab.context.close()
         finally:
+            tab.context.close()
             process.send_signal(signal.SIGINT)
             _, err = process.communicate(timeout=PATIENCE)
     assert not err
@@ -184,7 +205,6 @@ def test_a_map_that_is_one_file_has_the_motions_that_fit(
     tab.evaluate("choose", moving[0])
     assert tab.inner_text("#row").endswith(f"it is shown by: {command}")
     assert not tab.locator("#motion").is_visible()
-    tab.context.close()
 
 
 def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
@@ -201,4 +221,3 @@ def test_the_motion_is_recorded_as_a_video(tabs: Any, tmp_path: Path) -> None:
     assert video[:4] == b"\x1a\x45\xdf\xa3"  # Matroska, of which WebM is a part
     assert len(video) > 2000
     assert tab.evaluate("knotwork.time()") == pytest.approx(motion.duration, abs=1e-3)
-    tab.context.close()

@@ -126,7 +126,7 @@ def _total_too_short(task: FreeTask, shortest: float, watch: Watch | None) -> In
         )
     else:
         error = TimingError(
-            f"no motion of {total:g} s was found within the budget of {watch.budget:g} s, the "
+            f"no motion of {total:g} s was found within the budget of {watch.budget:.3g} s, the "
             f"shortest lasts {enough}; allow more time",
             limit="budget",
         )

@@ -27,34 +27,16 @@ from knotwork.interpolation import PLANNER_SPECS, rules
 from knotwork.metrics import Peak
 from knotwork.units import readable
 
-# Columns by table, the first one always shown: heading and unit. Figures of joints are in that of
-# the joints.
-_TABLES: tuple[dict[str, tuple[str, str]], ...] = (
-    {
-        "position_miss": ("pos.\nmiss", "joint"),
-        "velocity_miss": ("vel.\nmiss", "joint"),
-        "acceleration_jump": ("accel.\njump", "joint"),
-        "peak_velocity": ("peak\nvel.", "joint"),
-        "peak_acceleration": ("peak\naccel.", "joint"),
-        "peak_jerk": ("peak\njerk", "joint"),
-        "tool_path_deviation": ("off path\n[{length}]", "m"),
-    },
-    {
-        "end_acceleration": ("acceleration\nat ends", "joint"),
-        "velocity_fluctuation": ("velocity\nfluctuation", "joint"),
-        "squared_acceleration": ("integral of\naccel. squared", "joint squared"),
-        "squared_jerk": ("integral of\njerk squared", "joint squared"),
-    },
-    {
-        "tool_path_speed_error": ("speed off\nthe path's [%]", "%"),
-        "path_deviation": ("off the\nline [{length}]", "m"),
-        "path_turn": ("turned off\nthe line [{angle}]", "rad"),
-        "clearance": ("clearance\n[{length}]", "m"),
-        "time_to_plan": ("time to\nplan [ms]", "ms"),
-    },
-)
-# Left out where there are tool paths.
-_STRAIGHT = ("path_deviation", "path_turn")
+# Columns, by figure: heading and unit. Figures of joints are in that of the joints.
+_COLUMNS = {
+    "position_miss": ("pos.\nmiss", "joint"),
+    "velocity_miss": ("vel.\nmiss", "joint"),
+    "acceleration_jump": ("accel.\njump", "joint"),
+    "peak_velocity": ("peak\nvel.", "joint"),
+    "peak_acceleration": ("peak\naccel.", "joint"),
+    "peak_jerk": ("peak\njerk", "joint"),
+    "tool_path_deviation": ("off path\n[{length}]", "m"),
+}
 
 
 @click.command()
@@ -73,21 +55,17 @@ _STRAIGHT = ("path_deviation", "path_turn")
     type=NewPath(),
     help="Write comparison.json and comparison.csv there.",
 )
-@click.option("--all", "in_full", is_flag=True, help="Show all columns, in several tables.")
 @package_path_option
 @json_option
-def compare(
-    scenario: str, planners: list[str] | None, out: Path | None, in_full: bool, as_json: bool
-) -> int:
+def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json: bool) -> int:
     """Plan SCENARIO with several planners and compare the motions.
 
     A planner passes if no check fails; the exit code is 1 if none passes. Joint values are in the
     units of the scenario, or in rad and m where both angles and lengths occur. A peak is that of
     the joint nearest its limit, in percent of the limit, or the largest where no joint has one.
-    Where the acceleration jumps, the jerk has no bound. The velocity fluctuation is the variation
-    of velocity beyond the minimum of the task, of the worst joint, without misses of position. A
-    star marks the best of each column among planners that pass, and those within 1 % of it. Free
-    times are chosen once, for all planners.
+    Where the acceleration jumps, the jerk has no bound. A star marks the best of each column among
+    planners that pass, and those within 1 % of it. Free times are chosen once, for all planners.
+    With --json or --out there are more figures.
     """
     with shown_progress(scenario, as_json):
         comparison = compare_planners(scenario, planners)
@@ -95,7 +73,7 @@ def compare(
     if as_json:
         echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
     else:
-        print_comparison(comparison, in_full=in_full)
+        print_comparison(comparison)
         for path in written:
             echo(f"wrote {path}")
     return PASSED if any(score.passed for score in comparison.scores) else FAILED
@@ -126,24 +104,19 @@ def planners(as_json: bool) -> int:
     return PASSED
 
 
-def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
-    """Print the table of a comparison, or several, and below why planners fail or refused."""
+def print_comparison(comparison: Comparison) -> None:
+    """Print the table of a comparison, and below why planners fail or refused."""
     scores = comparison.scores
     duration = f": {scores[0].duration:g} s" if scores else ""
-    paths = any(score.tool_path_deviation is not None for score in scores)
-    units = comparison.units
     out = tables.console()
-    for columns in _TABLES if in_full else _TABLES[:1]:
-        shown = {
-            column: (heading.format(length=units.length, angle=units.angle), unit)
-            for column, (heading, unit) in columns.items()
-            if any(getattr(score, column) is not None for score in scores)
-            and not (paths and column in _STRAIGHT)
-        }
-        tables.print_table(_table(comparison, shown, f"{comparison.scenario}{duration}"))
-        out.print()
-    more = "" if in_full else "  --all: more columns"
-    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of those that pass{more}")
+    shown = {
+        column: (heading.format(length=comparison.units.length), unit)
+        for column, (heading, unit) in _COLUMNS.items()
+        if any(getattr(score, column) is not None for score in scores)
+    }
+    tables.print_table(_table(comparison, shown, f"{comparison.scenario}{duration}"))
+    out.print()
+    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of those that pass")
     if comparison.times_chosen:
         out.print("Times are free here: they were chosen once, and every planner got them.")
         out.print("modified-hermite without a rule is the chosen motion.")
@@ -193,10 +166,7 @@ def _joint_unit(comparison: Comparison) -> tuple[float, str]:
 
 def _factor(unit: str, comparison: Comparison) -> float:
     """Factor from a figure in SI to the unit shown."""
-    if unit in ("m", "rad"):
-        return comparison.units.shown(1.0, unit)[0]
-    joint = _joint_unit(comparison)[0]
-    return {"%": 1e2, "ms": 1e3, "joint": joint, "joint squared": joint**2}[unit]
+    return _joint_unit(comparison)[0] if unit == "joint" else comparison.units.shown(1.0, unit)[0]
 
 
 def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float) -> str:

@@ -24,34 +24,6 @@ Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-class Knots(click.ParamType[Any]):
-    """`paper`, `balanced`, `optimal`, `balanced:C` or knot times separated by commas."""
-
-    name = "knots"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Read the argument; the planner interprets it."""
-        if value in ("paper", "balanced", "optimal"):
-            return value
-        rule, _, text = str(value).rpartition(":")
-        try:
-            numbers = [float(part) for part in text.split(",")]
-        except ValueError:
-            numbers = []
-        if rule == "balanced" and len(numbers) == 1:
-            return numbers[0]
-        if not rule and len(numbers) > 1:
-            return numbers
-        hint = f"; did you mean balanced:{text}?" if not rule and numbers else ""
-        return self.fail(
-            f"{value!r} is not accepted; give paper, balanced, optimal, balanced:C with a "
-            "constant C over 0 up to 0.5, or two or more knot times in s separated by "
-            f"commas{hint}",
-            param,
-            ctx,
-        )
-
-
 class GivenPath(click.Path):
     """Path of a file or folder; an empty one, as of an unset variable, is refused."""
 
@@ -158,14 +130,6 @@ planner_option = click.option(
     metavar="NAME[:RULE]",
     help="Planner, in place of the scenario's; `knotwork planners` lists them and their rules.",
 )
-knots_option = click.option(
-    "--knots",
-    cls=DecidingOption,
-    type=Knots(),
-    metavar="KNOTS",
-    help="paper, balanced, optimal, balanced:C, or knot times in s separated by commas; in place "
-    "of the scenario's.",
-)
 budget_option = click.option(
     "--budget",
     cls=DecidingOption,
@@ -226,12 +190,10 @@ class PlanOptions:
 
     Attributes:
         planner: Name of a planner, a rule may follow.
-        knots: Where they are.
         budget: After which the best motion is taken where times are free [s].
     """
 
     planner: str | None = None
-    knots: Any = None
     budget: float | None = None
 
 
@@ -258,7 +220,7 @@ def motion_options(use: str) -> Callable[[Command], Command]:
     The command gets how to plan as `options`.
     """
     source = click.argument("source", metavar="SCENARIO|TRAJECTORY")
-    given = (scenario_option(use), budget_option, knots_option, planner_option, source)
+    given = (scenario_option(use), budget_option, planner_option, source)
     return bundled("options", PlanOptions, given)
 
 

@@ -19,7 +19,6 @@ from knotwork.cli.parameters import (
     budget_option,
     full_option,
     json_option,
-    knots_option,
     package_path_option,
     planner_option,
 )
@@ -42,7 +41,6 @@ from knotwork.storage import trajectory_to_dict
     "folder for each below it.",
 )
 @planner_option
-@knots_option
 @click.option(
     "--rate",
     metavar="HZ",
@@ -64,7 +62,6 @@ def plan(
     scenarios: tuple[str, ...],
     out: Path | None,
     planner: str | None,
-    knots: Any,
     rate: float | None,
     full: bool,
     freeze: Path | None,
@@ -85,7 +82,7 @@ def plan(
         try:
             with shown_progress(f"{reference}{which}", as_json) as progress:
                 planned = pipeline.plan(
-                    reference, planner=planner, knots=knots, budget=budget, progress=progress
+                    reference, planner=planner, budget=budget, progress=progress
                 )
             written: list[Path] = []
             if freeze is not None:

@@ -73,18 +73,10 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "from straight lines between poses where there is no path.",
 )
 @click.option(
-    "--split",
-    is_flag=True,
-    help="Draw a row a joint, in its unit with its limits; by default joints share panels, in "
-    "percent of their limits.",
-)
-@click.option(
     "--size",
     type=click.Choice(["a4", "slide"]),
     help="Size of the picture; by default as large as its panels need.",
 )
-@click.option("--from", "start", type=float, metavar="S", help="Draw from this time on [s].")
-@click.option("--to", "end", type=float, metavar="S", help="Draw up to this time [s].")
 @click.option(
     "--degrees/--radians",
     default=None,
@@ -99,8 +91,6 @@ def plot(
     compare: list[str] | None,
     options: PlanOptions,
     tool: bool,
-    start: float | None,
-    end: float | None,
     reference: str | None,
     log: LogOptions | None,
     **look: Any,
@@ -114,17 +104,15 @@ def plot(
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
-    if tool and any(look.pop(name) for name in ("joints", "quantities", "split")):
-        raise InputError(
-            "--tool draws the tool, not joints: leave out --joints, --quantities and --split"
-        )
+    if tool and any(look.pop(name) for name in ("joints", "quantities")):
+        raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
     if out is not None:
         checked_picture_path(out)
     chosen_quantities(look.get("quantities"))
     drawn = read_motions(source, reference, options, compare, log=log)
     print_failures(drawn)
     draw = view.plot_tool if tool else view.plot_joints
-    figure = draw(drawn, window=(start, end), **look)
+    figure = draw(drawn, **look)
     path = out if out is not None else _default_path(source, drawn[0], tool)
     echo(f"wrote {view.save_figure(figure, path)}")
     return PASSED

@@ -55,11 +55,7 @@ def print_report(
     for group, findings in report.groups.items():
         numbers = [one for one in findings if not (_in_words(one) or one.detail)]
         if numbers:
-            # findings of a waypoint at one time fit one row
-            cells = {(found.name, found.when, found.quantity) for found in numbers}
-            waypoints = all(found.subject == "waypoint" for found in numbers)
-            at_once = waypoints and len(cells) == len(numbers)
-            print_table((_row_table if at_once else _list_table)(group, numbers, units))
+            print_table(_list_table(group, numbers, units))
             out.print()
     if solution is not None and solution.choices:
         print_table(choice_table(solution.choices))
@@ -81,27 +77,6 @@ def print_report(
 def _in_words(found: Finding) -> bool:
     """Whether a sentence says it: it has no number, or nothing is required and more is told."""
     return found.value is None or (found.verdict == "information" and bool(found.brief))
-
-
-def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
-    """One row for each name and time, one column for each quantity."""
-    quantities = list(dict.fromkeys(found.title for found in findings))
-    columns, limits = ["", "at\n[s]"], ["allowed", ""]
-    rows: dict[tuple[str, str], dict[str, Finding]] = {}
-    for found in findings:
-        rows.setdefault((found.name, found.when), {})[found.title] = found
-    for quantity in quantities:
-        items = [found for found in findings if found.title == quantity]
-        title_lines = quantity.removeprefix("joint ").replace(" ", "\n")
-        columns.append(f"{title_lines}\n[{_unit_names(items, units)}]")
-        limits.append(_number(items[0].limit, items[0], ".1e", units))
-    table = plain_table(title, [*columns, ""])
-    for (name, when), row in rows.items():
-        cells = [_cell(row[key], ".1e", units) if key in row else "" for key in quantities]
-        worst = min(row.values(), key=lambda found: found.ok)
-        table.add_row(cell(name), when, *cells, _mark(worst))
-    table.add_row(*limits, "", style="dim")
-    return table
 
 
 def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:

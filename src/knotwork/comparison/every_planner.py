@@ -18,6 +18,7 @@ from knotwork.comparison.scores import flat, flat_columns
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.pipeline import Plan, plan
+from knotwork.pipeline.infeasibility import FEASIBILITY
 from knotwork.pipeline.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task import Task
@@ -183,7 +184,8 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         )
     report = base.report
     if not _same_motion(trajectory, base.trajectory):
-        report = check(trajectory, scenario, space=space)
+        known = report.select(group=FEASIBILITY)
+        report = check(trajectory, scenario, space=space, known=known)
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")

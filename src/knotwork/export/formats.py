@@ -22,7 +22,6 @@ from knotwork.trajectory.exportable import (
     MessageOptions,
     RateOptions,
     RobotOptions,
-    ScriptOptions,
     TableOptions,
 )
 
@@ -94,16 +93,14 @@ _ALL = (
     Format("ros2", _ROS2, ".yaml", "ros2", MessageOptions),
     Format("pvt", _PVT, ".csv", "pvt", DriveOptions),
     Format("urscript", _URSCRIPT, ".script", "urscript", ArmOptions, events=True),
-    Format("krl", _KRL, ".src", "programs", ScriptOptions, events=True),
-    Format(
-        "rapid", "program for a controller of ABB", ".mod", "programs", ScriptOptions, events=True
-    ),
-    Format(
-        "ls", "program for a controller of FANUC", ".ls", "programs", ScriptOptions, events=True
-    ),
+    Format("krl", _KRL, ".src", "programs", ArmOptions, events=True),
+    Format("rapid", "program for a controller of ABB", ".mod", "programs", ArmOptions, events=True),
+    Format("ls", "program for a controller of FANUC", ".ls", "programs", ArmOptions, events=True),
     Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
     Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
-    Format("j519", "joint angles each 8 ms for FANUC's stream motion", ".csv", "streams"),
+    Format(
+        "j519", "joint angles each 8 ms for FANUC's stream motion", ".csv", "streams", RobotOptions
+    ),
     Format("franka", _FRANKA, ".csv", "franka", RobotOptions),
     Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions, events=True),
     Format("json", "samples or knots as JSON", ".json", "samples", TableOptions, events=True),

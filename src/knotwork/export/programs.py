@@ -15,18 +15,22 @@ controllers do. FANUC counts J3 from the horizontal.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import called
 from knotwork.export.straight import (
+    AXES,
+    OTHERS,
     STANDING,
     STRAIGHT,
     TICK,
     Positions,
+    arm_joints,
     from_horizontal,
     rounded_up,
     straight_points,
@@ -34,8 +38,9 @@ from knotwork.export.straight import (
 from knotwork.trajectory import Event, JointTrajectory
 from knotwork.waypoints import FloatArray
 
-AXES = 6
-"""Turning axes of an arm that such a controller moves; what slides is an external axis."""
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
 REMARK = 32
 """Characters of a remark of FANUC."""
 MOST_TRIGGERS = 8
@@ -64,7 +69,9 @@ class Step:
     switched: tuple[Event, ...]
 
 
-def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> str:
+def to_krl(
+    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
     """Write a program for a controller of KUKA: spline blocks of axis positions, with times.
 
     The controller draws a spline through the points (KSS 8.3 and later). How it does so is not
@@ -79,6 +86,7 @@ def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> 
             external axes. Or points of it, as `knotwork.export.straight_points` makes them.
         fit: How far straight lines between points may be off the motion [rad or m]; by default
             1e-3.
+        robot: Says which turning joints are external axes, those of tables and positioners.
 
     Raises:
         ExportError: The motion moves at an end, the arm has other axes, or an event switches no
@@ -86,7 +94,7 @@ def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> 
         InputError: The tolerance is out of range.
     """
     points = straight_points(motion, **STRAIGHT["krl"], fit=fit)
-    arm, outer = _axes(points, points.position)
+    arm, outer, further = _axes(points, points.position, robot)
     names = [f"A{j + 1}" for j in range(AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
 
     def axes(i: int) -> str:
@@ -97,7 +105,9 @@ def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> 
         return f"$OUT[{_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
 
     lines = ["DEF knotwork_motion()"]
-    lines += [f"  ; {line}" for line in (*_about(points, "KUKA"), "File: knotwork_motion.src.")]
+    lines += [
+        f"  ; {line}" for line in (*_about(points, "KUKA", further), "File: knotwork_motion.src.")
+    ]
     lines += ["  BAS(#INITMOV, 0)", f"  PTP {axes(0)}"]
     lines += [f"  {switch(event)}" for event in _at_start(points)]
     began = 0.0
@@ -120,7 +130,9 @@ def to_krl(motion: JointTrajectory | Positions, *, fit: float | None = None) -> 
     return _text([*lines, "END"])
 
 
-def to_rapid(motion: JointTrajectory | Positions, *, fit: float | None = None) -> str:
+def to_rapid(
+    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
     """Write a module for a controller of ABB: moves between axis positions, with times.
 
     Arguments and errors are those of `to_krl`. A signal has its own name, `do3` if it has only the
@@ -131,8 +143,8 @@ def to_rapid(motion: JointTrajectory | Positions, *, fit: float | None = None) -
     70
     """
     points = straight_points(motion, **STRAIGHT["rapid"], fit=fit)
-    arm, outer = _axes(points, points.position)
-    lines = ["MODULE KnotworkMotion", *(f"  ! {line}" for line in _about(points, "ABB"))]
+    arm, outer, further = _axes(points, points.position, robot)
+    lines = ["MODULE KnotworkMotion", *(f"  ! {line}" for line in _about(points, "ABB", further))]
     lines += [f"  CONST jointtarget kw_q{{{points.time.size}}} := ["]
     for i in range(points.time.size):
         more = [f"{value:.6f}" for value in outer[i]] + ["9E9"] * (AXES - outer.shape[1])
@@ -164,8 +176,8 @@ def to_rapid(motion: JointTrajectory | Positions, *, fit: float | None = None) -
         triggers = [flying[id(event)] for event in step.switched if id(event) in flying]
         if len(triggers) > MOST_TRIGGERS:
             raise ExportError(f"ABB switches {MOST_TRIGGERS} signals at a time at most")
-        further = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
-        name, middle = ("TriggAbsJ", f"{triggers[0]}{further}, ") if triggers else ("MoveAbsJ", "")
+        others = "".join(rf"\T{n}:={name}" for n, name in enumerate(triggers[1:], 2))
+        name, middle = ("TriggAbsJ", f"{triggers[0]}{others}, ") if triggers else ("MoveAbsJ", "")
         zone = "fine" if step.last else "z0"
         move = rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {middle}{zone}"
         lines += [f"    {move}, tool0;"]
@@ -174,7 +186,9 @@ def to_rapid(motion: JointTrajectory | Positions, *, fit: float | None = None) -
     return _text([*lines, "  ENDPROC", "ENDMODULE"])
 
 
-def to_ls(motion: JointTrajectory | Positions, *, fit: float | None = None) -> str:
+def to_ls(
+    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+) -> str:
     """Write a program for a controller of FANUC: joint moves with times.
 
     Arguments and errors are those of `to_krl`. The angle J3 counts from the horizontal: it is
@@ -185,7 +199,7 @@ def to_ls(motion: JointTrajectory | Positions, *, fit: float | None = None) -> s
     68
     """
     points = straight_points(motion, **STRAIGHT["ls"], fit=fit)
-    arm, outer = _axes(points, from_horizontal(points))
+    arm, outer, further = _axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
         return f"DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
@@ -208,22 +222,25 @@ def to_ls(motion: JointTrajectory | Positions, *, fit: float | None = None) -> s
     lines += ["/MN", *(f"{i:4}:{move} ;" for i, move in enumerate(moves, 1)), "/POS"]
     for i in range(points.time.size):
         values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
-        values += [f"E{j + 1} = {value:.4f} mm" for j, value in enumerate(outer[i])]
+        own = enumerate(zip(outer[i], further.values(), strict=True), 1)
+        values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in own]
         lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
     return _text([*lines, "/END"])
 
 
-def _axes(points: Positions, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Angles of the arm [deg], shape (n, 6), and external axes [mm]."""
+def _axes(
+    points: Positions, q: FloatArray, robot: Robot | None
+) -> tuple[FloatArray, FloatArray, dict[str, str]]:
+    """Angles of the arm [deg], shape (n, 6), external axes, and in what each is: deg or mm."""
     units = points.trajectory.joint_units
-    turning = [i for i, unit in enumerate(units) if unit == "rad"]
-    sliding = [i for i, unit in enumerate(units) if unit != "rad"]
-    if len(turning) != AXES or len(sliding) > AXES:
-        raise ExportError(
-            f"the motion has {len(turning)} turning and {len(sliding)} sliding joints; a program "
-            f"of points is for an arm of {AXES} turning axes and up to {AXES} sliding external ones"
-        )
-    return np.degrees(q[:, turning]), 1e3 * q[:, sliding]
+    arm = arm_joints(points.trajectory, robot)
+    outer = [i for i in range(len(units)) if i not in arm]
+    if len(arm) != AXES or len(outer) > AXES:
+        raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {OTHERS}")
+    factors = np.array([180.0 / np.pi if units[i] == "rad" else 1e3 for i in outer])
+    names = points.trajectory.joint_names
+    shown = {names[i]: "deg" if units[i] == "rad" else "mm" for i in outer}
+    return np.degrees(q[:, arm]), q[:, outer] * factors, shown
 
 
 def _steps(points: Positions) -> Iterator[Step]:
@@ -307,11 +324,15 @@ def _refused(event: Event, maker: str, known: str) -> ExportError:
     )
 
 
-def _about(points: Positions, maker: str) -> Iterator[str]:
+def _about(points: Positions, maker: str, further: Mapping[str, str]) -> Iterator[str]:
     motion = points.trajectory
     yield f"A motion of {motion.duration:.6g} s for a controller of {maker}."
     yield f"{points.describe()}."
-    yield f"Joints: {', '.join(map(_ascii, motion.joint_names))}, in deg or mm."
+    arm = (name for name in motion.joint_names if name not in further)
+    yield f"Joints: {', '.join(map(_ascii, arm))}, in deg."
+    if further:
+        named = (f"{_ascii(name)} [{unit}]" for name, unit in further.items())
+        yield f"External axes: {', '.join(named)}."
     yield "Try it in a simulator first."
 
 

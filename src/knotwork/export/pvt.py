@@ -10,23 +10,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from knotwork.errors import ExportError, InputError, UnknownNameError
+from knotwork.errors import InputError, UnknownNameError
 from knotwork.errors.arguments import finite_number, flag
-from knotwork.export.lossless import LOSSLESS, Points, motion_points
+from knotwork.export.lossless import Points, motion_points
 from knotwork.storage import to_csv
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 DEGREES = 180.0 / math.pi
-
-LARGEST = float(np.finfo(float).max)
-SMALLEST = float(np.finfo(float).tiny)
-HALF_DIGIT = 2.0**-53
-"""Rounding of a sum, relative to it."""
-
-HELD = 1e-9
-"""Largest rounding of positions with a large offset [rad or m]: some hundred-thousandth of the
-resolution of encoders whose counts begin far from zero."""
 
 
 def to_pvt(
@@ -54,8 +45,7 @@ def to_pvt(
         fit: Tolerance of the motion [rad or m].
 
     Raises:
-        ExportError: The points can't define the motion, see `motion_points`; or they could, but in
-            drive units their digits no longer do.
+        ExportError: The points can't define the motion, see `motion_points`.
         InputError: A factor or the tolerance is out of range, or names no joint.
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
@@ -63,7 +53,7 @@ def to_pvt(
     trajectory = points.trajectory
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
-    room = HELD if fit is None else max(HELD, fit - points.error)
+    knots = trajectory.knots
     time = np.asarray(trajectory.breaks - trajectory.start_time)
     since = "the row before" if incremental else "the start"
     columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
@@ -76,7 +66,12 @@ def to_pvt(
         si = trajectory.joint_units[i]
         unit = "deg" if si == "rad" and degrees else si
         factor, shift = factors[i], shifts[i]
-        position, velocity = _in_drive_units(trajectory, i, unit, factor, shift, room)
+        per = factor * (DEGREES if unit == "deg" else 1.0)
+        with np.errstate(all="ignore"):
+            position = knots.position[:, i] * per + shift
+            velocity = knots.velocity[:, i] * per
+        if not np.isfinite([position, velocity]).all():
+            raise InputError(f"scale of joint {name!r} is {factor!r}, which exceeds all numbers")
         own = factor == 1.0 and shift == 0.0
         label = unit if own else "drive"
         columns[f"{name}.position_{label}"] = position
@@ -89,51 +84,6 @@ def to_pvt(
             )
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)
-
-
-def _in_drive_units(
-    trajectory: JointTrajectory, joint: int, unit: str, factor: float, shift: float, held: float
-) -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities of a joint's knots in drive units, shape (n,) each.
-
-    Raises:
-        ExportError: Numbers this large or small do not hold the motion. Undoing the factor must
-            give it back within 1e-12 of the largest value, or of 1 rad or m (per second),
-            whichever is more; undoing the offset, within that or `held`.
-    """
-    name, si = trajectory.joint_names[joint], trajectory.joint_units[joint]
-    knots = trajectory.knots
-    own = np.stack((knots.position[:, joint], knots.velocity[:, joint]))
-    peaks = np.abs(own).max(axis=1)
-    bounds = LOSSLESS * np.maximum(1.0, peaks)
-    ratio = DEGREES if unit == "deg" else 1.0
-    per = np.float64(ratio * factor)
-    with np.errstate(all="ignore"):
-        scaled = own * per
-        kept = np.abs(scaled / per - own) <= bounds[:, None]
-        position = scaled[0] + shift
-        off = np.abs((position - shift) / per - own[0])
-    if not kept.all():
-        smallest = 2.0 * SMALLEST / ratio
-        largest = 0.5 * LARGEST / ratio / max(1.0, float(peaks.max()))
-        raise ExportError(
-            f"scale of joint {name!r} is {factor!r}: numbers of that size can't hold its motion, "
-            f"which reaches {peaks[0]:.3g} {si} and {peaks[1]:.3g} {si}/s; {smallest:.1e} to "
-            f"{largest:.1e} drive units a {unit} are accepted, of either sign",
-            joint=name,
-        )
-    most = max(float(bounds[0]), held)
-    if not (off <= most).all():
-        worst, room = float(off.max()), most * abs(float(per)) / (4.0 * HALF_DIGIT)
-        found = f"only within {worst:.3g} {si}" if math.isfinite(worst) else "not at all"
-        raise ExportError(
-            f"offset of joint {name!r} is {shift!r}: beside it the digits of a number hold the "
-            f"motion {found}, and at most {most:.3g} {si} is accepted; with this scale an offset "
-            f"from {-room:.1e} to {room:.1e} drive units is accepted",
-            joint=name,
-            error=worst,
-        )
-    return position, scaled[1]
 
 
 def increments(time: FloatArray) -> FloatArray:

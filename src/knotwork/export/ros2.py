@@ -5,20 +5,10 @@ accelerations too by quintics (interpolation method `spline`, the default). So t
 define the motion.
 
 A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
-1 ns early. There are two ways to fill a point. That with the smaller bound on the error is taken.
-
-* The motion at the time in the message. Then a piece includes up to 1/2 ns of the next piece.
-  The two differ by the jump J of the acceleration at the knot, so by J·1/2 ns in velocity. The
-  shape functions of a cubic's end velocities are at most 4/27 of its length H. So a position is off
-  by at most (4/27) H (J0 + J1)·1/2 ns for the jumps at both ends of a piece, and J·(1/2 ns)².
-  Without a jump of the acceleration there is no error. Between quintics the jerk may jump, which
-  gives 1/2 ns·J in acceleration; its shape functions are at most 0.01728 H².
-* The motion at the knot. Then a piece is up to 1 ns too short or long and up to 1/2 ns early or
-  late. With the peak velocity V, a position is off by at most (1/2 + 2·4/27) V·1 ns, and for
-  quintics (1/2 + 2·16/81) V·1 ns + 4·0.01728 H A·1 ns with the peak acceleration A.
-
-The controller holds the last point, up to 1 ns early, where the motion still has its end velocity.
-See `replay_bound`.
+1 ns early. It has the motion at the time in the message. So a piece includes up to 1/2 ns of the
+next piece, which differs by the jump J of the acceleration at the knot, by J·1/2 ns in velocity;
+without such a jump there is no error. The controller holds the last point, up to 1 ns early, where
+the motion still has its end velocity.
 
 The message starts at `time_from_start` 0: the arm must be at the first point when it is sent, and
 stand there or move as the point says.
@@ -47,15 +37,6 @@ if TYPE_CHECKING:
 NANOSECONDS = 1_000_000_000
 LONGEST = 2**31 - 1
 """`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
-
-CUBIC_SHAPE = 4.0 / 27.0
-"""Largest value of s - 2s² + s³ on [0, 1]: what an end velocity does to a cubic."""
-
-QUINTIC_SHAPE = 16.0 / 81.0
-"""The same of s - 6s³ + 8s⁴ - 3s⁵, for a quintic (at s = 1/3)."""
-
-ACCELERATION_SHAPE = 0.01728
-"""The same of s²(1 - s)³/2: what an end acceleration does to a quintic."""
 
 STANDING = 1e-7
 """The controller takes a smaller last velocity for zero [rad/s or m/s]."""
@@ -133,12 +114,9 @@ def _points(
 def _message(points: Points) -> dict[str, Any]:
     curve = points.trajectory
     after_start = ticks(curve)
-    timed, own = _bounds(curve, points.with_acceleration)
-    times = curve.breaks
-    if timed <= own:
-        start = Fraction(curve.start_time)
-        sent = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
-        times = np.clip(sent, curve.start_time, curve.end_time)
+    start = Fraction(curve.start_time)
+    sent = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
+    times = np.clip(sent, curve.start_time, curve.end_time)
     tables = [curve(times, nu) for nu in range(3 if points.with_acceleration else 2)]
     rows = []
     for i, tick in enumerate(after_start):
@@ -227,38 +205,3 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
         return message
     action = needed("control_msgs.action", "a FollowJointTrajectory goal", how)
     return action.FollowJointTrajectory.Goal(trajectory=message)
-
-
-def replay_bound(trajectory: JointTrajectory, *, accelerations: bool = False) -> float:
-    """Bound on the error of a replayed position due to times in whole nanoseconds [rad or m].
-
-    It holds over all joints and all time, up to rounding of the positions; the text of the module
-    derives it.
-
-    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1 / 3], [[0], [1]], [[0], [0]])
-    >>> 0 < replay_bound(lift) < 2e-9
-    True
-
-    Args:
-        trajectory: A motion that its knots define.
-        accelerations: The points have accelerations too.
-    """
-    end_speed = float(np.abs(trajectory.velocity(trajectory.end_time)).max())
-    return min(_bounds(trajectory, accelerations)) + end_speed * 1e-9
-
-
-def _bounds(trajectory: JointTrajectory, accelerations: bool) -> tuple[float, float]:
-    """Bounds for points at the times in the message, and at the knots."""
-    order = 3 if accelerations else 2
-    h = np.diff(trajectory.breaks)[:, None]
-    jumps = np.zeros((trajectory.breaks.size, len(trajectory.joint_names)))
-    jumps[1:-1] = np.abs(trajectory.polynomial.jumps(order))
-    sums = float(((jumps[:-1] + jumps[1:]) * h ** (order - 1)).max())
-    shape = ACCELERATION_SHAPE if accelerations else CUBIC_SHAPE
-    timed = shape * sums * 0.5e-9 + float(jumps.max()) * 0.25e-18
-    peak = float(trajectory.extrema("velocity").peak.max())
-    own = (0.5 + 2.0 * (QUINTIC_SHAPE if accelerations else CUBIC_SHAPE)) * peak
-    if accelerations:
-        peak = float(trajectory.extrema("acceleration").peak.max())
-        own += 4.0 * ACCELERATION_SHAPE * float(h.max()) * peak
-    return timed, own * 1e-9

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,15 @@ from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+AXES = 6
+"""Turning axes of an arm that controllers of KUKA, ABB and FANUC move."""
+OTHERS = (
+    f"turning joints of an arm; accepted: {AXES}, and up to {AXES} external axes, which slide or "
+    "are `external_axes` of the robot (in Python robot=plan.space.robot)"
+)
 TOLERANCE = 1e-3
 """Of straight lines between points, by default [rad or m]."""
 TICK = 1e-3
@@ -79,15 +88,27 @@ def rounded_up(value: float, digits: int = 3) -> str:
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.{digits}g}"
 
 
-def from_horizontal(points: Positions) -> FloatArray:
+def arm_joints(trajectory: JointTrajectory, robot: Robot | None) -> list[int]:
+    """The turning joints of an arm, by index: without its external axes, if the robot is known."""
+    outer = robot.external_axes if robot is not None else ()
+    joints = zip(trajectory.joint_names, trajectory.joint_units, strict=True)
+    return [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in outer]
+
+
+def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray:
     """Positions as FANUC counts them: J3 from the horizontal, shape (n, d).
 
     It is joint 3 less joint 2 of a URDF of ROS-Industrial.
+
+    Raises:
+        ExportError: It is not known which joints of more than six are those of the arm.
     """
     q = points.position.copy()
-    turning = [i for i, unit in enumerate(points.trajectory.joint_units) if unit == "rad"]
-    if len(turning) > 2:
-        q[:, turning[2]] -= q[:, turning[1]]
+    arm = arm_joints(points.trajectory, robot)
+    if len(arm) > AXES:
+        raise ExportError(f"the motion has {len(arm)} {OTHERS}")
+    if len(arm) > 2:
+        q[:, arm[2]] -= q[:, arm[1]]
     return q
 
 

@@ -6,11 +6,16 @@ two rows the controller is taken to go straight, and the file says how far that 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from knotwork.export.straight import STRAIGHT, Positions, from_horizontal, straight_points
 from knotwork.storage import to_csv
 from knotwork.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 _ABOUT = {
     "rsi": "KUKA RobotSensorInterface, 4 ms: absolute axis angles",
@@ -43,23 +48,24 @@ def to_egm(motion: JointTrajectory | Positions) -> str:
     return _stream(motion, "egm")
 
 
-def to_j519(motion: JointTrajectory | Positions) -> str:
+def to_j519(motion: JointTrajectory | Positions, *, robot: Robot | None = None) -> str:
     """Write joint angles for FANUC's stream motion, a row each 8 ms; as `to_rsi`.
 
-    J3 counts from the horizontal: it is joint 3 less joint 2 of a URDF of ROS-Industrial.
+    J3 counts from the horizontal: it is joint 3 less joint 2 of a URDF of ROS-Industrial, external
+    axes of the robot aside.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> len(to_j519(lift).splitlines())
     130
     """
-    return _stream(motion, "j519")
+    return _stream(motion, "j519", robot)
 
 
-def _stream(motion: JointTrajectory | Positions, name: str) -> str:
+def _stream(motion: JointTrajectory | Positions, name: str, robot: Robot | None = None) -> str:
     points = straight_points(motion, **STRAIGHT[name])
     curve = points.trajectory
     about = [f"{_ABOUT[name]}.", f"{points.describe()}.", "The arm must stand at the first row."]
-    q = from_horizontal(points) if name == "j519" else points.position
+    q = from_horizontal(points, robot) if name == "j519" else points.position
     columns = {"time_s": points.time}
     for joint, unit, values in zip(curve.joint_names, curve.joint_units, q.T, strict=True):
         shown, factor = _UNITS[unit]

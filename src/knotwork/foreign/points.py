@@ -9,8 +9,18 @@ import numpy as np
 
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, did_you_mean
-from knotwork.foreign.point_units import KEYS, UNUSED_IN_POINT, check_units
 from knotwork.foreign.table import QUANTITIES, Joints, PointTable
+from knotwork.foreign.units import in_si
+
+KEYS: dict[str, tuple[str, ...]] = {
+    "time": ("time_from_start", "time", "times", "t"),
+    "position": ("positions", "position", "q"),
+    "velocity": ("velocities", "velocity", "qd"),
+    "acceleration": ("accelerations", "acceleration", "qdd"),
+}
+"""Keys under which a mapping may give each quantity."""
+
+UNUSED_IN_POINT = ("effort", "efforts", "jerk", "jerks")
 
 NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
@@ -72,10 +82,9 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
     outer, (data, at) = _inside(document)
     given = _names(document, data, at, joints)
     order = [given.index(name) for name in joints.names]
-    units = [(name, joints.units[joints.names.index(name)]) for name in given]
     rows, rows_at = _rows(document, data, at)
     for part, where in (*outer, (data, at)):
-        check_units(document, part, where, units)
+        _check_units(document, part.get("units"), (*where, "units"))
 
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
         where = rows[row][quantity].where if quantity else rows_at
@@ -133,6 +142,16 @@ def _inside(document: Document) -> tuple[list[Part], Part]:
     rows = ("points",) if "points" in data else (*_ROWS, *_STEPS)
     _refuse_unknown(document, data, at, _NAMES + rows + _UNUSED)
     return outer, (data, at)
+
+
+def _check_units(document: Document, stated: Any, where: Location) -> None:
+    """Refuse units that are stated to be others than s, rad, m and so on: values are in these."""
+    if isinstance(stated, Mapping | list):
+        pairs = stated.items() if isinstance(stated, Mapping) else enumerate(stated)
+        for key, one in pairs:
+            _check_units(document, one, (*where, key))
+    elif stated is not None and not (isinstance(stated, str) and in_si(stated)):
+        raise document.error(where, f"is {stated!r}", "s, rad or m, or these per s or s²")
 
 
 def _refuse_unknown(

@@ -34,11 +34,11 @@ def words(text: str) -> list[str]:
     return [word for word in _SEPARATORS.split(text) if word]
 
 
-def is_rate(text: str, unit: str, order: int) -> bool:
-    """Whether a text names a joint's unit per s to the power `order`, and no multiple of it."""
+def in_si(text: str) -> bool:
+    """Whether a text names s, rad, m, a rate of these, or a unit of efforts or currents."""
     base, *per = [word for word in words(text) if word != "per"] or [""]
-    known = base in BASES and BASES[base] == (unit, 1.0)
-    return known and all(word in PER_TIME for word in per) and time_order(per) == order
+    own = base in (*SECONDS, *LOADS) or (base in BASES and BASES[base][1] == 1.0)
+    return own and all(word in PER_TIME for word in per)
 
 
 def time_order(per: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""Inverse kinematics of poses (eq 3) and velocities (eq 4), and how near a singularity is."""
+"""Inverse kinematics of poses (eq 3) and velocities (eq 4), and distance from singularities."""
 
 import lazy_loader
 

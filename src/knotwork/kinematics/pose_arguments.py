@@ -1,4 +1,4 @@
-"""Checking what the solvers for poses are given."""
+"""Checks of the arguments of pose solvers."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pinocchio as pin
 
 from knotwork.errors import WaypointDataError
 
-# A matrix is a rotation if RᵀR differs from I by no more.
+# Tolerance of RᵀR = I for rotation matrices.
 ROTATION_TOLERANCE = 1e-6
-# Squares of numbers beyond this overflow [m].
+# Squares of larger numbers overflow [m].
 FARTHEST = 1e150
 
 
@@ -20,11 +20,11 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     """Check a pose.
 
     Raises:
-        WaypointDataError: It is no `pin.SE3`, is not finite, is too far away for its distance to
-            be calculated, or its matrix is no rotation.
+        WaypointDataError: The pose is not a `pin.SE3`, is not finite, is so far away that its
+            distance overflows, or its matrix is not a rotation.
     """
-    # X⁻¹X is the identity only if all numbers are finite and the matrix is orthogonal. That takes
-    # a microsecond, which is not enough to look through arrays.
+    # X⁻¹X is the identity only if all numbers are finite and the matrix is orthogonal. This takes
+    # a microsecond, much less than checks of arrays.
     if isinstance(pose, pin.SE3) and pose.actInv(pose).isIdentity(ROTATION_TOLERANCE):
         (a, b, c), (d, e, f), (g, h, i) = pose.rotation.tolist()
         if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0:
@@ -36,15 +36,16 @@ def check_pose(pose: Any, name: str = "pose") -> None:
         raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
     R = pose.rotation
     raise WaypointDataError(
-        f"the matrix of {name} is no rotation: of {R.tolist()} the product RᵀR differs from I by "
-        f"{np.abs(R.T @ R - np.eye(3)).max():.3g} and the determinant is {np.linalg.det(R):.6g}; "
-        f"a difference up to {ROTATION_TOLERANCE:g} is accepted, and a determinant above 0",
+        f"the matrix of {name} is not a rotation: for {R.tolist()} the product RᵀR differs from I "
+        f"by {np.abs(R.T @ R - np.eye(3)).max():.3g}, and the determinant is "
+        f"{np.linalg.det(R):.6g}; accepted: a difference up to {ROTATION_TOLERANCE:g} and a "
+        "determinant above 0",
         value=pose,
     )
 
 
 def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:
-    """Check a pose, and the tolerances that it is to be met to.
+    """Check a pose and its tolerances.
 
     Raises:
         WaypointDataError: As `check_pose` and `check_tolerance`.
@@ -55,10 +56,10 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
 
 
 def check_count(value: Any, name: str, least: int = 0) -> None:
-    """Check a number of things.
+    """Check a count.
 
     Raises:
-        WaypointDataError: It is no integer, or less than the least.
+        WaypointDataError: The value is not an integer, or below the minimum.
     """
     if type(value) is int and value >= least:
         return
@@ -72,7 +73,7 @@ def check_tolerance(value: Any, name: str) -> None:
     """Check a tolerance.
 
     Raises:
-        WaypointDataError: It is no positive, finite number.
+        WaypointDataError: The tolerance is not a positive, finite number.
     """
     if type(value) is float and 0.0 < value < np.inf:
         return

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Generic, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -15,202 +15,135 @@ from knotwork.verification.collisions import (
     failed_pairs,
     motion_finding,
 )
-from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.finding import TRIED
 from knotwork.verification.motion import AT_WAYPOINT
+from knotwork.waypoints import FloatArray
 
 PlanT = TypeVar("PlanT", bound=Any)
-"""A plan, of which scenario, space, trajectory, report and solution are looked at."""
-
-MOST_SEQUENCES = 12
-"""Largest number of sequences of solutions to try, the best one included."""
-
-MOST_TIMED = 4
-"""The same where the times are chosen anew for each."""
+"""A plan, of which scenario, space, report, solution and chosen times are read."""
 
 
-def best_of_sequences(
-    first: PlanT,
-    solve: Callable[[Sequence[Step]], TaskSolution],
-    made: Callable[[TaskSolution], PlanT | None],
-    most: int = MOST_SEQUENCES,
-    around: Callable[[list[int]], PlanT] | None = None,
-) -> PlanT:
-    """Take the best sequence of solutions whose motion collides nowhere.
-
-    Where the motion of a sequence collides between two waypoints, the solutions that it has at both
-    are not taken together again, and the next best sequence is planned, as long as one may be
-    feasible and clear. If all of them collide, motions whose time is chosen find their way; where
-    that fails, the one with the fewest colliding pairs is given, and its report says how many were
-    tried, and which motions could find their way.
-
-    Args:
-        first: The plan of the best sequence.
-        solve: Finds the best sequence without some steps.
-        made: Plans a sequence; `None` if there is no time left for it.
-        most: Largest number to try, the first one included.
-        around: Plans the task with `way: clear` at some waypoints, by index.
-    """
-    sequences = _Sequences(first, solve, made, most)
-    best = current = first
-    while (failed := failed_pairs(current.report.findings)) and (
-        other := sequences.without(current, [found.at for found in failed])
-    ):
-        current = other
-        best = min(best, current, key=_worth)
-    if sequences.tried > 1 and not failed_pairs(best.report.findings):
-        best = _with_finding(
-            best,
-            "the motion of the best sequence of solutions collides; of "
-            f"{sequences.tried} sequences tried this is the first that does not",
-        )
-    else:
-        ends, detour = _possible_ways(best), ""
-        timed = _with_chosen_time(best, ends)
-        if around is not None and timed and not sequences.late:
-            try:
-                found = around(timed)
-            except InputError as error:
-                detour = f"way: clear finds no motion either: {error}"
-            else:
-                if _worth(found) < _worth(best):
-                    return _with_finding(found, _taken(best, timed))
-            ends = [i for i in ends if i not in timed]
-        told = filter(None, (detour, _proposal(best, ends), sequences.in_vain(failed)))
-        if line := "; ".join(told):
-            best = _with_finding(best, line, TRIED)
-    return replace(best, sequences=sequences.tried)
-
-
-def first_with_ways(
-    made: Callable[[TaskSolution | None], PlanT],
-    solve: Callable[[Sequence[Step]], TaskSolution],
-    most: int,
-) -> PlanT:
-    """Take the best sequence of solutions between which all ways are found.
-
-    Args:
-        made: Plans a sequence, by default the best.
-        solve: Finds the best sequence without some steps.
-        most: Largest number to try.
-
-    Raises:
-        NoWayFoundError: As for the best sequence, if no way is found in any that is tried.
-    """
-    try:
-        return made(None)
-    except NoWayFoundError as error:
-        if error.waypoints is None:
-            raise
-        missing, first = error, error
-    current = solve(())
-    others = _Others(solve, current)
-    for tried in range(2, most + 1):
-        if missing.waypoints is None:
-            break
-        between = range(missing.waypoints[0], missing.waypoints[-1])
-        try:
-            other = others.without(current, between)
-        except InputError:
-            break
-        if other is None:
-            break
-        current = other
-        try:
-            plan = made(other)
-        except NoWayFoundError as error:
-            missing = error
-        else:
-            return _with_finding(
-                plan,
-                "no way was found in the best sequence of solutions; of "
-                f"{tried} tried this is the first with one",
-            )
-    raise first
-
-
-class _Others:
-    """The best sequence of solutions, and the next best ones, each once."""
-
-    def __init__(
-        self, solve: Callable[[Sequence[Step]], TaskSolution], first: TaskSolution | None
-    ) -> None:
-        self.solve = solve
-        self.known = [] if first is None else [first.waypoints.position]
-        self.avoided: list[Step] = []
-
-    def without(self, solution: TaskSolution, intervals: Iterable[int]) -> TaskSolution | None:
-        """The best one without the steps of another in some intervals; `None` if no more."""
-        q = solution.sequence
-        if q is None:
-            return None
-        self.avoided += [(int(i), q[i], q[i + 1]) for i in intervals]
-        other = self.solve(self.avoided)
-        if any(np.array_equal(one, other.waypoints.position) for one in self.known):
-            return None
-        self.known.append(other.waypoints.position)
-        return other
-
-
-class _Sequences(Generic[PlanT]):
-    """The next best sequences of solutions, each planned.
+class Planner(Protocol[PlanT]):
+    """Plans one scenario with any sequence of solutions of its poses.
 
     Attributes:
-        most: Largest number to try.
-        tried: Number tried.
-        late: Whether there was no time left for another one.
+        most: Maximum number of sequences to plan.
     """
 
-    def __init__(
-        self,
-        first: PlanT,
-        solve: Callable[[Sequence[Step]], TaskSolution],
-        made: Callable[[TaskSolution], PlanT | None],
-        most: int,
-    ) -> None:
-        self.made, self.most, self.tried, self.late = made, most, 1, False
-        self.others = _Others(solve, first.solution)
+    @property
+    def most(self) -> int:
+        """See the class."""
 
-    def without(self, plan: PlanT, times: Sequence[float | None]) -> PlanT | None:
-        """The next best one, without the steps that a plan takes at some times; `None` if no more.
+    def solve(self, avoided: Sequence[Step]) -> TaskSolution:
+        """Find the best sequence of solutions without some steps."""
 
-        Args:
-            plan: The one that was planned last.
-            times: At these it is not good [s].
-        """
-        if self.tried >= self.most or plan.solution is None:
-            return None
-        when = [time for time in times if time is not None]
-        after = np.searchsorted(plan.scenario.times, when, side="right")
-        intervals = np.unique(np.clip(after - 1, 0, len(plan.scenario.times) - 2))
-        other = self.others.without(plan.solution, intervals)
-        if other is None:
-            return None
+    def plan(self, solution: TaskSolution | None) -> PlanT:
+        """Plan a sequence of solutions, by default the best."""
+
+    def late(self) -> bool:
+        """Whether the time budget has ended."""
+
+    def with_ways(self, ends: Sequence[int]) -> Planner[PlanT] | None:
+        """The planner of the task with `way: clear` at some waypoints, if times are chosen."""
+
+
+def best_of_sequences(planner: Planner[PlanT]) -> PlanT:
+    """Plan the best sequence of solutions whose motion collides nowhere.
+
+    Where the motion between two waypoints collides, or none is found, the solutions at both are not
+    combined again, and the next best sequence is planned, as long as one may be feasible and clear.
+    If all of them collide, `way: clear` is tried where times are chosen; where that fails, the plan
+    with the fewest colliding pairs is returned. The report lists what was tried.
+
+    Raises:
+        NoWayFoundError: For the best sequence, if no motion is found for any of them.
+        InputError: The task is wrong.
+    """
+    best: PlanT | None = None
+    first_error: NoWayFoundError | None = None
+    solution: TaskSolution | None = None
+    blocked: Sequence[int] | None = None
+    avoided: list[Step] = []
+    known: list[FloatArray] = []
+    tried = 0
+    while True:
         try:
-            made = self.made(other)
-        except InputError:  # there is no such motion, however slow
-            self.tried += 1
-            return None
-        self.late = made is None
-        self.tried += not self.late
-        return made
+            plan = planner.plan(solution)
+        except NoWayFoundError as error:
+            first_error, blocked = first_error or error, None
+            if error.waypoints is not None:
+                blocked = range(error.waypoints[0], error.waypoints[-1])
+                solution = solution or planner.solve(())
+        except InputError:
+            if solution is None:
+                raise
+            blocked = None  # this sequence has no motion, however slow
+        else:
+            solution = plan.solution
+            best = plan if best is None else min(best, plan, key=_rank)
+            blocked = _colliding_intervals(plan)
+        tried += 1
+        if not blocked or solution is None or solution.sequence is None:
+            break
+        if tried == planner.most or planner.late():
+            break
+        q = solution.sequence
+        known.append(solution.waypoints.position)
+        avoided += [(i, q[i], q[i + 1]) for i in blocked]
+        solution = planner.solve(avoided)
+        if any(np.array_equal(one, solution.waypoints.position) for one in known):
+            break
+    if best is None:
+        raise first_error or AssertionError("a sequence without a plan has an error")
+    best = replace(best, sequences=tried)
+    if not failed_pairs(best.report.findings):
+        return best if tried == 1 else _with_finding(best, _FIRST_CLEAR.format(tried))
+    return _with_detour(planner, best, tried)
 
-    def in_vain(self, failed: Sequence[Finding]) -> str:
-        """How many were tried that all collide, in words; empty where no other one was looked for.
 
-        Args:
-            failed: What fails of the last one.
-        """
-        late = " when the budget ended" if self.late else ""
-        if self.tried > 1:
-            return (
-                f"tried: {self.tried} sequences of solutions{late}, all of which collide; this one "
-                "has the fewest colliding pairs"
-            )
-        return f"tried: one sequence of solutions{late}, which collides" if failed and late else ""
+_FIRST_CLEAR = (
+    "the best sequence of solutions has no clear motion; of {} sequences tried this is the first "
+    "that has one"
+)
 
 
-def _worth(plan: Any) -> tuple[int, int]:
-    """What a plan is judged by, smaller is better: pairs that collide, and all else that fails."""
+def _colliding_intervals(plan: Any) -> list[int]:
+    """Intervals between waypoints in which a plan collides."""
+    times = plan.scenario.times
+    when = [one.at for one in failed_pairs(plan.report.findings) if one.at is not None]
+    after = np.searchsorted(times, when, side="right")
+    return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
+
+
+def _with_detour(planner: Planner[PlanT], best: PlanT, tried: int) -> PlanT:
+    """A plan around the obstacles that all sequences hit, or the best one and what was tried."""
+    ends, late = _possible_ways(best), planner.late()
+    timed, notes = _with_chosen_time(best, ends), []
+    other = None if late or not timed else planner.with_ways(timed)
+    if other is not None:
+        ends = [i for i in ends if i not in timed]
+        try:
+            found = best_of_sequences(other)
+        except InputError as error:
+            notes.append(f"way: clear finds no motion either: {error}")
+        else:
+            if _rank(found) < _rank(best):
+                return _with_finding(found, _taken(best, timed))
+    if proposal := _proposal(best, ends):
+        notes.append(proposal)
+    when = " when the budget ended" if late else ""
+    if tried > 1:
+        notes.append(
+            f"tried: {tried} sequences of solutions{when}, all of which collide; this one has the "
+            "fewest colliding pairs"
+        )
+    elif late:
+        notes.append(f"tried: one sequence of solutions{when}, which collides")
+    return _with_finding(best, "; ".join(notes), TRIED) if notes else best
+
+
+def _rank(plan: Any) -> tuple[int, int]:
+    """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
-from typing import Any
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.errors.plain_text import called
-from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, PlannerOptions, planner_and_rule
+from knotwork.interpolation import (
+    PLANNER_SPECS,
+    BalancedKnots,
+    PlannerOptions,
+    get_planner,
+    planner_and_rule,
+)
 from knotwork.scenario import Scenario
-from knotwork.scenario.joint_space import JointSpace
+from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
+
+Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
 # Where a file says what the options are.
 _FIELDS: dict[str, tuple[str, ...]] = {
@@ -80,29 +90,77 @@ def supported_options(
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
 
 
-def knots_along_paths(planner: str, options: PlannerOptions) -> Any:
-    """Where the knots sit for which waypoints are inserted: the planner's, if it has knots."""
-    base, ruled = planner_and_rule(planner)
-    if "knots" not in PLANNER_SPECS[base].supports:
-        return PlannerOptions().knots
-    return ruled.get("knots", options.knots)
+@dataclass(frozen=True, eq=False)
+class Interpolation:
+    """A scenario's planner and its options.
 
+    Attributes:
+        scenario: The task, with the planner and the knots that were given instead of its own.
+        space: Its joints.
+        options: Options of the planner, in SI.
+        left_out: Names of the scenario's options that the planner does not support.
+        replaced: Names of the arguments that were given.
+    """
 
-@contextmanager
-def option_context(
-    scenario: Scenario, waypoints: JointWaypoints, replaced: set[str]
-) -> Iterator[None]:
-    """Have a planner's errors name a field of the scenario, or the argument in its place."""
-    try:
-        yield
-    except InputError as error:
-        field: tuple[str, ...] = ("planner",)
-        if isinstance(error, KnotError) and error.waypoint is not None:
-            error.locate(f"at {called(waypoints.names[error.waypoint])}")
-        if isinstance(error, KnotError | OptionError):
-            field = _FIELDS.get(getattr(error, "option", "knots"), field)
-        if field[0] in replaced:
-            error.locate(f"{scenario.name}: {field[0]}")
-            raise
-        with scenario.error_context(*field):
-            raise
+    scenario: Scenario
+    space: JointSpace
+    options: PlannerOptions
+    left_out: tuple[str, ...]
+    replaced: frozenset[str]
+
+    @classmethod
+    def of(cls, scenario: Scenario, planner: str | None, knots: Knots) -> Interpolation:
+        """Read the options of a scenario; arguments as of `knotwork.plan`.
+
+        Raises:
+            InputError: An option is wrong, or the planner does not support it.
+        """
+        own, left_out = scenario.planner, tuple[str, ...]()
+        given = {"planner": planner, "knots": knots}
+        replaced = frozenset(name for name, value in given.items() if value is not None)
+        with nullcontext() if planner else scenario.error_context("planner"):
+            get_planner(planner or own)
+        scenario = replace(scenario, planner=planner or own)
+        space = joint_space(scenario)
+        options = planner_options(scenario, space)
+        if scenario.planner != own:
+            options, left_out = supported_options(options, own, scenario.planner)
+        if knots is not None:
+            if "knots" in planner_and_rule(scenario.planner)[1]:
+                raise InputError(
+                    f"{scenario.name}: knots: given together with those of {scenario.planner!r}; "
+                    "give one of the two"
+                )
+            placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
+            scenario = replace(scenario, knots=placed)
+            options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
+        return cls(scenario, space, options, left_out, replaced)
+
+    @property
+    def knots_along_paths(self) -> Any:
+        """Where the knots sit for which waypoints are inserted: the planner's, if it has knots."""
+        base, ruled = planner_and_rule(self.scenario.planner)
+        if "knots" not in PLANNER_SPECS[base].supports:
+            return PlannerOptions().knots
+        return ruled.get("knots", self.options.knots)
+
+    def trajectory(self, waypoints: JointWaypoints) -> JointTrajectory:
+        """Interpolate joint waypoints.
+
+        Raises:
+            InputError: The planner can't. The error names a field of the scenario, or the argument
+                that was given instead.
+        """
+        try:
+            return get_planner(self.scenario.planner)(waypoints, self.options)
+        except InputError as error:
+            field: tuple[str, ...] = ("planner",)
+            if isinstance(error, KnotError) and error.waypoint is not None:
+                error.locate(f"at {called(waypoints.names[error.waypoint])}")
+            if isinstance(error, KnotError | OptionError):
+                field = _FIELDS.get(getattr(error, "option", "knots"), field)
+            if field[0] in self.replaced:
+                error.locate(f"{self.scenario.name}: {field[0]}")
+                raise
+            with self.scenario.error_context(*field):
+                raise

@@ -5,20 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
-
-from numpy.typing import ArrayLike
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from knotwork.errors import InputError
-from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, get_planner, planner_and_rule
-from knotwork.pipeline.avoidance import MOST_TIMED, best_of_sequences, first_with_ways
+from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
+from knotwork.pipeline.avoidance import best_of_sequences
+from knotwork.pipeline.infeasibility import infeasible
 from knotwork.pipeline.plan_files import PlanFiles
-from knotwork.pipeline.planner_options import (
-    knots_along_paths,
-    option_context,
-    planner_options,
-    supported_options,
-)
+from knotwork.pipeline.planner_options import Interpolation, Knots
 from knotwork.pipeline.replanning import scenario_from
 from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
@@ -27,15 +21,20 @@ from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
 from knotwork.trajectory import Event, JointTrajectory, Segment
-from knotwork.verification import Finding, Report, check
+from knotwork.verification import Report, check
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
     from knotwork.timing import Progress
+    from knotwork.timing.budget import Watch
     from knotwork.view.page import Page
 
-Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
+MOST_SEQUENCES = 12
+"""Maximum number of sequences of solutions to plan."""
+
+MOST_TIMED = 4
+"""The same where times are chosen anew for each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +192,7 @@ def plan(
             )
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
-        return best_of_sequences(*_planned(scenario, planner, knots))
+        return best_of_sequences(_Planner(scenario, planner, knots))
     return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress)
 
 
@@ -206,107 +205,132 @@ def _with_chosen_times(
     progress: Callable[[Progress], None] | None,
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
-    from knotwork.choosing import choose_times, with_times_met
-    from knotwork.choosing.task import knots_of, with_ways
-    from knotwork.timing import Progress
+    from knotwork.choosing import with_times_met
     from knotwork.timing.budget import Watch
 
-    time, names = Watch(budget=budget), [one.name for one in scenario.waypoints]
+    names = [one.name for one in scenario.waypoints]
     met = tuple(names[i] for i in free.meets if free.duration[i - 1])
-
-    def left() -> float | None:
-        return None if budget is None else max(time.left(), 1e-3)
-
-    if free.meets:
-
-        def at_expected_times(one: Scenario) -> ChosenTimes:
-            return choose_times(one, one.free or free, budget=left(), progress=progress)
-
-        scenario = with_times_met(scenario, at_expected_times)
-        if scenario.free is None:
-            return best_of_sequences(*_planned(scenario, planner, knots))
-        free = scenario.free
-
-    def timed(solution: TaskSolution | None, seconds: float | None) -> Plan:
-        chosen = choose_times(scenario, free, budget=seconds, progress=progress, solution=solution)
-        chosen = replace(chosen, met=met)
-        if progress is not None:
-            took, steps = time.now() - time.begun, sum(one.iterations for one in chosen.segments)
-            progress(Progress(steps, took, 1.0, chosen.duration, "check"))
-        return _planned(chosen.scenario, planner, knots, chosen)[0]
-
-    def another(solution: TaskSolution) -> Plan | None:
-        return timed(solution, left()) if time.left() > 0.0 else None
-
-    def solve(avoided: Sequence[Step]) -> TaskSolution:
-        return solve_task(scenario, joint_space(scenario), knots_of(scenario), avoided)
-
-    def around(ends: list[int]) -> Plan:
-        clear = with_ways(scenario, ends)
-        return _with_chosen_times(clear, clear.free or free, planner, knots, left(), progress)
-
-    def begun(solution: TaskSolution | None) -> Plan:
-        return timed(solution, budget if solution is None else left())
-
-    first = first_with_ways(begun, solve, MOST_TIMED)
-    return best_of_sequences(first, solve, another, MOST_TIMED, around)
+    timed = _TimedPlanner(scenario, free, planner, knots, Watch(budget=budget), progress, met)
+    if not free.meets:
+        return best_of_sequences(timed)
+    scenario = with_times_met(scenario, lambda one: timed.at(one).chosen_times(None))
+    if scenario.free is None:
+        return best_of_sequences(_Planner(scenario, planner, knots))
+    return best_of_sequences(timed.at(scenario))
 
 
-def _planned(
-    scenario: Scenario,
-    planner: str | None,
-    knots: Knots,
-    chosen: ChosenTimes | None = None,
-) -> tuple[Plan, Callable[[Sequence[Step]], TaskSolution], Callable[[TaskSolution], Plan]]:
-    """Plan a scenario with nothing free: the plan, what finds other solutions, what plans them."""
-    own_planner = scenario.planner
-    if planner is None:
-        with scenario.error_context("planner"):
-            get_planner(own_planner)
-    else:
-        scenario = replace(scenario, planner=planner)
-    interpolate = get_planner(scenario.planner)
-    space = joint_space(scenario)
-    options = planner_options(scenario, space)
-    left_out: tuple[str, ...] = ()
-    if scenario.planner != own_planner:
-        options, left_out = supported_options(options, own_planner, scenario.planner)
-    if knots is not None:
-        if "knots" in planner_and_rule(scenario.planner)[1]:
-            raise InputError(
-                f"{scenario.name}: knots: given together with those of {scenario.planner!r}; give "
-                "one of the two"
-            )
-        placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
-        scenario = replace(scenario, knots=placed)
-        options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
-    arguments = {"planner": planner, "knots": knots}
-    replaced = {name for name, value in arguments.items() if value is not None}
+class _Planner:
+    """Plans a scenario with nothing free; arguments as of `plan`."""
 
-    def made(solution: TaskSolution) -> Plan:
+    most = MOST_SEQUENCES
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        planner: str | None,
+        knots: Knots,
+        chosen: ChosenTimes | None = None,
+    ) -> None:
+        self.interpolation = Interpolation.of(scenario, planner, knots)
+        self.scenario, self.space = self.interpolation.scenario, self.interpolation.space
+        self.chosen = chosen
+
+    def solve(self, avoided: Sequence[Step] = ()) -> TaskSolution:
+        """Find the best sequence of solutions without some steps."""
+        return solve_task(self.scenario, self.space, self.interpolation.knots_along_paths, avoided)
+
+    def plan(self, solution: TaskSolution | None = None) -> Plan:
+        """Interpolate a sequence of solutions, by default the best, and check the motion."""
+        solution = solution or self.solve()
+        scenario, space, chosen = self.scenario, self.space, self.chosen
         waypoints = solution.waypoints
-        with option_context(scenario, waypoints, replaced):
-            trajectory = interpolate(waypoints, options)
+        trajectory = self.interpolation.trajectory(waypoints)
         events = tuple(one.event for one in scenario.events)
-        ways = [*found_ways(scenario)] if options.chosen else []
+        ways = [*found_ways(scenario)] if self.interpolation.options.chosen else []
         parts = segments(scenario, {i for found, _ in ways for i in found[:-1]})
         loads = space.carrying.loads(trajectory.start_time) if space.carrying else ()
         trajectory = replace(trajectory, events=events, loads=loads, segments=parts)
-        known: list[Finding] = []
+        known = [infeasible(one, scenario.units) for one in solution.infeasibilities]
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
             known += findings(chosen, space)
             # the solutions were chosen before the times were, which hold them fast
-            solution = replace(chosen.solution, waypoints=waypoints, feasible=solution.feasible)
+            solution = replace(
+                chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
+            )
         if ways:
             from knotwork.choosing.ways_found import ways_found
 
             known += ways_found(ways, scenario, space, trajectory)
         report = check(trajectory, scenario, space=space, known=known)
+        left_out = self.interpolation.left_out
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
 
-    def solve(avoided: Sequence[Step]) -> TaskSolution:
-        return solve_task(scenario, space, knots_along_paths(scenario.planner, options), avoided)
+    def late(self) -> bool:
+        """Whether the time budget has ended: there is none."""
+        return False
 
-    return made(solve(())), solve, made
+    def with_ways(self, ends: Sequence[int]) -> None:
+        """No planner: `way: clear` needs a time that is chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class _TimedPlanner:
+    """Chooses what a scenario leaves free, then plans it; arguments as of `plan`.
+
+    Attributes:
+        time: Shares the budget between all that is planned.
+        met: Waypoints in frames that move, by name, whose times are chosen first.
+    """
+
+    scenario: Scenario
+    free: FreeTimes
+    planner: str | None
+    knots: Knots
+    time: Watch
+    progress: Callable[[Progress], None] | None
+    met: tuple[str, ...]
+    most: ClassVar[int] = MOST_TIMED
+
+    def at(self, scenario: Scenario) -> _TimedPlanner:
+        """The planner of another scenario within the same budget."""
+        return replace(self, scenario=scenario, free=scenario.free or self.free)
+
+    def solve(self, avoided: Sequence[Step]) -> TaskSolution:
+        """Find the best sequence of solutions without some steps."""
+        from knotwork.choosing.task import knots_of
+
+        return solve_task(
+            self.scenario, joint_space(self.scenario), knots_of(self.scenario), avoided
+        )
+
+    def chosen_times(self, solution: TaskSolution | None) -> ChosenTimes:
+        """Choose times for a sequence of solutions, by default the best."""
+        from knotwork.choosing import choose_times
+
+        left = None if self.time.budget is None else max(self.time.left(), 1e-3)
+        return choose_times(
+            self.scenario, self.free, budget=left, progress=self.progress, solution=solution
+        )
+
+    def plan(self, solution: TaskSolution | None) -> Plan:
+        """Choose times for a sequence of solutions, by default the best, and plan with them."""
+        from knotwork.timing import Progress
+
+        chosen = replace(self.chosen_times(solution), met=self.met)
+        if self.progress is not None:
+            took = self.time.now() - self.time.begun
+            steps = sum(one.iterations for one in chosen.segments)
+            self.progress(Progress(steps, took, 1.0, chosen.duration, "check"))
+        return _Planner(chosen.scenario, self.planner, self.knots, chosen).plan()
+
+    def late(self) -> bool:
+        """Whether the time budget has ended."""
+        return self.time.left() <= 0.0
+
+    def with_ways(self, ends: Sequence[int]) -> _TimedPlanner:
+        """The planner of the task with `way: clear` at some waypoints."""
+        from knotwork.choosing.task import with_ways
+
+        return self.at(with_ways(self.scenario, ends))

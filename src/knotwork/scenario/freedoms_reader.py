@@ -13,6 +13,8 @@ from knotwork.task.units import si_factors
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
+# Ranges of a turn reach no farther, either way.
+MOST_TURNS = 2
 
 
 def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()) -> Freedoms:
@@ -24,8 +26,8 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         normals: Waypoints, by index, to which paths with normals lead: these free the turn.
 
     Raises:
-        DocumentError: A turn does not contain the pose or reaches beyond half a turn; a tilt is too
-            large; or a velocity is in axes that are free.
+        DocumentError: A turn does not contain the pose or reaches beyond `MOST_TURNS`; a tilt is
+            too large; or a velocity is in axes that are free.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
@@ -140,8 +142,9 @@ def _read(
     if given.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
     low, high = given.turn
-    if not (low <= 0.0 <= high and max(-low, high) <= math.pi * (1.0 + 1e-12)):
-        half = f"{math.pi / unit:.6g}"
+    most = MOST_TURNS * 2.0 * math.pi
+    if not (low <= 0.0 <= high and max(-low, high) <= most * (1.0 + 1e-12)):
+        half = f"{most / unit:.6g}"
         raise places.error(
             (*location, "turn"),
             f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",

@@ -22,7 +22,7 @@ from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, SceneObje
 from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
 from knotwork.scene.model import TOOL, CollisionModel, NoteKind, riding
-from knotwork.scene.other_robots import other_motion
+from knotwork.scene.other_robots import in_one_cell, other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
 from knotwork.scene.rules import given_rules
@@ -167,7 +167,7 @@ class _Builder:
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
         given = given_rules(scene, self.robot, bodies, self.places)
-        pairing = Pairing(self.robot, scene, self.geometry, given.reasons)
+        pairing = Pairing(self.robot, self.joints, scene, self.geometry, given.reasons)
         pairs, ignored = pairing.pairs(bodies)
         return CollisionModel(
             self.joints,
@@ -190,13 +190,14 @@ class _Builder:
 
     def _other(self, given: OtherRobot) -> Iterator[Body]:
         """Links, tool and held objects of another robot, which move as they do."""
+        own = self.robot
         try:
             other = other_motion(given)
+            theirs = other.robot
+            one_cell = in_one_cell(own, theirs)
         except InputError as error:
             place = ("scene", "robots", given.name, "scenario")
             raise self.places.error(place, str(error)) from error
-        own, theirs = self.robot, other.robot
-        one_cell = own.urdf == theirs.urdf and not {*own.joint_names} & {*theirs.joint_names}
         if one_cell:
             link = own.standing_frame
             standing, placement = _carried(own, link)

@@ -19,6 +19,9 @@ from knotwork.scenario import OtherRobot, load_scenario
 if TYPE_CHECKING:
     from knotwork.scene.model import CollisionModel
 
+SAME_PLACE = 1e-9
+"""Joints [rad or m] and robots that are so near are at one place."""
+
 _PACKAGE = __package__.partition(".")[0]
 
 _under_way: list[str] = []
@@ -85,6 +88,35 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
     held = frozenset(one.name for one in scenario.scene.held)
     known = (EndlessCurve(moved.curve), *model.known)
     return OtherMotion(space.robot, model, known, held)
+
+
+def in_one_cell(own: Robot, theirs: Robot) -> bool:
+    """Whether two robots are arms of one URDF, which says how they stand to one another.
+
+    Raises:
+        InputError: They are, but a joint carries an arm that only the other one's motion moves, or
+            that stands at two places.
+    """
+    if own.urdf != theirs.urdf or {*own.joint_names} & {*theirs.joint_names}:
+        return False
+    for one, other in ((own, theirs), (theirs, own)):
+        carriers = other.carrying_joints
+        carrying = frozenset().union(*(carriers[name] for name in other.joint_names))
+        for joint in sorted(carrying & {*one.joint_names, *one.followers}):
+            raise InputError(
+                f"joint {joint!r}, which the motion of {one.name!r} moves, carries the arm of "
+                f"{other.name!r}, whose motion has it standing; accepted: arms of one URDF on what "
+                f"stands, {joint!r} locked in both robot files"
+            )
+        for joint in sorted(carrying & own.locked.keys() & theirs.locked.keys()):
+            places = own.locked[joint], theirs.locked[joint]
+            if abs(places[0] - places[1]) > SAME_PLACE:
+                raise InputError(
+                    f"joint {joint!r} stands at {places[0]:.6g} for {own.name!r} and at "
+                    f"{places[1]:.6g} for {theirs.name!r}, and carries the arm of {other.name!r}; "
+                    "accepted: one place, in the `locked` of both robot files"
+                )
+    return True
 
 
 def _called(module: str, name: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import JointTree
 from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body, placed_links
 from knotwork.scene.model import (
@@ -23,6 +24,7 @@ CARRIED = "the tool carries it"
 BY_ROBOT = "the robot's file ignores it"
 OBJECT = "object"
 NOT_ITSELF = "the scenario says `self: false`"
+NOT_OURS = "no joint of the robot moves one of them to the other"
 
 
 class Pairing:
@@ -30,6 +32,7 @@ class Pairing:
 
     Args:
         robot: The robot.
+        joints: Its joints, and after them those of what moves as it is known to.
         scene: The surroundings, and the rules of the check.
         geometry: Its links, and which of them touch.
         given: Reasons that the scenario gives, by the identities of the two bodies.
@@ -38,8 +41,16 @@ class Pairing:
         notes: Plausible slips, and pairs that are not checked.
     """
 
-    def __init__(self, robot: Robot, scene: Scene, geometry: RobotGeometry, given: Reasons) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        joints: JointTree,
+        scene: Scene,
+        geometry: RobotGeometry,
+        given: Reasons,
+    ) -> None:
         self.robot, self.scene, self.geometry, self.given = robot, scene, geometry, given
+        self.own = joints.carriers[:, : len(geometry.joints.parent)]
         self.notes: list[tuple[NoteKind, str]] = []
         self.joined = robot.joined_links
         self.held = {one.name for one in scene.held}
@@ -54,19 +65,24 @@ class Pairing:
                 if first.start >= second.end or second.start >= first.end:
                     continue
                 together = first.joint == second.joint and first.kind == second.kind
-                if together or first.kind == second.kind == OBJECT:
-                    continue  # links of one part, or what the robot does not move
+                if together:
+                    continue  # links of one part
                 reason = self._reason(first, second, by_files)
                 if reason is None and (i, j) in touching:
                     self._note_touching(first, second, touching[i, j])
                 if reason is not None:
-                    ignored.append(IgnoredPair(first.name, second.name, reason))
+                    ignored.append(IgnoredPair(self._whose(first), self._whose(second), reason))
                     continue
                 around = OBJECT in (first.kind, second.kind)
                 own = second.kind != OBJECT if around else bool(second.joint)
                 order = (i, j) if own else (j, i)
                 pairs.append(Pair(*order, self.scene.rules.margin if around else 0.0, around))
-        return pairs, list(dict.fromkeys(ignored))
+        return pairs, [one for one in dict.fromkeys(ignored) if one.first != one.second]
+
+    def _whose(self, body: Body) -> str:
+        """The name of a body, or of the other robot whose body it is."""
+        others = (one.name for one in self.scene.robots if body.name.startswith(f"{one.name}/"))
+        return next(others, body.name) if body.kind == OBJECT else body.name
 
     def _reason(self, first: Body, second: Body, by_files: Reasons) -> str | None:
         """Why two bodies are not checked, whatever they touch."""
@@ -79,6 +95,8 @@ class Pairing:
         apart = first.apart or second.apart
         if reason is not None and not (reason == ALLOWED and apart):
             return reason  # what takes an object may touch it only then
+        if kinds == {OBJECT} and (self.own[first.joint] == self.own[second.joint]).all():
+            return NOT_OURS
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))
             return by_files.get(links) or (ADJACENT if links in self.joined else None)

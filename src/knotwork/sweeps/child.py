@@ -1,8 +1,8 @@
 """Child processes that plan: one may hang or crash, and its parent goes on.
 
-Parent and child send each other pickled data through the child's standard input and output. A
-child ends when its parent does, which closes the input. `concurrent.futures` can't take its place:
-it gives up all processes when one ends, has no time limits, and imports the script of the user.
+Parent and child have a pipe. A child ends when its parent does, which closes it. The pools of
+`concurrent.futures` and `multiprocessing` can't take its place: they give up all processes when one
+ends, have no time limits, or import the script of the user.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
-import pickle
 import queue
 import signal
 import subprocess
@@ -19,6 +18,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 from knotwork.errors import InputError
@@ -62,6 +63,7 @@ class Child:
 
     def __init__(self) -> None:
         self._process: Any = None
+        self._pipe: Any = None
         self._closed = False
 
     def call(self, function: Callable[..., Any], *arguments: Any, limit: float) -> Any:
@@ -87,13 +89,16 @@ class Child:
         if self._closed:
             raise ChildCrashedError("it was closed")
         if self._process is None:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "knotwork.sweeps.child"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
-            )
+            self._pipe, other = Pipe()
+            with other:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "knotwork.sweeps.child", str(other.fileno())],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    pass_fds=[other.fileno()],
+                    env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
+                )
             try:
                 self._answer((_load, ()), START_LIMIT)
             except ChildTimeoutError as error:
@@ -102,26 +107,20 @@ class Child:
 
     def _answer(self, question: Any, limit: float) -> Any:
         """The child's answer; the child is ended if that takes longer than the limit."""
-        process, late = self._process, threading.Event()
-
-        def end() -> None:
-            late.set()
-            process.kill()
-
-        timer = threading.Timer(min(limit, LONGEST), end)
-        timer.start()
+        process, ok, answer = self._process, True, Exception()
         try:
-            pickle.dump(question, process.stdin)
-            process.stdin.flush()
-            ok, answer = pickle.load(process.stdout)
-        except (EOFError, OSError, ValueError, pickle.UnpicklingError) as error:
+            self._pipe.send(question)
+            late = not self._pipe.poll(min(limit, LONGEST))
+            if not late:
+                ok, answer = self._pipe.recv()
+        except (EOFError, OSError) as error:
             self._process = None
-            _end(process)
-            if late.is_set():
-                raise ChildTimeoutError(f"took longer than {limit:g} s") from error
+            _end(process, self._pipe)
             raise ChildCrashedError(_exit_reason(process.returncode)) from error
-        finally:
-            timer.cancel()
+        if late:
+            self._process = None
+            _end(process, self._pipe)
+            raise ChildTimeoutError(f"took longer than {limit:g} s")
         if not ok:
             raise answer
         return answer
@@ -130,15 +129,16 @@ class Child:
         """End the process, whatever it is about, and start none again."""
         self._closed = True
         process, self._process = self._process, None
-        if process is not None:
-            _end(process)
+        if process is not None:  # whoever waits for an answer closes the pipe
+            process.kill()
+            process.wait()
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process that may have ended by itself, and close its pipes."""
+def _end(process: subprocess.Popen[bytes], pipe: Any) -> None:
+    """End a process that may have ended by itself, and close its pipe."""
     process.kill()
-    with contextlib.suppress(OSError), process:
-        pass
+    process.wait()
+    pipe.close()
 
 
 def _exit_reason(code: int) -> str:
@@ -199,11 +199,7 @@ def _load() -> None:
 
 def main() -> None:
     """Answer calls until there are no more."""
-    # Whatever else writes to standard output must not come between the answers.
-    source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    nothing = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nothing, 0)
-    os.dup2(nothing, 1)
+    pipe: Any = Connection(int(sys.argv[1]))
     # An interrupt from the keyboard goes to the parent, which ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     asked: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -212,7 +208,7 @@ def main() -> None:
         """When the parent has gone this process ends, whatever it is about."""
         try:
             while True:
-                asked.put(pickle.load(source))
+                asked.put(pipe.recv())
         finally:
             os._exit(0)
 
@@ -223,8 +219,7 @@ def main() -> None:
             answer = True, function(*arguments)
         except Exception as error:
             answer = False, error
-        pickle.dump(answer, sink)
-        sink.flush()
+        pipe.send(answer)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 from .inserted import followed_path as followed_path
 from .solution import Choice as Choice
+from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart
 from .solution import Step as Step
 from .solution import TaskSolution as TaskSolution

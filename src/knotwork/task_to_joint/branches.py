@@ -21,7 +21,7 @@ from knotwork.waypoints import CartesianWaypoint
 
 
 def check_branch(scenario: Scenario, robot: Robot) -> None:
-    """Check that the arm has branches of the kind that `branch` speaks of.
+    """Check that the arm has the kind of branches that `branch` names.
 
     Raises:
         BranchError: The arm has no branches of that kind.
@@ -56,7 +56,9 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
         )
 
 
-def allowed(scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None) -> Any:
+def allowed_rows(
+    scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
+) -> Any:
     """Indices of the candidates in the branch asked for by name.
 
     Raises:
@@ -67,14 +69,14 @@ def allowed(scenario: Scenario, robot: Robot, index: int, candidates: Candidates
         return np.arange(1)
     if isinstance(wanted, str):
         return np.arange(len(candidates.q))
-    rows = np.flatnonzero(in_branch(scenario, candidates))
+    rows = np.flatnonzero(is_in_branch(scenario, candidates))
     if not rows.size:
         raise no_branch(scenario, robot, index, candidates)
     return rows
 
 
-def in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
-    """Which candidates are in the branch asked for by name; all if none is."""
+def is_in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
+    """Whether each candidate is in the branch asked for by name; all are if none is asked for."""
     wanted = scenario.branch
     if isinstance(wanted, str):
         return np.ones(len(candidates.q), dtype=bool)
@@ -87,8 +89,8 @@ def in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
     return np.asarray((candidates.flags * signs >= 0).all(axis=1))
 
 
-def described(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
-    """The branches of candidates in words, each once; empty for an arm without."""
+def branch_names(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
+    """Names of the candidates' branches, each once; empty for an arm without branches."""
     names = dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags)
     return tuple(name for name in names if name)
 
@@ -96,21 +98,21 @@ def described(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
 def no_branch(
     scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
 ) -> BranchError:
-    """The error of a waypoint that is not reached in the branch asked for."""
+    """Make the error for a waypoint that is not reached in the branch asked for."""
     target = scenario.waypoints[index]
-    there: tuple[str, ...] = ()
+    branches: tuple[str, ...] = ()
     if candidates is not None:
-        there = described(robot, candidates)
+        branches = branch_names(robot, candidates)
     wanted = scenario.branch
     asked = (
         "the branch of the waypoints before it"
         if isinstance(wanted, str)
         else "branch " + ", ".join(f"{k}: {v}" for k, v in wanted.items())
     )
-    reached = f"; it is reached in: {'; '.join(there)}" if there else ""
+    reached = f"; it is reached in: {'; '.join(branches)}" if branches else ""
     return BranchError(
         target.name,
         f"can't be reached in {asked}{reached}",
-        branches=there,
+        branches=branches,
         where=target.where,
     )

@@ -1,4 +1,4 @@
-"""Waypoints whose solutions follow from those before: along tool paths, and where the arm waits."""
+"""Waypoints whose solutions follow from the previous one: along tool paths and during waits."""
 
 from __future__ import annotations
 
@@ -20,49 +20,49 @@ from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.task_to_joint.branches import described, in_branch
+from knotwork.task_to_joint.branches import branch_names, is_in_branch
 from knotwork.task_to_joint.free_poses import Chain, Chains
-from knotwork.task_to_joint.obstacles import LOOKS, Obstacles
+from knotwork.task_to_joint.obstacles import PATH_SAMPLES, Obstacles
 from knotwork.task_to_joint.solution import PathStart
 from knotwork.waypoints import FloatArray
 
-# Joint positions that differ by no more than this are those of one way [rad or m].
-SAME = 1e-9
-# Where self-motion leads nowhere by itself, ways up a ladder are tried from starts of different
-# branches, the cheapest first, until some lead along the paths.
-TRIED, LEADING = 12, 3
-# Such self-motion is looked at more closely for collisions.
-CLOSER = 4
-# What candidates have one of each.
-OF_EACH = ("q", "branch", "flags", "excess", "weight", "velocity", "lost")
+# Starts within this distance belong to the same continuation [rad or m].
+SAME_START = 1e-9
+# If no candidate can follow the paths with least-norm joint velocities, planned self-motion
+# (`Ladder`) is tried from `MAX_GUIDED` branches, the cheapest first, until `ENOUGH_GUIDED` succeed.
+MAX_GUIDED, ENOUGH_GUIDED = 12, 3
+# Factor on the number of collision tests along planned self-motion.
+GUIDED_SAMPLES_FACTOR = 4
+# Fields of `Candidates` with one row per candidate.
+ROW_FIELDS = ("q", "branch", "flags", "excess", "weight", "velocity", "lost")
 
 Blocked = Callable[[], FollowingError]
 
 
 @dataclass(frozen=True, eq=False)
 class DependentWaypoints:
-    """Which waypoints follow from the one before.
+    """Waypoints that follow from the previous one.
 
     Attributes:
         scenario: The task.
-        waits: Waypoints with an equal one after them, by index.
+        waits: Indices of the waypoints where a wait begins; the next waypoint is equal.
         chains: The robot with the virtual joints of each pose.
-        obstacles: What the arm may collide with, or `None`.
+        obstacles: Collision model of the arm and the scene, or `None`.
     """
 
     scenario: Scenario
     waits: tuple[int, ...]
     chains: Chains
     obstacles: Obstacles | None = None
-    _ways: dict[int, Continuation] = field(default_factory=dict, repr=False)
+    _continuations: dict[int, Continuation] = field(default_factory=dict, repr=False)
     _guides: dict[int, list[Guide]] = field(default_factory=dict, repr=False)
 
     def pull(self, path: ScenarioPath, time: float, q: FloatArray) -> Pull:
-        """What self-motion follows along a path of an arm that is somewhere at a time.
+        """Target of the self-motion along a path, for given joint positions at a time.
 
         Args:
             path: The path.
-            time: When [s].
+            time: Time [s].
             q: Positions of the joints that move along the path [rad or m], shape (d,).
         """
         guides = self._guides.get(path.first)
@@ -73,14 +73,14 @@ class DependentWaypoints:
         return guides[nearest].turned(whole_turns(gaps[nearest]))
 
     def start(self, path: ScenarioPath, q: FloatArray) -> PathStart:
-        """How the arm comes onto a path from positions of all joints [rad or m]."""
+        """Start of a path, from the positions of all joints [rad or m]."""
         chain = self.chains.of(path.freedom)
         own = q[chain.columns]
         return PathStart(chain.robot, own, self.pull(path, path.motion.start_time, own))
 
     @property
     def groups(self) -> list[range]:
-        """Runs of waypoints that follow from their first."""
+        """Groups of consecutive waypoints that follow from the first of the group."""
         after = {i + 1 for i in self.waits}
         for path in self.scenario.paths:
             after.update(range(path.first + 1, path.last + 1))
@@ -93,32 +93,32 @@ class DependentWaypoints:
         return groups
 
     @property
-    def free(self) -> list[int]:
-        """Waypoints that don't follow from one before, by index."""
+    def independent(self) -> list[int]:
+        """Indices of the waypoints that do not follow from a previous one."""
         tied = {i for group in self.groups for i in group[1:]}
         return [i for i in range(len(self.scenario.waypoints)) if i not in tied]
 
-    def completed(self, candidates: list[Candidates | None]) -> list[Candidates | None]:
-        """Candidates at all waypoints, from those at the waypoints that are free.
+    def complete(self, candidates: list[Candidates | None]) -> list[Candidates | None]:
+        """Candidates at all waypoints, from the candidates at the independent ones.
 
-        Those that lead through a whole group are kept. Row k of each waypoint in a group follows
-        from row k of the waypoint before.
+        Candidates that reach the end of their group are kept. Row k of each waypoint in a group
+        follows from row k of the previous waypoint.
 
         Raises:
-            FollowingError: None leads along a path.
+            FollowingError: No candidate can follow a path to its end.
         """
         result = list(candidates)
         for group in self.groups:
             first = result[group[0]]
             if first is None:
                 continue
-            for i, one in zip(group, self._chain(group, first), strict=True):
+            for i, one in zip(group, self._group_candidates(group, first), strict=True):
                 result[i] = one
         return result
 
-    def _chain(self, group: range, first: Candidates) -> list[Candidates]:
-        """Candidates at the waypoints of a group; where none lead, those that are guided."""
-        led = self._led(group, first)
+    def _group_candidates(self, group: range, first: Candidates) -> list[Candidates]:
+        """Candidates at the waypoints of a group, with planned self-motion where it is needed."""
+        led = self._continue_group(group, first)
         if isinstance(led, list):
             return led
         found = []
@@ -129,36 +129,36 @@ class DependentWaypoints:
         alike = len({path.freedom for path in paths}) == 1
         chain = self.chains.of(paths[0].freedom)
         if alike and chain.robot.dof > 6 and not self.scenario.pull_to_middle:
-            found = list(islice(self._guided(chain, paths, group, first), LEADING))
+            found = list(islice(self._continue_guided(chain, paths, group, first), ENOUGH_GUIDED))
         if not found:
             raise led()
-        return [joined(ones) for ones in zip(*found, strict=True)]
+        return [concatenate(ones) for ones in zip(*found, strict=True)]
 
-    def _guided(
+    def _continue_guided(
         self, chain: Chain, paths: list[ScenarioPath], group: range, first: Candidates
     ) -> Iterator[list[Candidates]]:
-        """Candidates at the waypoints of a group, of one start after the other that is guided."""
+        """Candidates of a group with planned self-motion, for one feasible start after another."""
         from knotwork.kinematics.following.ladder import Ladder
 
         _, own = np.unique(first.branch, return_index=True)
         clear = None if self.obstacles is None else self.obstacles.clear
         starts = first.q[own][:, chain.columns]
         ladder = Ladder(chain.robot, [path.motion for path in paths], starts, clear)
-        for start, guides in islice(ladder.ways(), TRIED):
+        for start, guides in islice(ladder.ways(), MAX_GUIDED):
             known = dict(self._guides)
             self._guides.update(
                 (path.first, [one]) for path, one in zip(paths, guides, strict=True)
             )
             rows = np.flatnonzero(first.branch == first.branch[own[start]])
-            found = self._led(group, taken(first, rows))
+            found = self._continue_group(group, select_rows(first, rows))
             leads = isinstance(found, list)
             for path, one in zip(paths, guides, strict=True):
                 self._guides[path.first] = known.get(path.first, []) + [one] * leads
             if isinstance(found, list):
                 yield found
 
-    def _led(self, group: range, first: Candidates) -> list[Candidates] | Blocked:
-        """Candidates at the waypoints of a group, or what makes the error where none lead on."""
+    def _continue_group(self, group: range, first: Candidates) -> list[Candidates] | Blocked:
+        """Continue candidates through a group, or give the factory of the error that stops them."""
         chain = [first]
         paths = {path.first: path for path in self.scenario.paths}
         i = group[0]
@@ -168,32 +168,32 @@ class DependentWaypoints:
                 chain.append(chain[-1])
                 i += 1
                 continue
-            found = self._along(path, chain[-1])
+            found = self._continue_along(path, chain[-1])
             if not isinstance(found, tuple):
                 return found
             kept, onward = found
-            chain = [taken(one, kept) for one in chain] + onward
+            chain = [select_rows(one, kept) for one in chain] + onward
             i = path.last
         return chain
 
-    def _along(
+    def _continue_along(
         self, path: ScenarioPath, start: Candidates
     ) -> tuple[Any, list[Candidates]] | Blocked:
-        """Rows that lead along a path, and the candidates at its waypoints after the first."""
+        """Rows that can follow a path, and the candidates at its waypoints after the first."""
         chain = self.chains.of(path.freedom)
         robot, q = chain.robot, start.q[:, chain.columns]
         _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
         times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
         turns = q - q[own][back]
-        asked = in_branch(self.scenario, start)
+        asked = is_in_branch(self.scenario, start)
         tried = np.flatnonzero(asked if asked.any() else ~asked)
         pull = self.pull(path, float(times[0]), q[own[0]])
         found = continue_along(robot, path.motion, q[own], times, pull=pull)
         free = found.free(robot, back, turns)
-        looks = CLOSER * LOOKS if isinstance(pull, Guide) else LOOKS
+        looks = GUIDED_SAMPLES_FACTOR * PATH_SAMPLES if isinstance(pull, Guide) else PATH_SAMPLES
         contacts = self._contacts(found, distinct(back[free]), looks)
         free &= ~np.isin(back, list(contacts))
-        self._ways[path.first] = found
+        self._continuations[path.first] = found
 
         def blocked() -> FollowingError:
             every = contacts | self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
@@ -205,8 +205,8 @@ class DependentWaypoints:
                 )
                 for i in tried
             ]
-            others = described(self.chains.whole, taken(start, free))
-            return self._blocked(robot, path, taken(start, tried), constraints, others)
+            others = branch_names(self.chains.whole, select_rows(start, free))
+            return self._blocked(robot, path, select_rows(start, tried), constraints, others)
 
         if not free[tried].any():
             return blocked
@@ -216,21 +216,23 @@ class DependentWaypoints:
             for k in range(1, len(times))
         ]
 
-    def way(self, path: ScenarioPath, start: FloatArray) -> Continuation | None:
-        """The way along a path from joint positions (d,), if it has been looked at."""
-        found = self._ways.get(path.first)
+    def known_continuation(self, path: ScenarioPath, start: FloatArray) -> Continuation | None:
+        """The continuation along a path from joint positions (d,), if it has been computed."""
+        found = self._continuations.get(path.first)
         if found is None:
             return None
         turns = whole_turns(start - found.q[0])
         off = np.abs(start - found.q[0] - turns).max(axis=1)
         own = int(off.argmin())
-        return found.taken(own, turns[own]) if off[own] <= SAME else None
+        return found.taken(own, turns[own]) if off[own] <= SAME_START else None
 
-    def _contacts(self, found: Continuation, ways: Any, looks: int = LOOKS) -> dict[int, int]:
-        """The first collisions of ways that have any, by their starts' indices."""
+    def _contacts(
+        self, found: Continuation, ways: Any, count: int = PATH_SAMPLES
+    ) -> dict[int, int]:
+        """Step of the first collision of each continuation that has one, by index of its start."""
         if self.obstacles is None:
             return {}
-        contacts = {int(b): self.obstacles.contact(found, int(b), looks) for b in ways}
+        contacts = {int(b): self.obstacles.contact(found, int(b), count) for b in ways}
         return {b: steps for b, steps in contacts.items() if steps is not None}
 
     def _collisions(
@@ -239,7 +241,9 @@ class DependentWaypoints:
         """Collisions as limiting constraints, by start."""
         if self.obstacles is None:
             return {}
-        collisions = {b: self.obstacles.described(found, b, steps) for b, steps in contacts.items()}
+        collisions = {
+            b: self.obstacles.describe_contact(found, b, steps) for b, steps in contacts.items()
+        }
         return {
             b: LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
             for b, (time, text) in collisions.items()
@@ -259,7 +263,7 @@ class DependentWaypoints:
         row = int(np.abs(found.time - path.stretches[k - 1].end).argmin())
         q = chain.put(found.q[k][back[kept]] + turns[kept])
         robot = self.chains.whole
-        return taken(start, kept)._replace(
+        return select_rows(start, kept)._replace(
             q=q,
             flags=configuration_flags(robot, q),
             weight=1.0 + limit_nearness(robot, q),
@@ -278,9 +282,8 @@ class DependentWaypoints:
     ) -> FollowingError:
         """The error for a path that can't be followed.
 
-        It names the start for which a lower speed is sufficient, if there is one, and else the one
-        which leads farthest; and the branches that lead along the path, if another was asked
-        for.
+        It names the start for which a lower speed is sufficient, or else the start that gets
+        farthest; and the branches that can follow the path, if another was asked for.
         """
         index, best = max(
             enumerate(constraints),
@@ -293,7 +296,7 @@ class DependentWaypoints:
         if not isinstance(self.scenario.branch, str):
             tried += " in the branch asked for"
         words = "".join(
-            f" ({name})" for name in described(self.chains.whole, taken(start, [index]))
+            f" ({name})" for name in branch_names(self.chains.whole, select_rows(start, [index]))
         )
         remedy = "begin a new path at a stop, before which the arm may change its branch"
         if others:
@@ -316,7 +319,7 @@ class DependentWaypoints:
 def _first(
     other: LimitingConstraint | None, contact: LimitingConstraint | None
 ) -> LimitingConstraint:
-    """The first constraint; a velocity limit comes last, as a lower speed meets it.
+    """The earliest constraint; a velocity limit comes last, because a lower speed meets it.
 
     Args:
         other: A limit or a singularity, or `None`.
@@ -326,14 +329,14 @@ def _first(
     return min(both, key=lambda one: (one.kind == "velocity limit", one.time))
 
 
-def taken(candidates: Candidates, rows: Any) -> Candidates:
-    """Some of the candidates."""
-    return candidates._replace(**{key: getattr(candidates, key)[rows] for key in OF_EACH})
+def select_rows(candidates: Candidates, rows: Any) -> Candidates:
+    """Candidates at the given row indices."""
+    return candidates._replace(**{key: getattr(candidates, key)[rows] for key in ROW_FIELDS})
 
 
-def joined(several: Sequence[Candidates]) -> Candidates:
-    """Several as one."""
+def concatenate(several: Sequence[Candidates]) -> Candidates:
+    """Candidates of several arrays of rows as one."""
     columns: dict[str, Any] = {
-        key: np.concatenate([getattr(one, key) for one in several]) for key in OF_EACH
+        key: np.concatenate([getattr(one, key) for one in several]) for key in ROW_FIELDS
     }
     return several[0]._replace(**columns)

@@ -1,7 +1,7 @@
-"""Virtual joints: a pose that leaves something open is a whole pose of a longer chain.
+"""Virtual joints: a pose with a freedom is a complete pose of a longer chain.
 
-Joint positions of the longer chain are found like those of any redundant arm. Where a pose leaves
-nothing open the virtual joint is at 0, and it is dropped from what is found.
+Joint positions of the longer chain are found like those of any redundant arm. At a pose without
+freedom the virtual joints are at 0; they are removed from the solution.
 """
 
 from __future__ import annotations
@@ -29,35 +29,35 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 INSIDE = 0.95
-"""Part of a torch's ranges that its joints have: between waypoints they may go beyond a little."""
+"""Fraction of a torch's ranges that its joints use: between waypoints they may exceed it a bit."""
 
 
 class Chain(NamedTuple):
-    """The arm with the virtual joints of what one pose leaves open.
+    """The arm with the virtual joints of one freedom.
 
     Attributes:
-        robot: It.
-        columns: Which of the joints of all freedoms are its, shape (d,).
-        size: How many joints there are in all.
-        amid: It with half the ranges of tilts and a torch's angles: a path that begins amid these
-            can use them either way.
+        robot: The arm followed by the virtual joints.
+        columns: Indices of this chain's joints in the combined joint vector, shape (d,).
+        size: Length of the combined joint vector.
+        narrowed: The chain with the ranges of tilt and torch angles halved: a path that starts
+            within these can move either way.
     """
 
     robot: Robot
     columns: NDArray[np.intp]
     size: int
-    amid: Robot
+    narrowed: Robot
 
     def put(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
-        """Its values (..., d) among those of all other joints, shape (..., size)."""
+        """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
         result = np.zeros((*values.shape[:-1], self.size)) + others
         result[..., self.columns] = values
         return result
 
-    def among_all(self, candidates: Candidates, whole: Robot, others: FloatArray) -> Candidates:
-        """Candidates as those of the arm with the virtual joints of all freedoms.
+    def expand(self, candidates: Candidates, whole: Robot, others: FloatArray) -> Candidates:
+        """Convert candidates to those of the arm with the virtual joints of all freedoms.
 
-        Joints that do not move the tool as the pose sees it, those of a table, are as in `others`.
+        Joints that do not move the tool relative to the pose (a table's) are as in `others`.
         """
         if self.robot is whole:
             return candidates
@@ -67,7 +67,7 @@ class Chain(NamedTuple):
 
 
 class Chains:
-    """The arm with the virtual joints of each thing that poses of a scenario leave open.
+    """The arm with the virtual joints of each freedom of a scenario's poses.
 
     Args:
         scenario: The task.
@@ -75,10 +75,10 @@ class Chains:
 
     Attributes:
         arm: The arm.
-        whole: It with the virtual joints of all freedoms; what several leave open is one joint.
+        whole: The arm with the virtual joints of all freedoms, joints in common once.
 
     Raises:
-        BranchError: The scenario asks for a branch, and something is free.
+        BranchError: The scenario asks for a branch, and a pose has a freedom.
     """
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
@@ -109,31 +109,31 @@ class Chains:
             chain = arm if not joints else arm.with_virtual_joints(*joints)
             if len(columns) == size and all(map(operator.is_, joints, shared.values())):
                 chain = self.whole
-            narrow = [_halved(joint) for joint in joints]
-            amid = chain if narrow == joints else arm.with_virtual_joints(*narrow)
-            self._of[stands, freedom] = Chain(chain, np.array(columns), size, amid)
+            narrow = [_halve_ranges(joint) for joint in joints]
+            narrowed = chain if narrow == joints else arm.with_virtual_joints(*narrow)
+            self._of[stands, freedom] = Chain(chain, np.array(columns), size, narrowed)
 
     def __iter__(self) -> Iterator[Chain]:
         return iter(self._of.values())
 
     def of(self, freedom: PoseFreedom | None) -> Chain:
-        """The one for what a pose leaves open, seen from the base."""
+        """The chain of a freedom, for poses in the base frame."""
         return self._of[False, freedom]
 
     def at(self, waypoint: object) -> Chain:
-        """The one at a waypoint: the arm alone where joint positions are given."""
+        """The chain at a waypoint: the arm alone where joint positions are given."""
         if not isinstance(waypoint, CartesianWaypoint):
             return self.of(None)
         return self._of[waypoint.standing, waypoint.freedom]
 
 
 def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: Chains) -> JointSpace:
-    """The joints of a scenario and those of what its poses leave open; the same if that is nothing.
+    """The joint space with the virtual joints of the scenario's freedoms appended, if any.
 
     Args:
         scenario: The task.
-        space: Its joints.
-        chains: The arm with these.
+        space: The joints of the scenario.
+        chains: The arm with its virtual joints.
     """
     whole = chains.whole
     if whole is chains.arm:
@@ -151,24 +151,24 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: Chains) -
         targets=tuple(
             None
             if one is None
-            else JointState(longer(one.position, count), longer(one.velocity, count))
+            else JointState(pad_virtual(one.position, count), pad_virtual(one.velocity, count))
             for one in space.targets
         ),
-        near=None if space.near is None else longer(space.near, count),
+        near=None if space.near is None else pad_virtual(space.near, count),
         solutions=_solutions(scenario, space.solutions, chains),
         chosen=None,
     )
 
 
 def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
-    """From the tool to the pose: what is free goes the other way. Slides are along its axes."""
+    """Joints from the tool to the pose, opposite to the freedom; slides are in the pose's axes."""
     joints, axes = [], None
     turned: list[tuple[str, str, tuple[float, float]]] = []
     if free.torch is not None:
         axes = _torch_axes(free.torch)
         turned = [("travel angle", "y", free.torch.travel), ("work angle", "x", free.torch.work)]
     elif free.tilt:
-        # of two turns within this the axes are within the cone: cos²(t/√2) >= cos t
+        # two turns within this bound keep the axis within the cone: cos²(t/√2) >= cos t
         most = free.tilt / np.sqrt(2.0)
         joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
     least, greatest = free.turn
@@ -184,13 +184,13 @@ def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
 
 
 def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
-    """What a virtual joint moves: those of two freedoms that move the same are one."""
+    """Identity of a virtual joint: equal ones of two freedoms are merged."""
     axes = b"" if joint.axes is None else np.asarray(joint.axes).tobytes()
     return joint.name, joint.axis, axes
 
 
 def _shared(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
-    """The joints of all freedoms, each once and as far as any leaves it open."""
+    """The distinct virtual joints of all freedoms, each with the union of its ranges."""
     found: dict[tuple[str, str, bytes], VirtualJoint] = {}
     for one in joints:
         known = found.setdefault(_kind(one), one)
@@ -200,44 +200,46 @@ def _shared(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJ
     return found
 
 
-def _halved(joint: VirtualJoint) -> VirtualJoint:
-    """With half its range, if it turns about another axis than that of the tool."""
+def _halve_ranges(joint: VirtualJoint) -> VirtualJoint:
+    """The joint with half its range, if it turns about another axis than the tool's."""
     if joint.axis == "z" or joint.unit != "rad":
         return joint
     return replace(joint, lower=0.5 * joint.lower, upper=0.5 * joint.upper)
 
 
 def _torch_axes(torch: TorchRanges) -> FloatArray:
-    """Axes in those of the TCP in which a torch's angles are turns: see `TorchRanges`."""
+    """Rotation of the axes of a torch's angles relative to the TCP: see `TorchRanges`."""
     turned, leant = exponentials(np.array([[0.0, 0.0, torch.about], [0.0, torch.own, 0.0]]))
     return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]) @ leant)
 
 
-def longer(values: FloatArray, count: int) -> FloatArray:
-    """Values of joints (..., d) with zeros for virtual joints, shape (..., d + count)."""
+def pad_virtual(values: FloatArray, count: int) -> FloatArray:
+    """Append zeros for virtual joints to joint values (..., d), shape (..., d + count)."""
     return np.concatenate((values, np.zeros((*values.shape[:-1], count))), axis=-1)
 
 
 def _solutions(
     scenario: Scenario, given: Mapping[int, FloatArray], chains: Chains
 ) -> dict[int, FloatArray]:
-    """Joint positions to be near at waypoints, with what is left to each pose."""
+    """Preferred joint positions at waypoints, with the virtual joints that reach each pose."""
     found = {}
     for i, q in given.items():
         waypoint, chain = scenario.waypoints[i], chains.at(scenario.waypoints[i])
-        found[i] = longer(q, chain.size - len(q))
+        found[i] = pad_virtual(q, chain.size - len(q))
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
             tool = chain.robot.forward(found[i][chain.columns])
-            left = _left(tool, waypoint.pose, waypoint.freedom.torch)
+            left = _pose_error(tool, waypoint.pose, waypoint.freedom.torch)
             virtual = chain.columns[chain.robot.virtual]
             found[i][virtual] = [left[one.unit, one.axis] for one in chain.robot.virtual_joints]
     return found
 
 
-def _left(tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None) -> dict[tuple[str, str], float]:
-    """What takes a tool to a pose: turns about x, y, z in this order [rad], then slides [m].
+def _pose_error(
+    tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None
+) -> dict[tuple[str, str], float]:
+    """Rotations about x, y, z in this order [rad] and translations [m] from the tool to the pose.
 
-    Turns of a torch are about z and then about y and x of its own axes.
+    Rotations of a torch are about z and then about y and x of its own axes.
     """
     R = tool.rotation.T @ pose.rotation
     x, y = np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
@@ -253,7 +255,7 @@ def _left(tool: pin.SE3, pose: pin.SE3, torch: TorchRanges | None) -> dict[tuple
 
 
 def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:
-    """What was found for the longer chain, at the joints of the arm alone."""
+    """The solution for the longer chain, reduced to the joints of the arm."""
     found, d = solution.waypoints, len(space.joint_names)
     if len(found.joint_names) == d:
         return solution

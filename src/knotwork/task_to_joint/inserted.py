@@ -1,4 +1,4 @@
-"""The waypoints at the joints, with those inserted along tool paths and what waits ask for."""
+"""Joint waypoints, with those inserted along tool paths and the accelerations of waits."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ def completed_waypoints(
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
-    Along a tool path waypoints are inserted until the motion keeps its tolerances; there, and where
-    the arm waits, accelerations are known as well.
+    Along a tool path waypoints are inserted until the motion keeps its tolerances; there, and
+    during waits, accelerations are known as well.
 
     Args:
         scenario: The task.
-        space: Its joints.
-        positions: At its waypoints [rad or m], shape (n, d).
-        velocities: There [rad/s or m/s], shape (n, d).
-        knots: Where the knots of the motion will sit: see `ModifiedHermiteSpline`.
-        dependent: Knows how the arm comes onto paths, and ways along them. Not needed without.
+        space: The joints of the scenario.
+        positions: Joint positions at its waypoints [rad or m], shape (n, d).
+        velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
+        knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
+        dependent: Starts of paths and continuations along them; not needed without paths.
 
     Raises:
-        PathError: The tolerances take too many waypoints, or are too fine to be proved.
+        PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
     times = scenario.provisional_times
     known = np.full(positions.shape, np.nan)
@@ -54,23 +54,18 @@ def completed_waypoints(
         parts.append(tuple(one[done : path.first] for one in columns))
         start = positions[path.first]
         robot, q, pull = dependent.start(path, start)
-        known_way = dependent.way(path, q)
+        known_way = dependent.known_continuation(path, q)
         followed = list(followed_path(scenario, robot, path, q, knots, known_way, pull))
         chain = dependent.chains.of(path.freedom)
         followed[2:5] = [chain.put(values) for values in followed[2:5]]
-        followed[2][0] = start  # not off by rounding from a wait before the path
+        followed[2][0] = start  # without a rounding difference to a wait before the path
         positions[path.last] = followed[2][-1]
-        # where the next path begins, its first waypoint stands for the last of this one
+        # where another path follows, its first waypoint replaces the last of this one
         joined = any(other.first == path.last for other in scenario.paths)
         parts.append(tuple(part[: len(part) - joined] for part in followed))
         done = path.last + 1 - joined
     _hold(positions, space.waits)
     parts.append(tuple(one[done:] for one in columns))
-    return _joined(parts, space)
-
-
-def _joined(parts: list[tuple[Any, ...]], space: JointSpace) -> JointWaypoints:
-    """Joint waypoints of the columns of several parts, one after the other."""
     time, name, position, velocity, acceleration, asked = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
@@ -87,12 +82,12 @@ def _joined(parts: list[tuple[Any, ...]], space: JointSpace) -> JointWaypoints:
 
 
 def _ends(path: ScenarioPath) -> FloatArray:
-    """When the stretches of a path begin and end [s]."""
+    """Times at which the stretches of a path begin and end [s]."""
     return np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
 
 
 def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
-    """Have the arm end each wait exactly where it began it."""
+    """Make the arm end each wait exactly where the wait began."""
     for i in still:
         positions[i + 1] = positions[i]
 
@@ -106,10 +101,10 @@ def followed_path(
     found: Continuation | None = None,
     pull: Pull | None = None,
 ) -> tuple[Any, ...]:
-    """Times, names, positions, velocities, accelerations along a path; which waypoints are asked.
+    """Times, names, positions, velocities, accelerations along a path; a mask of given waypoints.
 
-    `found` is the way from its start, if it is known, and `pull` where self-motion is pulled to, by
-    default as the scenario says.
+    `found` is the continuation from its start, if it is known, and `pull` the target of
+    self-motion, by default the scenario's.
     """
     from knotwork.kinematics.following.insertion import with_waypoints_inserted
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
@@ -138,6 +133,6 @@ def followed_path(
     velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
     for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
-            velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stands
+            velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stops
     asked = np.isin(np.arange(len(along)), index)
     return followed.time, names, followed.position, velocity, acceleration, asked

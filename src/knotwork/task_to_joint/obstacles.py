@@ -20,23 +20,23 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
 
-LOOKS = 24
-"""Number of times along a path at which candidates are tested; the check proves the rest."""
+PATH_SAMPLES = 24
+"""Number of times along a path at which candidates are tested; the check gives the proof."""
 
-HALVINGS = 20
-"""Of the step in which a contact begins."""
+CONTACT_BISECTIONS = 20
+"""Number of bisections of the step in which a contact begins."""
 
-FAR = 0.1
-"""Where clearance is preferred, all that is farther away than this [m] is as good."""
+ENOUGH_CLEARANCE = 0.1
+"""Clearance [m] above which more is not preferred."""
 
 
 class Obstacles:
-    """Collisions of configurations of a scenario's robot.
+    """Collision model of a scenario's robot and scene.
 
     Args:
         scenario: The task.
-        space: The joints it is for.
-        robot: Their robot, without virtual joints: of joint positions only its own count.
+        space: The joints of the scenario.
+        robot: The robot without virtual joints; only its joint positions are used.
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
@@ -55,19 +55,19 @@ class Obstacles:
         self._pairs = SolidPairs(self.model) if self.model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
-        """Check that nothing that stands around touches the robot where it starts.
+        """Check that no static object touches the robot at its start.
 
         Args:
             q: Joint positions at the start [rad or m], shape (d,).
 
         Raises:
-            CollisionError: An object does.
+            CollisionError: An object touches the robot.
         """
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
         start = float(self.scenario.provisional_times[0])
         for distance, first, second in self._gaps(q, start):
-            # what is taken at the start does not stand any more
+            # an object that is picked up at the start is not static any more
             stands = first.kind == "object" and not first.joint and first.end > start
             if distance <= -margin and stands and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
@@ -83,15 +83,15 @@ class Obstacles:
 
     def collide(self, index: int, candidates: Candidates) -> FloatArray:
         """1 for each candidate at a waypoint that collides, otherwise 0; shape (m,)."""
-        return (self._of_branches(index, candidates, 0.0) < 0.0).astype(float)
+        return (self._branch_clearance(index, candidates, 0.0) < 0.0).astype(float)
 
     def shortfall(self, index: int, candidates: Candidates) -> FloatArray:
-        """How much clearance each candidate lacks, shape (m,): larger where others are near."""
-        clearance = np.maximum(self._of_branches(index, candidates, FAR), 0.0)
-        return np.asarray(1.0 - clearance / FAR)
+        """Cost of little clearance for each candidate, 0 to 1, shape (m,)."""
+        clearance = np.maximum(self._branch_clearance(index, candidates, ENOUGH_CLEARANCE), 0.0)
+        return np.asarray(1.0 - clearance / ENOUGH_CLEARANCE)
 
     def clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
-        """Which configurations (k, d) are clear of collisions at a time, shape (k,)."""
+        """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
         if self._pairs is None:
             return np.ones(len(q), dtype=bool)
         return np.asarray(self._pairs.clearance(self._own(q), time) >= 0.0)
@@ -100,8 +100,8 @@ class Obstacles:
         """Whether a configuration collides."""
         return not self.clear(q[None], time)[0]
 
-    def _of_branches(self, index: int, candidates: Candidates, most: float) -> FloatArray:
-        """Clearance of candidates; turns make no difference to it."""
+    def _branch_clearance(self, index: int, candidates: Candidates, most: float) -> FloatArray:
+        """Clearance of candidates, computed once per branch: turns do not change it."""
         if self._pairs is None:
             return np.full(len(candidates.q), most)
         _, own, back = np.unique(candidates.branch, return_index=True, return_inverse=True)
@@ -111,13 +111,13 @@ class Obstacles:
     def _own(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])
 
-    def contact(self, found: Continuation, start: int, count: int = LOOKS) -> int | None:
-        """The first of some steps of a way along a path that collides; `None` if none does.
+    def contact(self, found: Continuation, start: int, count: int = PATH_SAMPLES) -> int | None:
+        """The first of some steps along a path that collides; `None` if there is no collision.
 
         Args:
-            found: The ways.
-            start: Which of them.
-            count: At how many steps to look.
+            found: The continuations along the path.
+            start: Index of the continuation.
+            count: Number of steps to test.
         """
         if self._pairs is None:
             return None
@@ -127,22 +127,22 @@ class Obstacles:
         gaps = self._pairs.clearances(q, found.time[looks])
         return next((int(k) for k, gap in zip(looks, gaps, strict=False) if gap < 0.0), None)
 
-    def described(self, found: Continuation, start: int, contact: int) -> tuple[float, str]:
-        """When a contact begins, and the sentence for it.
+    def describe_contact(self, found: Continuation, start: int, contact: int) -> tuple[float, str]:
+        """Time at which a contact begins, and its description.
 
         Args:
-            found: The ways.
-            start: Which of them.
-            contact: What `contact` gives for it.
+            found: The continuations along the path.
+            start: Index of the continuation.
+            contact: Step returned by `contact`.
         """
         q, time = found.position[:, start], found.time.tolist()
         step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
         gaps = self._gaps(q[step], time[step])
         _, one, other = min(gaps, key=lambda gap: gap[0])
-        return self._begin(found, step, start), f"{other.name} comes too near to {one.name}"
+        return self._contact_time(found, step, start), f"{other.name} comes too near to {one.name}"
 
-    def _begin(self, found: Continuation, step: int, start: int) -> float:
-        """When the contact begins that is there at a step and not at the one before [s]."""
+    def _contact_time(self, found: Continuation, step: int, start: int) -> float:
+        """Time [s] at which a contact begins that exists at a step and not at the previous one."""
         high = float(found.time[step])
         if step == 0 or not found.time[step - 1] < high:
             return high
@@ -152,7 +152,7 @@ class Obstacles:
         way = CubicHermiteSpline(
             found.time[rows], found.position[rows, start], found.velocity[rows, start]
         )
-        for _ in range(HALVINGS):
+        for _ in range(CONTACT_BISECTIONS):
             middle = (low + high) / 2
             if self.collides(way(middle), middle):
                 high = middle
@@ -161,7 +161,7 @@ class Obstacles:
         return high
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
-        """Distance of each pair beyond the required margin, and the pair."""
+        """Distance of each pair minus its required margin, and the pair."""
         from knotwork.scene.distances import nearest_of_bodies
 
         rotation, origin = (x[0] for x in self.model.placed(self._own(q[None]), np.array([time])))

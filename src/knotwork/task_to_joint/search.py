@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,14 +19,13 @@ from knotwork.kinematics.sequence.candidates import (
     nearest_candidate,
 )
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.cost import Cost
 from knotwork.kinematics.sequence.nearness import weights
-from knotwork.kinematics.sequence.step_costs import Layer
+from knotwork.kinematics.sequence.step_costs import Cost, Layer
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
-from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints, joined
+from knotwork.task_to_joint.branches import allowed_rows, check_branch, no_branch
+from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints, concatenate
 from knotwork.task_to_joint.free_poses import Chain, Chains
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.task_to_joint.solution import Step
@@ -36,8 +36,8 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 HOME = "home"
 
 
-class Found(NamedTuple):
-    """The sequence chosen.
+class ChosenSequence(NamedTuple):
+    """The chosen sequence.
 
     Attributes:
         sequence: The choice among the candidates.
@@ -51,7 +51,7 @@ class Found(NamedTuple):
 
 
 def home(space: JointSpace) -> FloatArray:
-    """Home, or for a robot that has none the middle of the joints' ranges."""
+    """The configuration `home`, or the middle of the joints' ranges."""
     if HOME in space.configurations:
         return np.array(space.configurations[HOME])
     return middle((space.lower_position_limit, space.upper_position_limit))
@@ -62,7 +62,7 @@ class Search:
 
     Args:
         scenario: The task.
-        space: The joints it is for, and after them the virtual ones of what poses leave open.
+        space: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
 
@@ -70,13 +70,12 @@ class Search:
         robot: The robot with its virtual joints.
         given: Joint positions at each waypoint, `None` where a pose is given.
         speeds: Joint velocities at each waypoint, `None` where a pose is given.
-        near: Configuration to be near, or `None`.
-        rules: What steps of the sequence cost.
-        samples: Times between two waypoints at which intervals are evaluated for a redundant arm.
-        candidates: Found at each waypoint; `None` where joint positions are given.
-        layers: The candidates allowed at each waypoint, and what they cost.
+        near: Preferred configuration, or `None`.
+        rules: Rules for the cost of steps.
+        candidates: Candidates at each waypoint; `None` where joint positions are given.
+        layers: The candidates allowed_rows at each waypoint, and their costs.
         free_velocity: Waypoints whose speed is chosen later, by index.
-        rows: Which of the candidates those are.
+        rows: Indices of the allowed_rows candidates.
     """
 
     def __init__(
@@ -110,24 +109,24 @@ class Search:
         """Find the candidates at all waypoints.
 
         Raises:
-            OutOfReachError: A pose has none.
-            CollisionError: Something that stands around touches the robot where it starts.
+            OutOfReachError: A pose has no candidate.
+            CollisionError: A static object touches the robot at its start.
         """
         result: list[Candidates | None] = [None] * len(self.given)
         for chain in self.chains:
-            for i, one in self._found(chain).items():
+            for i, one in self._find_on_chain(chain).items():
                 others = self.space.solutions.get(i)
                 others = self._reference(i) if others is None else others
-                result[i] = chain.among_all(one, self.robot, others)
-        self.candidates = self.dependent.completed(result)
+                result[i] = chain.expand(one, self.robot, others)
+        self.candidates = self.dependent.complete(result)
         if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
             self.obstacles.check_start(self.given[0])
 
-    def _found(self, chain: Chain) -> dict[int, Candidates]:
-        """Candidates at the waypoints that have the virtual joints of a chain, by index."""
+    def _find_on_chain(self, chain: Chain) -> dict[int, Candidates]:
+        """Candidates at the waypoints that belong to a chain, by index."""
         result: dict[int, Candidates] = {}
         poses, units = [], self.scenario.units
-        for i in self.dependent.free:
+        for i in self.dependent.independent:
             target = self.scenario.waypoints[i]
             if self.chains.at(target) is not chain or not isinstance(target, CartesianWaypoint):
                 continue
@@ -139,10 +138,10 @@ class Search:
         references = [self._reference(i)[chain.columns] for i, _ in poses]
         found = find_candidates(chain.robot, [target for _, target in poses], references, units)
         begins = {group[0] for group in self.dependent.groups}
-        wanted = begins if self.near is None else set(self.dependent.free)
+        wanted = begins if self.near is None else set(self.dependent.independent)
         for (i, target), candidates, near in zip(poses, found, references, strict=True):
             if candidates.free and i in wanted:
-                candidates = self._and_nearest(chain, target, candidates, near, i in begins)
+                candidates = self._add_nearest(chain, target, candidates, near, i in begins)
             result[i] = (
                 candidates._replace(
                     excess=np.zeros_like(candidates.excess),
@@ -153,7 +152,7 @@ class Search:
             )
         return result
 
-    def _and_nearest(
+    def _add_nearest(
         self,
         chain: Chain,
         target: CartesianWaypoint,
@@ -161,38 +160,38 @@ class Search:
         near: FloatArray,
         begins: bool,
     ) -> Candidates:
-        """Candidates of an arm that moves freely, and the nearest of them moved to be nearest.
+        """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
 
-        Where a path or a wait begins the arm is not moved along its self-motion later. Elsewhere
-        it is, but samples far from there could be too far apart for any motion between them.
+        At the start of a path or a wait the arm is not refined later. Elsewhere it is, but from
+        distant samples no motion between waypoints might be feasible.
         """
         from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
 
         arm, rules = chain.robot, self.rules.of(chain.columns)
-        if begins and chain.amid is not chain.robot:
+        if begins and chain.narrowed is not chain.robot:
             with contextlib.suppress(OutOfReachError):
-                amid = find_candidates(chain.amid, [target], [near], self.scenario.units)[0]
-                arm, candidates = chain.amid, amid
+                narrowed = find_candidates(chain.narrowed, [target], [near], self.scenario.units)[0]
+                arm, candidates = chain.narrowed, narrowed
         gaps = difference(candidates.q, near, joint_axes(arm).revolute) / rules.scale
         row = int(np.linalg.norm(gaps, axis=1).argmin())
         given = Given(np.zeros(1), rules, [target], near)
         q = refine_sequence(arm, given, candidates.q[[row]], candidates.velocity[[row]])
         more = candidates_of(chain.robot, target, q[0])
-        return joined([candidates, more._replace(branch=more.branch + candidates.branches)])
+        return concatenate([candidates, more._replace(branch=more.branch + candidates.branches)])
 
-    def solve(self) -> Found:
-        """Positions and velocities at all waypoints, of which the candidates are found."""
+    def solve(self) -> ChosenSequence:
+        """Choose positions and velocities at all waypoints, after `find`."""
         chosen = self.choose(self.candidates)
         if chosen.blocked is not None:
             raise no_branch(
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
             )
-        positions = self._refined(chosen)
+        positions = self._refine(chosen)
         velocities = [
             velocity_at(self.scenario, self.dependent, i, q, self.speeds[i])
             for i, q in enumerate(positions)
         ]
-        return Found(chosen, positions, np.array(velocities))
+        return ChosenSequence(chosen, positions, np.array(velocities))
 
     def choose(self, candidates: list[Candidates | None]) -> Sequence:
         """The best sequence of candidates at each waypoint."""
@@ -201,9 +200,17 @@ class Search:
         for i, c in enumerate(self.candidates):
             first = self.groups[i][0] if i in self.groups else i
             tied = c is not None and first < i
-            self.rows.append(self.rows[first] if tied else allowed(self.scenario, self.robot, i, c))
+            self.rows.append(
+                self.rows[first] if tied else allowed_rows(self.scenario, self.robot, i, c)
+            )
         self.layers = [self._layer(i) for i in range(len(self.given))]
         return choose_sequence(self.layers, self.durations, self.rules)
+
+    def feasible_if_free(self) -> bool:
+        """Whether some choice among all branches is within the velocity limits."""
+        free = Search(replace(self.scenario, branch="free"), self.space, self.chains)
+        chosen = free.choose(self.candidates)
+        return not (chosen.cost.impossible or chosen.cost.infeasible)
 
     @property
     def durations(self) -> FloatArray:
@@ -211,7 +218,7 @@ class Search:
         return np.diff(self.scenario.provisional_times)
 
     def _reference(self, index: int) -> FloatArray:
-        """The configuration nearest in the sequence that is known beforehand."""
+        """The last configuration before a waypoint that is known without a search."""
         if self.near is not None:
             return self.near
         before = [q for q in self.given[:index] if q is not None]
@@ -226,8 +233,8 @@ class Search:
             return Layer(one, cost, weights(self.robot, one), flags, fixed=True, velocity=v)
         q, distance, travel = candidates.q[rows], np.zeros(len(rows)), np.zeros(len(rows))
         if self.near is not None:
-            # Which branch is nearest does not depend on turns: these are the nearest at the first
-            # waypoint and then follow the motion, or joints would be wound back on the way.
+            # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
+            # and then follow the motion, or joints would be wound back.
             gap = difference(q, self.near, self.revolute)
             distance = np.linalg.norm(gap / self.rules.scale, axis=1)
         elif self.scenario.prefers_clearance and self.obstacles is not None:
@@ -257,9 +264,9 @@ class Search:
             self._collide[index] = self.obstacles.collide(index, candidates)
         return self._collide[index]
 
-    def _refined(self, chosen: Sequence) -> FloatArray:
-        """Move waypoints of an arm that moves freely to where the whole motion is better."""
-        # what is not to be as it was would come back there
+    def _refine(self, chosen: Sequence) -> FloatArray:
+        """Move waypoints of a redundant arm along its self-motion to improve the whole motion."""
+        # refinement would move these back to the solution that collided
         kept = {i for step in self.rules.colliding for i in (step.interval, step.interval + 1)}
         free = [
             c is not None and c.free and i not in self.groups and i not in kept

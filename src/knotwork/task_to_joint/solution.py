@@ -1,4 +1,4 @@
-"""Results: waypoints at the joints, the solutions chosen for them, and the reasons."""
+"""Results: joint waypoints, the solutions chosen for them, and the reasons."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Choice:
 
     Attributes:
         waypoint: Name of the waypoint.
-        branch: What its branch is called, for example `shoulder left, elbow up, no flip`; empty
-            where branches have no names.
-        turns: Joint and whole turns away from within half a turn of zero, where there are any.
-        branches: Branches inside the limits; for an arm that moves freely at the pose, samples.
-        solutions: Solutions inside the limits, turns counted.
-        sampled: The arm moves freely at the pose.
-        reason: Why this one.
+        branch: Name of the branch, for example `shoulder left, elbow up, no flip`; empty where
+            branches have no names.
+        turns: Joints and the whole turns by which they differ from within half a turn of zero.
+        branches: Number of branches inside the limits; for a redundant arm, of samples.
+        solutions: Number of solutions inside the limits, turns included.
+        sampled: The arm is redundant at the pose.
+        reason: Reason for the choice.
     """
 
     waypoint: str
@@ -40,13 +40,55 @@ class Choice:
     reason: str
 
 
-class PathStart(NamedTuple):
-    """How the arm comes onto a path.
+@dataclass(frozen=True)
+class Infeasibility:
+    """A velocity limit that is exceeded with every choice of solutions.
+
+    At a waypoint the tool's velocity is too high; in an interval the mean velocity of a joint.
 
     Attributes:
-        robot: With the virtual joints of what its poses leave open, which are the last.
-        q: Joint positions where it begins [rad or m], shape (d,).
-        pull: What self-motion follows along it.
+        waypoint: Name of the waypoint, or of the first waypoint of the interval.
+        until: Name of the waypoint where the interval ends; empty at a waypoint.
+        start: Time of the waypoint, or start of the interval [s].
+        end: End of the interval [s]; at a waypoint equal to `start`.
+        joint: The joint with the largest relative excess.
+        velocity: The speed that the joint needs [rad/s or m/s].
+        limit: The joint's velocity limit [rad/s or m/s].
+        unit: `rad/s` or `m/s`.
+        sentence: Message with every joint beyond its limit and the feasible value.
+    """
+
+    waypoint: str
+    until: str
+    start: float
+    end: float
+    joint: str
+    velocity: float
+    limit: float
+    unit: str
+    sentence: str
+
+    @property
+    def fraction(self) -> float:
+        """The feasible fraction of the velocity."""
+        return self.limit / self.velocity
+
+    @property
+    def remedy(self) -> str:
+        """What is feasible: the sentence ends with it."""
+        return self.sentence.rpartition("; ")[2]
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+class PathStart(NamedTuple):
+    """The arm at the start of a path.
+
+    Attributes:
+        robot: The arm followed by the virtual joints of the path's freedom.
+        q: Joint positions at the start [rad or m], shape (d,).
+        pull: Target of the self-motion along the path.
     """
 
     robot: Robot
@@ -60,24 +102,25 @@ class TaskSolution:
 
     Attributes:
         waypoints: Joint positions and velocities.
-        feasible: Whether joints keep velocity limits at waypoints and in the mean between.
+        infeasibilities: Velocity limits that are exceeded with every choice of solutions.
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
-            its poses, shape (n, d); `None` if no other ones may be feasible and clear.
-        starts: Of tool paths that begin at a pose, by their first waypoint.
+            its poses, shape (n, d); `None` if no other sequence may be feasible and collision-free.
+        starts: Starts of tool paths that begin at a pose, by index of their first waypoint.
     """
 
     waypoints: JointWaypoints
-    feasible: bool = True
+    infeasibilities: tuple[Infeasibility, ...] = ()
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
     starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the choices as plain data, ready for JSON."""
+        """Give the choices and infeasibilities as plain data, ready for JSON."""
         choices = []
         for choice in self.choices:
             data = asdict(choice)
             data["turns"] = dict(choice.turns)
             choices.append(data)
-        return {"choices": choices, "feasible": self.feasible}
+        infeasible = [{**asdict(one), "fraction": one.fraction} for one in self.infeasibilities]
+        return {"choices": choices, "infeasibilities": infeasible}

@@ -27,29 +27,31 @@ def solve_task(
 ) -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
-    Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
-    1. that is feasible: within the velocity limits at the waypoints, in the mean of each interval
-       and, if that can be had, halfway along cubics that join the waypoints;
-    2. among those, one that changes its branch, if at all, where the tool rests;
-    3. among those, of least joint travel, in shares of the velocity limits and weighted up to
-       threefold near position limits and singularities; from rest to rest in a time that is chosen
-       later, the one whose slowest joint is there soonest.
+    Among all solutions of all poses, turns of ±2π within limits included, the sequence is chosen
 
-    With `near` in the scenario, the nearest to that instead of least travel, whole turns aside.
-    With `branch`, only what that allows. Where nothing is feasible, the sequence that exceeds the
-    velocity limits least is taken. For a redundant
-    arm, samples of its self-motion are the branches; those chosen are then moved along it.
+    1. that is feasible: within the velocity limits at the waypoints, in the mean of each interval
+       and, if possible, halfway along cubics between the waypoints;
+    2. then, that changes its branch, if at all, where the tool rests;
+    3. then, with minimum joint travel relative to the velocity limits, weighted up to threefold
+       near position limits and singularities; from rest to rest in a time that is chosen later,
+       with the shortest time of the slowest joint.
+
+    With `near` in the scenario, the nearest sequence to that replaces minimum travel, whole turns
+    aside. `branch` restricts the candidates. Where nothing is feasible, the sequence with the
+    smallest excess over the velocity limits is chosen, and `infeasibilities` has the excess. For a
+    redundant arm, samples of its self-motion are the branches; the chosen ones are then refined.
 
     Args:
         scenario: The task.
-        space: The joints and the robot it is for.
-        knots: Of the motion, for waypoints along tool paths: see `ModifiedHermiteSpline`.
-        avoided: Steps that count as collisions, because a motion that took them collided.
+        space: The joints and the robot.
+        knots: Knot placement of the motion, for waypoints along tool paths: see
+            `ModifiedHermiteSpline`.
+        avoided: Steps that count as collisions, because a motion with them collided.
 
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
         OutsideLimitsError: A pose is reached only with joints outside their limits.
-        BranchError: A pose is not reached in the branch asked for.
+        BranchError: No solution of a pose is in the branch asked for.
         SingularityError: The arm can't move as asked at a waypoint.
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
@@ -76,14 +78,14 @@ def solve_task(
     from knotwork.task_to_joint.search import Search
 
     chains = Chains(scenario, space.robot)
-    longer = with_virtual_joints(scenario, space, chains)
-    solution = _best(Search(scenario, longer, chains, avoided), knots)
+    pad_virtual = with_virtual_joints(scenario, space, chains)
+    solution = _best(Search(scenario, pad_virtual, chains, avoided), knots)
     return _with_chosen(without_virtual_joints(solution, space), space)
 
 
 def _best(search: Search, knots: Any) -> TaskSolution:
-    """The solution whose sequence is best."""
-    from knotwork.task_to_joint.explain import describe_choices
+    """The solution with the best sequence."""
+    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.task_to_joint.unit_slips import suggest_unit
 
     try:
@@ -92,9 +94,9 @@ def _best(search: Search, knots: Any) -> TaskSolution:
     except OutOfReachError as error:
         suggest_unit(error, search.scenario, search.robot)
         raise
-    cost = found.sequence.cost
+    infeasibilities = find_infeasibilities(search, found)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
-    hopeless = cost.infeasible > 0.0 or cost.collisions > 0.0
+    hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
     values = found.positions, found.velocities
     return TaskSolution(
         completed_waypoints(
@@ -104,7 +106,7 @@ def _best(search: Search, knots: Any) -> TaskSolution:
             knots,
             search.dependent,
         ),
-        bool(cost.infeasible == 0.0),
+        infeasibilities,
         describe_choices(search, found),
         None if hopeless else found.positions,
         {
@@ -117,7 +119,7 @@ def _best(search: Search, knots: Any) -> TaskSolution:
 def _as_given(
     scenario: Scenario, space: JointSpace, positions: FloatArray, velocities: FloatArray, knots: Any
 ) -> TaskSolution:
-    """The solution where joint positions are given at all waypoints."""
+    """The solution if joint positions are given at all waypoints."""
     if space.robot is not None and scenario.scene.asks():
         from knotwork.task_to_joint.obstacles import Obstacles
 

@@ -1,4 +1,4 @@
-"""What steps from one waypoint of a scenario to the next cost."""
+"""Rules for the cost of steps between consecutive waypoints of a scenario."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from knotwork.task_to_joint.free_poses import Chains
 from knotwork.task_to_joint.solution import Step
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# Of a redundant arm a step that collided is avoided with all that are as near [rad or m].
-APART = 0.3
+# For a redundant arm, steps within this distance of a colliding step are avoided [rad or m].
+COLLISION_DISTANCE = 0.3
 
 
 def step_rules(
@@ -38,7 +38,7 @@ def step_rules(
     limit = robot.velocity_limit
     branch = scenario.branch if isinstance(scenario.branch, str) else "free"
     speed = np.where(np.isfinite(limit), limit, 1.0)
-    moving = _in_motion(scenario, free_velocity)
+    moving = _passes_at_speed(scenario, free_velocity)
     return Rules(
         speed=np.where(robot.virtual, np.inf, speed),
         limit=limit,
@@ -49,18 +49,18 @@ def step_rules(
         avoided=branch == "keep" or moving,
         forbidden=branch == "fixed",
         untimed=None if free is None else free.untimed,
-        resting=None if free is None else free.duration & _resting(scenario, moving, speeds),
+        resting=None if free is None else free.duration & _rest_to_rest(scenario, moving, speeds),
         ramp=np.where(robot.virtual, 0.0, speed / robot.limits["acceleration"]),
         colliding=tuple(CollidingStep(*step) for step in avoided),
-        apart=_apart(chains),
+        apart=_avoided_distance(chains),
     )
 
 
-def _in_motion(scenario: Scenario, free_velocity: Collection[int]) -> Any:
-    """Which intervals begin or end where the tool passes at speed, shape (n - 1,).
+def _passes_at_speed(scenario: Scenario, free_velocity: Collection[int]) -> Any:
+    """Whether each interval begins or ends at a waypoint passed at speed, shape (n - 1,).
 
-    A change of branch takes the tool off its path: there it is avoided also where the branch is
-    free.
+    There a change of branch is avoided also with `branch: free`: it would move the tool off its
+    path.
     """
     passes = np.array(
         [
@@ -72,8 +72,8 @@ def _in_motion(scenario: Scenario, free_velocity: Collection[int]) -> Any:
     return passes[1:] | passes[:-1]
 
 
-def _resting(scenario: Scenario, moving: Any, speeds: Sequence[FloatArray | None]) -> Any:
-    """Which intervals lead from rest to rest, and not along a way round something."""
+def _rest_to_rest(scenario: Scenario, moving: Any, speeds: Sequence[FloatArray | None]) -> Any:
+    """Whether each interval is from rest to rest and not a collision-free motion."""
     free = scenario.free
     resting = ~moving
     for i, v in enumerate(speeds):
@@ -84,15 +84,15 @@ def _resting(scenario: Scenario, moving: Any, speeds: Sequence[FloatArray | None
     return resting
 
 
-def _apart(chains: Chains) -> FloatArray:
-    """How far joints of other steps are from those that collided [rad or m], shape (d,).
+def _avoided_distance(chains: Chains) -> FloatArray:
+    """Distance to a colliding step within which a step is avoided [rad or m], shape (d,).
 
-    Virtual joints move nothing, nor does the last one much where the turn about it is free.
+    It is infinite for virtual joints, and for the last joint where the turn about it is free.
     """
     robot, dof = chains.whole, chains.arm.dof
     if robot.dof <= 6:
         return np.full(robot.dof, SAME_STEP)
-    apart = np.where(robot.virtual, np.inf, APART)
+    apart = np.where(robot.virtual, np.inf, COLLISION_DISTANCE)
     if any(one.axis == "z" for one in robot.virtual_joints):
         apart[dof - 1] = np.inf
     return apart

@@ -1,4 +1,4 @@
-"""Poses that are out of reach because lengths or angles are in another unit than the file says."""
+"""Poses that are out of reach because of a wrong unit of lengths or angles."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.angle_slips import angle_slips
 from knotwork.waypoints import CartesianWaypoint
 
-# A pose this many times farther than the arm reaches is no pose that was only placed badly, and
-# neither is one this many times nearer to the base.
-FAR_OFF = 20.0
+# Beyond this factor on the arm's reach, or on its inverse, a pose is not merely badly placed.
+FAR_FACTOR = 20.0
 
 
 def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
-    """Add the unit that would put an unreachable pose in reach, or may do so, to its error.
+    """Add the unit that would make a pose reachable to the error of the pose.
 
     Args:
-        error: That the pose of a waypoint can't be reached.
+        error: Error of the waypoint that can't be reached.
         scenario: The task.
         robot: The arm.
     """
@@ -28,9 +27,11 @@ def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
     if not isinstance(waypoint, CartesianWaypoint):
         return
     distance, reach = float(np.linalg.norm(waypoint.position)), _reach(robot)
-    if scenario.units.length == "m" and FAR_OFF * reach < distance <= 1000 * reach:
+    if scenario.units.length == "m" and FAR_FACTOR * reach < distance <= 1000 * reach:
         shown, unit = f"{distance:.4g} m", "mm"
-    elif scenario.units.length == "mm" and distance < reach / FAR_OFF and 1000 * distance <= reach:
+    elif (
+        scenario.units.length == "mm" and distance < reach / FAR_FACTOR and 1000 * distance <= reach
+    ):
         shown, unit = f"{1000 * distance:.4g} mm", "m"
     else:
         units = dict(zip(robot.joint_names, robot.joint_units, strict=True))

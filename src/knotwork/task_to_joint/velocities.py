@@ -1,4 +1,4 @@
-"""The joint velocities at a scenario's waypoint whose joint positions are chosen (eq 4)."""
+"""Joint velocities at a waypoint with chosen joint positions (eq 4)."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ def velocity_at(
     q: FloatArray,
     given: FloatArray | None,
 ) -> FloatArray:
-    """Joint velocities [rad/s or m/s], shape (d,), that give the tool its twist at a waypoint.
+    """Joint velocities for the tool's twist at a waypoint [rad/s or m/s], shape (d,).
 
     Args:
         scenario: The task.
-        dependent: Knows what self-motion follows along a path, and the virtual joints.
+        dependent: Self-motion targets along paths, and the virtual joints.
         index: Index of the waypoint.
-        q: Joint positions there [rad or m], shape (d,).
+        q: Joint positions at the waypoint [rad or m], shape (d,).
         given: Joint velocities where the waypoint gives them, else `None`.
 
     Raises:
-        SingularityError: No joint velocities give the twist.
+        SingularityError: The twist is unattainable.
     """
     target, rate = scenario.waypoints[index], scenario.pull_to_middle
     if given is not None or not isinstance(target, CartesianWaypoint):
@@ -57,11 +57,11 @@ def velocity_at(
     if not rate or not v.any():
         return chain.put(v)
     more = solved(pull_to_middle(robot, q, rate)) - v
-    return chain.put(v + _most_within(v, more, robot.velocity_limit) * more)
+    return chain.put(v + _largest_fraction(v, more, robot.velocity_limit) * more)
 
 
-def _most_within(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:
-    """The largest part, up to 1, of `more` that brings no velocity to its limit."""
+def _largest_fraction(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:
+    """The largest fraction of `more`, up to 1, that keeps every velocity within its limit."""
     room = np.where(more > 0, limit - v, limit + v)
     parts = np.where(more != 0, np.maximum(room, 0.0) / np.maximum(np.abs(more), 1e-300), np.inf)
     return float(min(1.0, parts.min()))

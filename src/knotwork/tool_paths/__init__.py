@@ -1,4 +1,4 @@
-"""Tool paths: lines, arcs and curves, how the tool turns along them, and their timing."""
+"""Tool paths: lines, arcs and curves, the tool's orientation along them, and their timing."""
 
 import lazy_loader
 

@@ -12,27 +12,27 @@ from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, number, un
 from knotwork.waypoints import FloatArray, read_only
 
 STRAIGHT = 1e-6
-"""Sine of the angle between two directions up to which they count as parallel."""
+"""Sine of the angle below which two directions count as parallel."""
 
 SQUARE = 1e-3
-"""How far a normal may be from a right angle to what it must be square to [rad]."""
+"""Tolerance of a normal's right angle [rad]."""
 
 RADII = 1e-6
-"""How much the radii at both ends may differ, relative to the greater."""
+"""Tolerance of the difference of the radii at both ends, relative to the larger."""
 
 
 class Arc(Curve):
     """A circular arc of any angle, also of more than one turn.
 
-    It is made by `Arc.through` a point on the way, `Arc.about` a centre or `Arc.of_radius`; or from
-    its start, centre, normal and angle.
+    `Arc.through` a point, `Arc.about` a centre, `Arc.of_radius`, or `Arc` with
+    start, centre, normal and angle.
 
     Attributes:
-        start, end: Its ends [m], shape (3,).
+        start, end: End points [m], shape (3,).
         centre: Centre of the circle [m], shape (3,).
         radius: Radius of the circle [m].
-        normal: Axis about which it turns in the positive sense, of length one, shape (3,).
-        angle: How far it turns, > 0 [rad].
+        normal: Unit vector about which the arc turns in the positive sense, shape (3,).
+        angle: Angle of the arc, > 0 [rad].
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Arc(Curve):
 
     @classmethod
     def through(cls, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Arc:
-        """Arc from start to end through a point on the way.
+        """Arc from start to end through a point between.
 
         Raises:
             WaypointDataError: A point is not three finite numbers.
@@ -110,21 +110,21 @@ class Arc(Curve):
     ) -> Arc:
         """Arc from start to end about a centre.
 
-        A centre that rounding has put a little off is moved to be equally far from both ends.
+        A centre with rounding errors is moved to be equally far from both ends.
 
         Args:
-            start: Where it starts [m], shape (3,).
+            start: Start point [m], shape (3,).
             centre: Centre of the circle [m], shape (3,).
-            end: Where it ends [m], shape (3,).
-            normal: The axis about which it turns in the positive sense, by up to a full turn;
-                without it the arc is the shorter one. A full circle (start and end the same) and
-                half a circle need it.
-            turns: Full turns in addition.
+            end: End point [m], shape (3,).
+            normal: Axis about which the arc turns in the positive sense, by up to a full turn; by
+                default the arc is the shorter one. A full circle (start and end the same) and half
+                a circle need it.
+            turns: Additional full turns.
 
         Raises:
             WaypointDataError: A point is not three finite numbers.
-            PathError: The radius differs at both ends, the normal is missing or not square to the
-                radius, or `turns` is negative.
+            PathError: The radii at both ends differ, the normal is missing or not perpendicular to
+                the radius, or `turns` is negative.
 
         >>> circle = kw.tool_paths.Arc.about([1, 0, 0], [0, 0, 0], [1, 0, 0], normal=[0, 0, 1])
         >>> circle.angle / np.pi
@@ -165,16 +165,16 @@ class Arc(Curve):
         """Arc from start to end that turns in the positive sense about a normal.
 
         Args:
-            start: Where it starts [m], shape (3,).
-            end: Where it ends [m], shape (3,).
+            start: Start point [m], shape (3,).
+            end: End point [m], shape (3,).
             radius: Radius [m].
-            normal: Axis of the turn, at a right angle to the way from start to end.
-            large: Whether to take the arc of more than half a turn.
+            normal: Axis of the turn, perpendicular to the line from start to end.
+            large: Whether the arc is the one of more than half a turn.
 
         Raises:
             WaypointDataError: A point is not three finite numbers.
             PathError: Both points are the same, the radius is too small for them, or the normal is
-                not square to the way between them.
+                not perpendicular to the line between them.
         """
         a, c = read_only(start, (3,), "start"), read_only(end, (3,), "end")
         chord = c - a
@@ -208,7 +208,7 @@ class Arc(Curve):
         axis: FloatArray,
         turns: int = 0,
     ) -> Arc:
-        """Arc between two different points of a circle, by up to a full turn and more turns."""
+        """Arc between two different points of a circle, of up to a full turn plus `turns`."""
         arc = cls(start, centre, axis, 1.0 / RADII)
         angle = float(arc._angle_of((end - centre)[None])[0]) % (2.0 * math.pi)
         return cls(start, centre, axis, angle + 2.0 * math.pi * turns)
@@ -220,7 +220,7 @@ class Arc(Curve):
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the arc, or their derivatives: see `Curve.position`."""
         angle = np.asarray(s, dtype=float)[:, None] / self.radius
-        if checked_order(order) == 0:  # from the start, so that great radii lose no digits
+        if checked_order(order) == 0:  # from the start, so that large radii lose no digits
             inward = -2.0 * self.radius * np.sin(0.5 * angle) ** 2
             onward = self.radius * np.sin(angle)
             return np.asarray(self.start + onward * self._forward + inward * self._outward)
@@ -247,10 +247,10 @@ def _circumcentre(u: FloatArray, v: FloatArray, normal: FloatArray) -> FloatArra
 
 
 def _square(normal: ArrayLike, direction: FloatArray, what: str) -> FloatArray:
-    """Return the normal without its part along a direction, of length one.
+    """Return the unit normal without its component along a direction.
 
     Raises:
-        PathError: That part is more than rounding of the numbers given.
+        PathError: The component is larger than rounding.
     """
     axis = unit(normal, "normal")
     along = float(axis @ direction)
@@ -266,7 +266,8 @@ def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None
     """Axis of an arc from the vectors from its centre to both ends, and its normal if given.
 
     Raises:
-        PathError: The vectors name no plane and no normal is given, or it is not normal to theirs.
+        PathError: The vectors define no plane and no normal is given, or the normal is not
+            perpendicular to their plane.
     """
     plane = np.cross(from_a, from_c)
     flat = np.linalg.norm(plane) <= STRAIGHT * np.linalg.norm(from_a) * np.linalg.norm(from_c)
@@ -286,7 +287,7 @@ def _square_to_plane(axis: FloatArray, plane: FloatArray) -> FloatArray:
     """Return the normal of the plane of start, centre and end, on the side of the given axis.
 
     Raises:
-        PathError: The given axis is not normal to that plane.
+        PathError: The given axis is not perpendicular to that plane.
     """
     plane = unit(plane, "normal")
     along = float(axis @ plane)

@@ -1,6 +1,6 @@
-"""Bernstein polynomials: their values, and their coefficients on parts of [0, 1].
+"""Bernstein polynomials: their values, and their coefficients on subintervals of [0, 1].
 
-A polynomial is a mean of its Bernstein coefficients, so the largest of them is a bound of it.
+A polynomial is a mean of its Bernstein coefficients, so their maximum is an upper bound.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> Flo
     By the algorithm of de Casteljau: coefficient j of degree n takes n - j steps at u0, j at u1.
 
     Args:
-        coefficients: Those on [0, 1], shape (n + 1, k).
-        u0: Where the intervals start, shape (k,).
-        u1: Where they end, shape (k,).
+        coefficients: Coefficients on [0, 1], shape (n + 1, k).
+        u0: Starts of the intervals, shape (k,).
+        u1: Ends of the intervals, shape (k,).
 
     Returns:
         Coefficients, shape (n + 1, k).

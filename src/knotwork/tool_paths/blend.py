@@ -1,4 +1,4 @@
-"""`Blend`: the rounding of a corner between two lines, with continuous curvature."""
+"""`Blend`: a rounded corner between two lines, with continuous curvature."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
 
 SPACING = 0.44, 0.75
-"""Distances of the second and third control point from the first, as parts of the blend's distance
-and of the root of cos(θ/2), with θ the turn. They were chosen for the lowest peak of the change of
-curvature with a peak of curvature about a third above that of the arc between the same points."""
+"""Distances of the second and third control point from the first, relative to the blend distance
+and to the root of cos(θ/2), θ the turning angle. Chosen for the lowest peak of the curvature's
+derivative with a peak curvature about a third above that of the arc between the same points."""
 
 BACK = 1e-3
-"""Corners nearer to turning back have no rounding [rad]."""
+"""Corners within this angle of a reversal can't be rounded [rad]."""
 
 
 class Blend(PolynomialCurve):
-    """Rounding of a corner between two lines: a quintic Bézier curve.
+    """Rounded corner between two lines: a quintic Bézier curve.
 
-    It leaves the first line at a distance from the corner and comes to the second one at the same
-    distance. At both ends three control points are on the line, so that the curvature is zero.
+    The curve leaves the first line and reaches the second one at the same distance from the corner.
+    At both ends three control points are on the line, so that the curvature is zero.
 
     Args:
-        before: A point on the line that leads to the corner [m], shape (3,).
+        before: A point on the first line [m], shape (3,).
         corner: The corner [m], shape (3,).
-        after: A point on the line that leads away from it [m], shape (3,).
+        after: A point on the second line [m], shape (3,).
         distance: Distance of both ends of the blend from the corner [m].
 
     Attributes:
-        corner, distance: As given.
-        start, end: Its ends [m], shape (3,).
-        angle: How much the direction turns [rad].
+        corner, distance: The arguments.
+        start, end: End points [m], shape (3,).
+        angle: Turning angle of the direction [rad].
         deviation: Distance of the curve from the corner [m].
 
     Raises:
         WaypointDataError: A point is not three finite numbers.
-        PathError: The distance is not greater than zero or goes beyond a line, two points are the
-            same, or the second line leads back along the first.
+        PathError: The distance is not positive or longer than a line, two points are the same, or
+            the second line reverses along the first.
 
     >>> blend = kw.tool_paths.Blend([0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], distance=0.02)
     >>> blend.start, blend.end, round(blend.deviation, 6)
@@ -78,10 +78,10 @@ class Blend(PolynomialCurve):
 
 
 def _way(corner: FloatArray, point: FloatArray, what: str, distance: float) -> FloatArray:
-    """Direction from the corner to a point of one of the lines.
+    """Direction from the corner to a point on one of the lines.
 
     Raises:
-        PathError: The point is nearer than the distance.
+        PathError: The point is nearer than the blend distance.
     """
     way = point - corner
     length = float(np.linalg.norm(way))

@@ -1,4 +1,4 @@
-"""`Curve`: what every kind of curve in space can be asked, by arc length."""
+"""`Curve`: the interface of curves in space, parametrised by arc length."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
 REPEATED = 1e-9
-"""Points as near to each other as this count as one [m]."""
+"""Points within this distance count as one [m]."""
 
 
 class Curve(ABC):
@@ -27,7 +27,7 @@ class Curve(ABC):
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the curve, or their derivatives with respect to arc length.
 
-        The formulas hold beyond both ends, too: the curve goes on smoothly there.
+        The formulas also hold beyond both ends: the curve is extended smoothly.
 
         Args:
             s: Arc lengths [m], shape (k,).
@@ -43,7 +43,7 @@ class Curve(ABC):
 
     @abstractmethod
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
-        """Arc lengths of the nearest points of the curve, in the surroundings of a guess.
+        """Arc lengths of the nearest points of the curve, near a guess.
 
         Args:
             points: Points in space [m], shape (k, 3).
@@ -58,13 +58,13 @@ class Curve(ABC):
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,)."""
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
-        """Upper bounds of the norm of d²P/dτ²; arc length goes evenly from s0 to s1, τ from 0 to 1.
+        """Upper bounds of the norm of d²P/dτ², with arc length linear in τ from s0 at 0 to s1 at 1.
 
-        A point moving so is off the chord by an eighth of this at most.
+        Such a point deviates from the chord by at most an eighth of the bound.
 
         Args:
             s0: Arc lengths at the start [m], shape (k,).
-            s1: Arc lengths at the end, greater or less [m], shape (k,).
+            s1: Arc lengths at the end, above or below s0 [m], shape (k,).
 
         Returns:
             (s1 - s0)² times the largest curvature [m], shape (k,).
@@ -77,7 +77,7 @@ def checked_order(order: int, most: int = 3) -> int:
     """Return the order of a derivative.
 
     Raises:
-        PathError: It is not one of 0 to `most`.
+        PathError: The order is not one of 0 to `most`.
     """
     if order not in range(most + 1):
         raise PathError(f"derivative order is {order!r}; accepted: 0 to {most}")
@@ -88,7 +88,7 @@ def number(value: object, what: str) -> float:
     """Return a value as a number.
 
     Raises:
-        PathError: It is none.
+        PathError: The value is not a number.
     """
     try:
         return float(value)  # type: ignore[arg-type]
@@ -97,10 +97,10 @@ def number(value: object, what: str) -> float:
 
 
 def unit(direction: ArrayLike, what: str) -> FloatArray:
-    """Return a direction scaled to length one, shape (3,).
+    """Return a direction as a unit vector, shape (3,).
 
     Raises:
-        PathError: It is zero.
+        PathError: The direction is zero.
     """
     vector = read_only(direction, (3,), what)
     size = float(np.linalg.norm(vector))
@@ -110,7 +110,7 @@ def unit(direction: ArrayLike, what: str) -> FloatArray:
 
 
 def unplaced(text: str, **values: float | FloatArray) -> PathError:
-    """The error for points and lengths that make no curve.
+    """Make the error for points and lengths that define no curve.
 
     Args:
         text: The message, with the names of the values in braces.

@@ -1,4 +1,4 @@
-"""`Line`: the straight way from one point to another."""
+"""`Line`: a straight line from one point to another."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class Line(Curve):
     """A straight line between two points.
 
     Attributes:
-        start, end: Its ends [m], shape (3,).
-        direction: From start to end, of length one, shape (3,).
+        start, end: End points [m], shape (3,).
+        direction: Unit vector from start to end, shape (3,).
 
     Raises:
         WaypointDataError: A point is not three finite numbers.

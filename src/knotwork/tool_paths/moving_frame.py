@@ -1,4 +1,4 @@
-"""`MovingFrame`: a frame that known motions carry, one on another."""
+"""`MovingFrame`: a frame carried by a chain of joints with known motions."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class KnownJoints:
-    """Joints one after the other, all at one origin, whose positions are known at all times.
+    """Consecutive joints with a common origin and known positions over time.
 
     Attributes:
-        placement: `pin.SE3` of their axes at position 0, in what carries them.
-        axis: Of each, in these axes, of length 1, shape (e, 3).
-        turns: Which of them turn; others slide.
-        curve: Their positions [rad or m].
+        placement: `pin.SE3` of their axes at position 0, relative to their carrier.
+        axis: Unit vector of each joint in these axes, shape (e, 3).
+        turns: Whether each joint is revolute; otherwise prismatic.
+        curve: Joint positions over time [rad or m].
     """
 
     placement: pin.SE3
@@ -31,13 +31,13 @@ class KnownJoints:
 
 
 class ToolMotion(NamedTuple):
-    """How a tool is placed and moves, at k times.
+    """Pose and motion of a tool at k times.
 
     Attributes:
-        position: [m], shape (k, 3).
-        rotation: Shape (k, 3, 3).
-        twist: Linear, then angular [m/s, rad/s], shape (k, 6).
-        acceleration: Its derivative, shape (k, 6).
+        position: Positions [m], shape (k, 3).
+        rotation: Rotations, shape (k, 3, 3).
+        twist: Twists, linear, then angular [m/s, rad/s], shape (k, 6).
+        acceleration: Derivatives of the twists, shape (k, 6).
     """
 
     position: FloatArray
@@ -47,12 +47,12 @@ class ToolMotion(NamedTuple):
 
 
 class FrameMotion(NamedTuple):
-    """Homogeneous matrices of a frame that moves, and their derivatives in time, at k times.
+    """Homogeneous matrices of a moving frame and their time derivatives, at k times.
 
     Attributes:
-        place: Shape (k, 4, 4) [m].
-        rate: Its derivative, shape (k, 4, 4).
-        change: The derivative of that, shape (k, 4, 4).
+        place: Matrices [m], shape (k, 4, 4).
+        rate: First derivatives, shape (k, 4, 4).
+        change: Second derivatives, shape (k, 4, 4).
     """
 
     place: FloatArray
@@ -60,17 +60,17 @@ class FrameMotion(NamedTuple):
     change: FloatArray
 
     def fixed(self, placement: pin.SE3) -> FrameMotion:
-        """The motion of a frame that rides along at a place."""
+        """The motion of a frame fixed in this one."""
         return FrameMotion(*(one @ placement.homogeneous for one in self))
 
     def carried(self, other: FrameMotion) -> FrameMotion:
-        """The motion of a frame, from its motion in this one: the product rule."""
+        """The motion of a frame from its motion in this one, by the product rule."""
         X, dX, ddX = self
         Y, dY, ddY = other
         return FrameMotion(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
 
     def carried_tool(self, tool: ToolMotion) -> ToolMotion:
-        """The motion of a tool, from its motion in the frame."""
+        """The motion of a tool from its motion in this frame."""
         turn, turning, bending = (one[:, :3, :3] for one in self)
         shift, sliding, pull = (one[:, :3, 3] for one in self)
         r, (v, w), (a, b) = tool.position, _halves(tool.twist), _halves(tool.acceleration)
@@ -89,12 +89,12 @@ class FrameMotion(NamedTuple):
     def seen(
         self, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Points [m], rotations and velocities [m/s] of the base frame, as they are in the frames.
+        """Points [m], rotations and velocities [m/s] of the base frame, in the moving frames.
 
         Args:
-            position: Shape (k, 3).
-            rotation: Shape (k, 3, 3).
-            velocity: Shape (k, 3).
+            position: Points in the base frame, shape (k, 3).
+            rotation: Rotations in the base frame, shape (k, 3, 3).
+            velocity: Velocities in the base frame, shape (k, 3).
         """
         back = self.place[:, :3, :3].transpose(0, 2, 1)
         place = _times(back, position - self.place[:, :3, 3])
@@ -107,9 +107,9 @@ class MovingFrame:
     """A frame in motion.
 
     Attributes:
-        joints: What carries it, the outermost first; none if it stands.
-        placement: `pin.SE3` in the axes of the last of them.
-        link: Link of the robot that carries all this; empty for the base.
+        joints: Joints that carry the frame, the outermost first; empty for a fixed frame.
+        placement: `pin.SE3` in the axes of the last joint.
+        link: Link of the robot that carries the chain; empty for the base.
     """
 
     joints: tuple[KnownJoints, ...]
@@ -118,7 +118,7 @@ class MovingFrame:
 
     @property
     def moves(self) -> bool:
-        """Whether anything carries it."""
+        """Whether a joint carries the frame."""
         return bool(self.joints)
 
     @property
@@ -130,16 +130,16 @@ class MovingFrame:
         return placed * self.placement
 
     def inside(self, placement: pin.SE3) -> MovingFrame:
-        """A frame that is placed in this one and rides along."""
+        """A frame fixed in this one."""
         return replace(self, placement=self.placement * placement)
 
     def moved(self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve) -> MovingFrame:
-        """This frame with joints of its own at its origin; arguments as of `KnownJoints`."""
+        """This frame with joints added at its origin; arguments of `KnownJoints`."""
         own = KnownJoints(self.placement, axis, turns, curve)
         return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
 
     def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameMotion:
-        """Its motion at times [s], shape (k,); or that of another placement in the last axes."""
+        """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
         times = np.asarray(t, dtype=float)
         nothing = np.zeros((len(times), 4, 4))
         found = FrameMotion(nothing + np.eye(4), nothing, nothing)
@@ -155,32 +155,32 @@ class MovingFrame:
         return pin.SE3(self.motion([time]).place[0])
 
     def carried(self, pose: pin.SE3, time: float) -> pin.SE3:
-        """Where a pose is at a time [s] that rides along, given while the frame is at rest."""
+        """Pose at a time [s] of a pose fixed in the frame, given with all joints at 0."""
         return self.at(time) * self.rest.actInv(pose)
 
     def uncarried(self, pose: pin.SE3, time: float) -> pin.SE3:
-        """The pose that `carried` brings to a given one."""
+        """Inverse of `carried`."""
         return self.rest * self.at(time).actInv(pose)
 
     def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
         """Velocity of a tool that moves in the frame, in base axes.
 
         Args:
-            pose: Of the tool while the frame is at rest.
-            twist: Of the tool in the frame, in base axes while it is at rest.
-            time: When [s].
+            pose: Pose of the tool with all joints at 0.
+            twist: Twist of the tool in the frame, in base axes with all joints at 0.
+            time: Time [s].
         """
         position, rotation = np.array(pose.translation), np.array(pose.rotation)
         tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
         return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
 
     def since_rest(self, t: ArrayLike) -> FrameMotion:
-        """`motion` of what is at the base frame where all joints are at 0, and rides along."""
+        """`motion` of the frame that coincides with the base frame when all joints are at 0."""
         return self.motion(t, self.placement * self.rest.inverse())
 
 
 def woven(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
-    """A frame, or the base, with a motion added in base axes while it is at rest [m]."""
+    """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
     return frame.inside(frame.rest.inverse()).moved(np.eye(3), (False,) * 3, weave)
 
@@ -203,7 +203,7 @@ def _vector(matrices: FloatArray) -> FloatArray:
 def _joint(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FrameMotion:
-    """How a joint places and moves what it carries, in its own axes."""
+    """Motion of the frame behind a joint, in the joint's axes."""
     place = np.tile(np.eye(4), (len(q), 1, 1))
     rate, change = np.zeros_like(place), np.zeros_like(place)
     if turns:

@@ -1,15 +1,15 @@
-"""`OrientationCurve`: how the tool turns along a path, twice continuously differentiable.
+"""`OrientationCurve`: orientation of the tool along a path, twice continuously differentiable.
 
 Between two breaks the rotation is a cumulative quintic Bézier curve (Kim, Kim and Shin, "A general
 construction scheme for unit quaternion curves with simple high order derivatives", 1995):
 
     R(u) = R0 exp(v1 f1) exp(v2 f2) exp(v3 f3) exp(v4 f4) exp(v5 f5),    0 <= u <= 1
 
-with fi the sum of the quintic Bernstein polynomials i to 5. It is a chain of five joints that turn
-about the axes vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20):
-with a, α the turn per unit of u and its change in the axes of R0, v1 = a/5 and v2 = a/5 + α/20.
-Likewise v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 turns
-the rest. As f1 + … + f5 = 5 u, axes that all agree turn evenly.
+with fi the sum of the quintic Bernstein polynomials i to 5: a chain of five joints about the axes
+vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20): with a, α the
+rotation per unit of u and its derivative in the axes of R0, v1 = a/5 and v2 = a/5 + α/20. Likewise
+v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 is the remaining
+rotation. As f1 + … + f5 = 5 u, the rotation is uniform if all axes are the same.
 """
 
 from __future__ import annotations
@@ -31,39 +31,37 @@ from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
 
 HALF_TURN = math.pi - 1e-6
-"""Turns between neighbouring rotations must be less [rad]; beyond, their sense is not certain."""
+"""Bound on rotations between neighbours [rad]: beyond it their sense is ambiguous."""
 
 LARGEST_PART = 0.5 * math.pi
-"""A turn about one axis is divided into parts of at most this angle [rad]."""
+"""Rotations about one axis are divided into parts of at most this angle [rad]."""
 
 EVEN = 1e-14
-"""Rotation vectors of a piece that differ by less [rad] turn it evenly."""
+"""Rotation vectors of a piece that differ by less [rad] give a uniform rotation."""
 
 
 class OrientationCurve:
     """Rotation of the tool as a function of arc length.
 
-    Besides the constructor there are `constant`, `even_turning`, `turning`, `through` and `joined`.
+    Other constructors are `constant`, `even_turning`, `turning`, `through` and `joined`.
 
     Args:
         s: Arc lengths at which rotations are given [m], shape (m,), m >= 2, increasing from 0.
         rotations: Rotation matrices of the tool in base axes, shape (m, 3, 3).
-        rates: Angular velocity per unit length in base axes there [rad/m], shape (m, 3); or
-            (m, 2, 3), before and after, where it jumps (which it may where the tool stops).
-        changes: Its derivative with respect to arc length [rad/m²], of the same shapes; by default
-            zero.
-        breaks: Arc lengths at which a stretch begins that turns in another way, and both ends [m],
-            shape (b,); by default all of s.
+        rates: Angular velocity per unit length in base axes at s [rad/m], shape (m, 3); or
+            (m, 2, 3), before and after, where it jumps (at stops of the tool only).
+        changes: Derivatives of the rates with respect to arc length [rad/m²], of the same shapes;
+            by default zero.
+        breaks: Arc lengths of the ends of stretches [m], shape (b,); by default all of s.
 
     Attributes:
-        s, rotations: As given.
-        rates, changes: As given, shape (m, 2, 3).
-        breaks: As given. Between them s only divides what goes on.
+        s, rotations, breaks: The arguments.
+        rates, changes: Rates and their derivatives before and after s, shape (m, 2, 3).
         length: The last arc length [m].
 
     Raises:
-        WaypointDataError: Arrays are not finite or of another shape.
-        PathError: Arc lengths do not increase from 0, a matrix is no rotation, or neighbours are
+        WaypointDataError: Arrays are not finite or have a wrong shape.
+        PathError: Arc lengths do not increase from 0, a matrix is not a rotation, or neighbours are
             half a turn apart.
     """
 
@@ -93,7 +91,7 @@ class OrientationCurve:
         # Vectors v of each piece, shape (m - 1, 5, 3).
         self._v = self._vectors()
         self._bounds = TurnBounds(self._v)
-        # Nothing turns, or every piece turns evenly: then there are shorter ways.
+        # A constant orientation, or uniform rotation in every piece, is evaluated faster.
         spread = np.abs(np.diff(self._v, axis=1)).max()
         self._even = bool(spread <= EVEN)
         self._still = self._even and not self._v.any()
@@ -129,13 +127,13 @@ class OrientationCurve:
 
     @classmethod
     def constant(cls, rotation: ArrayLike, length: float) -> OrientationCurve:
-        """A tool that does not turn on a stretch of a length [m]."""
+        """A constant orientation on a stretch of a length [m]."""
         R = checked_rotations(rotation, (3, 3), "rotation")
         return cls([0.0, length], np.array([R, R]), np.zeros((2, 3)))
 
     @classmethod
     def even_turning(cls, start: ArrayLike, end: ArrayLike, length: float) -> OrientationCurve:
-        """The shortest even turn along a stretch (slerp); a PathError if it is half a turn.
+        """The shortest uniform rotation along a stretch (slerp); a PathError if it is half a turn.
 
         >>> half = kw.tool_paths.OrientationCurve.even_turning(
         ...     np.eye(3), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], 0.2)
@@ -156,13 +154,12 @@ class OrientationCurve:
     def through(cls, s: ArrayLike, rotations: ArrayLike) -> OrientationCurve:
         """A smooth curve through rotations at increasing arc lengths from 0.
 
-        Its rates and their derivatives at these are those of `scipy.spatial.transform`'s
-        `RotationSpline`, which turns as evenly as it can.
+        The rates and their derivatives are those of `scipy.spatial.transform.RotationSpline`.
 
         Raises:
-            WaypointDataError: Arrays are not finite or of another shape.
-            PathError: Arc lengths do not increase from 0, a matrix is no rotation, or neighbours
-                are half a turn apart.
+            WaypointDataError: Arrays are not finite or have a wrong shape.
+            PathError: Arc lengths do not increase from 0, a matrix is not a rotation, or
+                neighbours are half a turn apart.
         """
         from scipy.spatial.transform import Rotation, RotationSpline
 
@@ -179,10 +176,10 @@ class OrientationCurve:
     def turning(
         cls, rotation: ArrayLike, axis: ArrayLike, angle: float, length: float
     ) -> OrientationCurve:
-        """An even turn about an axis in base axes by any angle [rad], along a stretch.
+        """A uniform rotation about an axis in base axes by any angle [rad], along a stretch.
 
-        A tool that keeps its direction to an arc's tangent turns so, about the arc's normal by the
-        arc's angle.
+        For example, a tool with a constant direction to an arc's tangent turns about the arc's
+        normal by the arc's angle.
         """
         R0 = checked_rotations(rotation, (3, 3), "rotation")
         direction = unit(axis, "axis")
@@ -196,22 +193,22 @@ class OrientationCurve:
     def joined(
         cls, stretches: Sequence[OrientationCurve], stops: Collection[int] = ()
     ) -> OrientationCurve:
-        """Join stretches into one curve whose rate has no jumps but at stops.
+        """Join stretches into one curve with a rate that jumps only at stops.
 
-        Where the rates of two stretches that meet differ, the rate at the junction is the mean of
-        both. At the end of the one and the start of the other, on a quarter of the shorter one
-        each, the rate passes smoothly to it; elsewhere each turns as it does alone. So the tool
-        begins to turn before the junction and is turned off by at most 2.5 % of the difference of
-        the rates times the length of the shorter stretch; at the junction it is as given. (A
-        stretch that does not turn evenly, as one through given rotations, passes to that rate in
-        its last piece.) Where the rate's derivatives differ, it is zero.
+        If the rates of two stretches differ at their junction, the rate there is the mean of both.
+        It changes smoothly on either side, over a quarter of the length of the shorter stretch;
+        elsewhere the stretches are unchanged. So the tool begins to turn before the junction and
+        deviates by at most 2.5 % of the difference of the rates times the length of the shorter
+        stretch; at the junction its orientation is exact. (A stretch that does not turn uniformly,
+        for example through given rotations, changes its rate in its last piece.) If the rates'
+        derivatives differ, the derivative at the junction is zero.
 
         Args:
-            stretches: One after another.
-            stops: Indices of the stretches that end at a stop: there both sides keep their rate.
+            stretches: Consecutive stretches.
+            stops: Indices of the stretches that end at a stop, where both sides keep their rate.
 
         Raises:
-            PathError: There is no stretch, or one does not begin where the one before ends.
+            PathError: There is no stretch, or one does not begin at the end of the previous one.
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
@@ -225,7 +222,7 @@ class OrientationCurve:
         for i, part in enumerate(parts):
             last = i + 1 == len(parts)
             ends = (part.rates[-1, 0], part.changes[-1, 0])
-            if not last:  # a junction is held by the stretch that begins there
+            if not last:  # a junction belongs to the stretch that begins there
                 parts[i + 1].rates[0, 0], parts[i + 1].changes[0, 0] = ends
             breaks = start + np.sort(part.breaks)
             values = (start + part.s, part.rotations, part.rates, part.changes, breaks)
@@ -236,7 +233,7 @@ class OrientationCurve:
 
     @property
     def jumps(self) -> FloatArray:
-        """Arc lengths at which the rate or its derivative jumps, as it may at stops [m]."""
+        """Arc lengths at which the rate or its derivative jumps (stops only) [m]."""
         inner = slice(1, -1)
         jump = np.zeros(len(self.s) - 2, dtype=bool)
         for values in (self.rates[inner], self.changes[inner]):
@@ -247,11 +244,11 @@ class OrientationCurve:
     def _pieces(
         self, s: ArrayLike, at: ArrayLike | None, side: str
     ) -> tuple[NDArray[np.intp], FloatArray]:
-        """Index of the piece of each arc length, and the place in it as u."""
+        """Index of the piece of each arc length, and the parameter u in it."""
         s = np.asarray(s, dtype=float)
         where: Literal["left", "right"] = "left" if side == "left" else "right"
         piece = np.clip(np.searchsorted(self.s, s, where) - 1, 0, len(self.s) - 2)
-        if at is not None:  # a stretch between two breaks, whatever pieces it has
+        if at is not None:  # a stretch between two breaks, of several pieces
             stretch = np.searchsorted(self.breaks, np.asarray(at, dtype=float), where) - 1
             stretch = np.clip(stretch, 0, len(self.breaks) - 2)
             piece = np.clip(piece, self._firsts[stretch], self._firsts[stretch + 1] - 1)
@@ -264,9 +261,9 @@ class OrientationCurve:
 
         Args:
             s: Arc lengths [m], shape (k,).
-            at: Arc lengths that choose the stretches between breaks, if other than s [m],
-                shape (k,): a stretch goes on smoothly beyond its ends.
-            side: Which piece is chosen at a break: `"right"` or `"left"`.
+            at: Arc lengths that choose the stretches between breaks, by default s [m], shape (k,):
+                a stretch is extended smoothly beyond its ends.
+            side: Side of a break that is evaluated: `"right"` or `"left"`.
         """
         piece, u = self._pieces(s, at, side)
         R = self.rotations[piece]
@@ -287,15 +284,15 @@ class OrientationCurve:
         Args:
             s: Arc lengths [m], shape (k,).
             order: 0 for the rate [rad/m], 1 for its derivative with respect to s [rad/m²].
-            at: As of `rotation`.
-            side: As of `rotation`.
+            at: See `rotation`.
+            side: See `rotation`.
         """
         return self.states(s, at, side)[1 + checked_order(order, 1)]
 
     def states(
         self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """`rotation`, `rate` and its derivative together, for what one of them takes."""
+        """`rotation`, `rate` and its derivative together, at the cost of one."""
         piece, u = self._pieces(s, at, side)
         if self._even:
             none = np.zeros((len(u), 3))
@@ -310,7 +307,7 @@ class OrientationCurve:
             vector = self._v[piece, i]
             axis = np.einsum("kij,kj->ki", R, vector)
             turn = slope[i][:, None] * axis
-            # An axis turns with the joints before it.
+            # An axis turns with the previous joints.
             change += bent[i][:, None] * axis + np.cross(rate, turn)
             rate += turn
             R = R @ exponentials(f[i][:, None] * vector)
@@ -318,20 +315,20 @@ class OrientationCurve:
         return np.asarray(R), rate / step, change / step**2
 
     def rate_bounds(self, s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Upper bounds of the sizes of rate [rad/m] and d rate/ds [rad/m²] from s0 to s1.
+        """Upper bounds of the norms of rate [rad/m] and d rate/ds [rad/m²] from s0 to s1.
 
-        Where the rate jumps, the bound of its derivative leaves out the jump.
+        The bound of the derivative does not include jumps of the rate.
 
         Args:
-            s0: Arc lengths at the start, in [0, length] [m], shape (k,), as all that is returned.
-            s1: Arc lengths at the end, greater or less [m], shape (k,).
+            s0: Arc lengths at the start, in [0, length] [m], shape (k,), like all results.
+            s1: Arc lengths at the end, above or below s0 [m], shape (k,).
         """
         ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
         low, high = np.minimum(*ends), np.maximum(*ends)
         first = np.clip(np.searchsorted(self.s, low, "right") - 1, 0, len(self.s) - 2)
         last = np.maximum(np.clip(np.searchsorted(self.s, high, "left") - 1, 0, None), first)
         last = np.minimum(last, len(self.s) - 2)
-        # One row for each interval and piece that it meets.
+        # One row for each pair of interval and piece.
         row = np.repeat(np.arange(low.size), last - first + 1)
         offset = np.arange(row.size) - np.searchsorted(row, row)
         piece = first[row] + offset

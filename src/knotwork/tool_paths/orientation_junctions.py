@@ -1,4 +1,4 @@
-"""Where two stretches of an orientation meet: both pass to the same rate there."""
+"""Junctions of two stretches of an orientation, with a smooth transition of the rate."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from knotwork.tool_paths.rotations import logarithm
 from knotwork.waypoints import FloatArray, read_only
 
 TRANSITION = 0.25
-"""Part of the shorter of two stretches in which both rates pass to that at the junction."""
+"""Length of a transition, relative to the shorter of the two stretches."""
 
 SAME = 1e-12
-"""Rotation vectors and rates that differ by less, relative to their size, are the same."""
+"""Relative difference below which rotation vectors and rates are equal."""
 
 EQUAL = 1e-9
-"""Rates of two stretches that differ by less, relative to their size, need no transition."""
+"""Relative difference of the rates of two stretches below which no transition is needed."""
 
 APART = 1e-6
-"""Rotations of two stretches that meet may differ by this [rad]."""
+"""Tolerance of the difference of rotations at a junction [rad]."""
 
 
 class Stretch:
-    """Arrays of an `OrientationCurve`, to be changed at its two ends."""
+    """Arrays of an `OrientationCurve`, modified at its two ends."""
 
     def __init__(self, curve: Any) -> None:
         self.curve = curve
@@ -36,14 +36,14 @@ class Stretch:
         self.breaks = np.array(curve.breaks)
 
     def divide(self, at_end: bool, length: float) -> float:
-        """Insert a break where the transition to a junction ends, if its piece turns evenly.
+        """Insert a break at the end of the transition to a junction, if its piece turns uniformly.
 
         Args:
             at_end: Whether the junction is at the end.
-            length: Of the transition [m].
+            length: Length of the transition [m].
 
         Returns:
-            Length of the transition as it is: that of the whole piece if it was not divided [m].
+            Actual length of the transition: that of the whole piece if it was not divided [m].
         """
         curve, piece = self.curve, -1 if at_end else 0
         v, whole = curve._v[piece], float(curve._steps[piece])
@@ -62,14 +62,14 @@ class Stretch:
 
 
 def meet(before: Stretch, after: Stretch) -> None:
-    """Give two stretches the same rate where they meet, and the same change of it."""
+    """Give two stretches the same rate and derivative at their junction."""
     scale = max(np.abs(part.curve.rates).max() for part in (before, after))
     a, b = before.rates[-1, 0], after.rates[0, 1]
     weight = 0.5
     if np.abs(a - b).max() > EQUAL * scale:
         shorter = TRANSITION * min(before.curve.length, after.curve.length)
         one, other = before.divide(True, shorter), after.divide(False, shorter)
-        # a rate is left the less, the longer it takes: so the tool is turned off by as much
+        # weighted by the transition lengths, so that both sides deviate by the same angle
         weight = other / (one + other)
     before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
     if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
@@ -77,10 +77,10 @@ def meet(before: Stretch, after: Stretch) -> None:
 
 
 def check_junction(i: int, before: Stretch, after: Stretch) -> None:
-    """Check that stretch i ends with the rotation that the next one begins with.
+    """Check that stretch i ends with the first rotation of the next one.
 
     Raises:
-        PathError: It doesn't.
+        PathError: The rotations differ.
     """
     angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
     if angle > APART:
@@ -91,7 +91,7 @@ def check_junction(i: int, before: Stretch, after: Stretch) -> None:
 
 
 def two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:
-    """Copy values before and after each break into shape (m, 2, 3)."""
+    """Copy values before and after each break, shape (m, 2, 3)."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 3:
         return read_only(array, (count, 2, 3), what)

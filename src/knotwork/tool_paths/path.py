@@ -1,4 +1,4 @@
-"""`ToolPath`: curves one after another, and how the tool turns along them."""
+"""`ToolPath`: consecutive curves, and the tool's orientation along them."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.waypoints import FloatArray
 
 GAP = 1e-9
-"""How far a curve may begin from the end of the one before [m]."""
+"""Tolerance of gaps between consecutive curves [m]."""
 
 SHARP = 1e-6
-"""How much its direction may differ there [rad]."""
+"""Tolerance of the change of direction there [rad]."""
 
 LENGTHS = 1e-9
-"""How much the lengths of curves and orientation may differ, relative to the path's."""
+"""Relative tolerance of the lengths of curves and orientation."""
 
 
 class ToolPath:
     """A path of the tool: position and rotation as functions of arc length.
 
-    The path may end one curve and begin another with a different curvature. It may change its
-    direction, or how fast it turns, only where the tool stops.
+    The curvature may jump between curves. The direction, or the rate of rotation, may jump only
+    where the tool stops.
 
     Args:
-        curves: One after another; each begins where the one before ends, in its direction.
-        orientation: Rotation of the tool along all of them; its length is theirs.
+        curves: Consecutive curves; each begins at the end of the previous one, in its direction.
+        orientation: Rotation of the tool along all curves, of the same total length.
         stops: Indices of the curves that end at a stop.
 
     Attributes:
-        curves, orientation, stops: As given.
+        curves, orientation, stops: The arguments.
         length: Length of the path [m].
         starts: Arc lengths at which the curves begin [m], shape (n,).
         breaks: Arc lengths at which a curve or a part of the orientation begins, and both ends of
-            the path [m]. Between them second derivatives are continuous; third ones jump within
-            curves through points or rotations.
+            the path [m]. Between them second derivatives are continuous; third derivatives jump
+            within curves through points or rotations.
 
     Raises:
-        CornerError: The direction changes suddenly where there is no stop.
-        PathError: There is no curve, a gap between two, the orientation is of another length, or
-            its rate jumps where there is no stop.
+        CornerError: The direction jumps without a stop.
+        PathError: There is no curve or a gap between two, the orientation has another length, or
+            its rate jumps without a stop.
 
     >>> line = kw.tool_paths.Line([0, 0, 0], [0.3, 0, 0])
     >>> still = kw.tool_paths.OrientationCurve.constant(np.eye(3), line.length)
@@ -113,7 +113,7 @@ class ToolPath:
                 )
 
     def _merged(self, s: FloatArray) -> FloatArray:
-        """Sorted arc lengths without those that rounding alone sets apart from a curve's ends."""
+        """Sorted arc lengths without those within rounding of a curve's ends."""
         exact = np.append(self.starts, self.length)
         nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]
         return distinct(np.where(np.abs(s - nearest) <= LENGTHS * self.length, nearest, s))
@@ -123,7 +123,7 @@ class ToolPath:
         return np.clip(index, 0, len(self.curves) - 1)
 
     def _by_curve(self, index: NDArray[np.intp]) -> Iterator[tuple[int, slice | NDArray[np.intp]]]:
-        """Each curve that occurs, and where."""
+        """Each curve that occurs, with the rows at which it does."""
         if index.size and (index == index[0]).all():
             yield int(index[0]), slice(None)
             return
@@ -138,9 +138,9 @@ class ToolPath:
         Args:
             s: Arc lengths [m], shape (k,).
             order: Order of the derivative, 0 to 3.
-            at: Arc lengths that choose the curves to evaluate, if other than s [m], shape (k,): a
-                curve goes on smoothly beyond its ends.
-            side: Which curve is chosen where two meet: `"right"` or `"left"`.
+            at: Arc lengths that choose the curves, by default s [m], shape (k,): a curve is
+                extended smoothly beyond its ends.
+            side: Side of a junction that is evaluated: `"right"` or `"left"`.
 
         Returns:
             Points [m], or derivatives [m^(1 - order)], shape (k, 3).
@@ -178,9 +178,9 @@ class ToolPath:
         return pin.SE3(self.rotation([s])[0], self.position([s])[0])
 
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
-        """Arc lengths of the points of the path that are nearest, in the guess's surroundings.
+        """Arc lengths of the nearest points of the path, near a guess.
 
-        From the end of a curve the search goes on in the next one, as long as that comes nearer.
+        From the end of a curve the search continues in the next one, as long as the distance falls.
 
         Args:
             points: Points in space [m], shape (k, 3).
@@ -207,7 +207,7 @@ class ToolPath:
                 end[rows] = (local >= self.curves[i].length).astype(int) - (local <= 0.0)
             nearer = off < distance[going]
             best[going[nearer]], distance[going[nearer]] = s[nearer], off[nearer]
-            # Go on to the neighbour at whose side the nearest point is, never back.
+            # Continue with the neighbour on the side of the nearest point, never back.
             following = curve[going] + end
             on = nearer & (end != 0) & (end * direction[going] >= 0)
             on &= (following >= 0) & (following < len(self.curves))
@@ -218,13 +218,13 @@ class ToolPath:
     def gaps(
         self, places: FloatArray, rotations: FloatArray, s: FloatArray, *, axis: bool = False
     ) -> tuple[FloatArray, FloatArray]:
-        """How far poses are off those of the path.
+        """Deviation of poses from those of the path.
 
         Args:
-            places: [m], shape (k, 3).
-            rotations: Shape (k, 3, 3).
-            s: Arc lengths of the points that they are compared with [m], shape (k,).
-            axis: Of the rotations only the z axes count.
+            places: Positions [m], shape (k, 3).
+            rotations: Rotations, shape (k, 3, 3).
+            s: Arc lengths of the poses of the path [m], shape (k,).
+            axis: Whether only the z axes of the rotations count.
 
         Returns:
             Distances [m] and Frobenius norms of the difference of the rotations, see
@@ -237,15 +237,14 @@ class ToolPath:
         return distance, np.linalg.norm(apart, axis=(1, 2))
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
-        """Upper bounds of the norm of d²P/dτ²; arc length goes evenly from s0 to s1, τ from 0 to 1.
+        """Upper bounds of the norm of d²P/dτ², with arc length linear in τ from s0 at 0 to s1 at 1.
 
-        Across a junction the direction goes on and the curvature jumps: the bound is that of the
-        greater curvature, and a point moving so is still off the chord by an eighth of it at most.
-        Across a stop there is no bound: it is infinite.
+        At a junction the curvature jumps: the bound uses the larger curvature, and the deviation
+        from the chord is still at most an eighth of it. Across a stop the bound is infinite.
 
         Args:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).
-            s1: Arc lengths at the end, greater or less [m], shape (k,).
+            s1: Arc lengths at the end, above or below s0 [m], shape (k,).
 
         Returns:
             (s1 - s0)² times the largest curvature [m], shape (k,).
@@ -269,11 +268,11 @@ class ToolPath:
         """Upper bounds of the Frobenius norm of d²R/dτ² for the same motion as in `bend`.
 
         With the rate w and its derivative, R'' = ([w'] + [w]²) R, where [w] is the cross product:
-        of norm √2 (‖w'‖ + ‖w‖²) at most. Across a stop it is infinite.
+        of norm √2 (‖w'‖ + ‖w‖²) at most. Across a stop the bound is infinite.
 
         Args:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).
-            s1: Arc lengths at the end, greater or less [m], shape (k,).
+            s1: Arc lengths at the end, above or below s0 [m], shape (k,).
         """
         low, high = self._sorted(s0, s1)
         rate, change = self.orientation.rate_bounds(low, high)
@@ -285,7 +284,7 @@ class ToolPath:
         return np.minimum(one, other), np.maximum(one, other)
 
     def _but_across_stops(self, low: FloatArray, high: FloatArray, bound: FloatArray) -> FloatArray:
-        """The bound, infinite where a stop lies inside the interval."""
+        """The bound, infinite for intervals that contain a stop."""
         after = np.searchsorted(self._stops_at, low, "right")
         crossing = after < np.searchsorted(self._stops_at, high, "left")
         return np.asarray(np.where(crossing, np.inf, bound))

@@ -1,7 +1,7 @@
-"""Speed along a path: even on each stretch, with smooth ramps where speeds meet.
+"""Speed along a path: constant on each stretch, with smooth ramps between speeds.
 
 A ramp is v = v0 + (v1 - v0)(3 u² - 2 u³), u = t/T. Its acceleration is zero at both ends and at
-most 1.5 |v1 - v0| / T; it takes a length of (v0 + v1) T / 2.
+most 1.5 |v1 - v0| / T; its length is (v0 + v1) T / 2.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from knotwork.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
 
 ROUNDING = 1e-9
-"""How much longer than a stretch its ramps may be, relative to it: they are shortened then."""
+"""Relative excess of ramps over the length of their stretch up to which they are shortened."""
 
 RESOLVED = 1e-12
-"""A change of speed takes at least this part of the time of the path: times resolve it."""
+"""Minimum duration of a change of speed, relative to the path's, for the resolution of time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """When the tool is where on its path.
+    """Timing of a tool along its path.
 
     >>> timing = kw.tool_paths.speed_profile([0.3], [0.05], acceleration=0.5)
     >>> round(timing.duration, 6), timing([3.0]), timing([3.0], 1)
@@ -37,9 +37,9 @@ class Timing:
 
     Attributes:
         arc_length: Arc length over time from 0 [m], of degree 4.
-        times: When each stretch begins, and when the last one ends [s], shape (n + 1,).
-        full_speed: When each stretch's own speed begins and ends to hold [s], shape (n, 2).
-        speeds: That speed of each stretch [m/s], shape (n,).
+        times: Times at the ends of the stretches [s], shape (n + 1,).
+        full_speed: Interval in which each stretch has its full speed [s], shape (n, 2).
+        speeds: Full speed of each stretch [m/s], shape (n,).
     """
 
     arc_length: PiecewisePolynomial
@@ -49,7 +49,7 @@ class Timing:
 
     @property
     def duration(self) -> float:
-        """When the path ends [s]."""
+        """Duration of the path [s]."""
         return float(self.times[-1])
 
     @cached_property
@@ -65,9 +65,9 @@ class Timing:
         Args:
             t: Times [s], shape (k,).
             order: Order of the derivative.
-            at: Times that choose the pieces to evaluate, if other than t [s], shape (k,): a piece
-                goes on smoothly beyond its ends.
-            side: Which piece is chosen where two meet: `"right"` or `"left"`.
+            at: Times that choose the pieces, by default t [s], shape (k,): a piece is extended
+                smoothly beyond its ends.
+            side: Side of a break that is evaluated: `"right"` or `"left"`.
         """
         curve = self._curves[order] if order < 3 else self.arc_length.derivative(order)
         t = np.asarray(t, dtype=float)
@@ -81,7 +81,7 @@ class Timing:
         return value
 
     def time_of(self, s: ArrayLike) -> FloatArray:
-        """When the tool comes to arc lengths [s], shape (k,); ends of stretches exactly."""
+        """Times at which the tool reaches arc lengths [s], shape (k,); exact at stretch ends."""
         s = np.asarray(s, dtype=float)
         breaks = self.arc_length.x
         low_of = self(breaks)
@@ -100,11 +100,11 @@ class Timing:
 
 
 def standstill(duration: float, speed: float) -> Timing:
-    """The timing of a tool that stands where a path begins.
+    """The timing of a tool that stays at the start of a path.
 
     Args:
-        duration: How long [s].
-        speed: By which its speed is measured [m/s].
+        duration: Duration [s].
+        speed: Reference speed [m/s].
     """
     still = PiecewisePolynomial(np.zeros((5, 1)), np.array([0.0, duration]))
     return Timing(still, still.x, np.zeros((1, 2)), np.array([speed]))
@@ -119,23 +119,23 @@ def speed_profile(
     end_speed: float | None = None,
     stops: Collection[int] = (),
 ) -> Timing:
-    """Time a path whose stretches have a speed each.
+    """Time a path with a speed for each stretch.
 
-    Where two speeds meet, the change takes place in the faster stretch.
+    Between two speeds, the ramp is in the faster stretch.
 
     Args:
         lengths: Lengths of the stretches [m], shape (n,), n >= 1.
         speeds: Their speeds [m/s], shape (n,), > 0.
-        acceleration: The greatest acceleration along the path where speeds change [m/s²].
+        acceleration: Maximum acceleration along the path where speeds change [m/s²].
         start_speed: Speed at the start of the path [m/s]; by default that of the first stretch.
-        end_speed: Speed at its end [m/s]; by default that of the last stretch.
+        end_speed: Speed at the end [m/s]; by default that of the last stretch.
         stops: Indices of the stretches that end at a stop.
 
     Raises:
-        WaypointDataError: Arrays are not finite or of another shape.
-        PathError: A length, speed or acceleration is not greater than zero.
-        RampError: A stretch is too short for its ramps; its data give a feasible one.
-        SlowStretchError: A stretch is so slow that times don't resolve its ramps.
+        WaypointDataError: Arrays are not finite or have a wrong shape.
+        PathError: A length, speed or acceleration is not positive.
+        RampError: A stretch is too short for its ramps; the error has feasible values.
+        SlowStretchError: A stretch is too slow for the resolution of time in its ramps.
 
     >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
     >>> timing = kw.tool_paths.speed_profile([0.1], [0.05], acceleration=0.5, **ends)
@@ -146,7 +146,7 @@ def speed_profile(
     length, speed = _checked_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
-    # at a junction: the lower of two speeds, and none at a stop
+    # at a junction: the lower of two speeds, and zero at a stop
     joint = np.minimum(speed[:-1], speed[1:])
     joint[[i for i in stops if i < count - 1]] = 0.0
     outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
@@ -173,7 +173,7 @@ def speed_profile(
 
 
 def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
-    """Refuse a piece [s] that is too short for the time that the path takes."""
+    """Refuse a piece [s] that is too short for the duration of the path."""
     least = RESOLVED * float(durations.sum())
     if shortest >= least:
         return
@@ -182,7 +182,7 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
         f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: times don't resolve its "
         f"changes of speed, which take {shortest:.3g} s",
         stretch=k,
-        # a ramp takes longer in proportion to the speed, and the path as much less
+        # the duration of a ramp is proportional to the speed, that of the path inversely
         lowest_speed=math.sqrt(least / shortest) * float(speeds[k]),
     )
 
@@ -204,8 +204,8 @@ def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArra
 def _stretch(
     s: FloatArray, v: float, ends: tuple[float, float], acceleration: float
 ) -> list[tuple[float, list[float]]]:
-    """Duration and coefficients of arc length, of ramp, even speed and ramp from s[0] to s[1]."""
-    # Speeds that differ by rounding alone need no ramp, which would be too short to report.
+    """Durations and coefficients of arc length of ramp, full speed and ramp from s[0] to s[1]."""
+    # Speeds within rounding need no ramp: it would be too short.
     v0, v1 = (v if math.isclose(v, end, rel_tol=ROUNDING) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
@@ -238,10 +238,10 @@ def _fit(
     fixed: tuple[bool, bool],
     acceleration: float,
 ) -> float:
-    """Factor, 1 or just below, by which the ramps of a stretch are to be shortened.
+    """Factor, 1 or just below, by which the ramps of a stretch are shortened.
 
     Raises:
-        RampError: They are longer than the stretch.
+        RampError: The ramps are longer than the stretch.
     """
     part = 0.75 * sum(abs(v**2 - end**2) for end in ends)
     needed = part / acceleration
@@ -250,7 +250,7 @@ def _fit(
     if needed <= length * (1.0 + ROUNDING):
         return length / needed
     highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
-    if highest is not None and highest >= v:  # the ends are faster: no lower speed is sufficient
+    if highest is not None and highest >= v:  # the ends are faster: a lower speed does not help
         highest = None
     named = "the path" if stretch is None else f"stretch {stretch}"
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
@@ -269,7 +269,7 @@ def _fit(
 def _highest_speed(
     length: float, ends: tuple[float, float], fixed: tuple[bool, bool], acceleration: float
 ) -> float | None:
-    """The highest feasible speed of a stretch; it is met by neighbours, but not by a fixed end."""
+    """Maximum feasible speed of a stretch; speeds at fixed ends stay, neighbours' adapt to it."""
     (low, _), (high, high_fixed) = sorted(zip(ends, fixed, strict=True))
     reach = 4.0 * acceleration * length / 3.0
     if reach >= high**2 - low**2:

@@ -1,4 +1,4 @@
-"""Points of a curve from a CSV file, with the line and column of whatever is wrong."""
+"""Points of a curve from a CSV file; errors have line and column."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ QUATERNION = ("qx", "qy", "qz", "qw")
 NORMAL = ("nx", "ny", "nz")
 
 NORM = 1e-3
-"""How far lengths of quaternions and normals may be from 1: values in files are often rounded."""
+"""Tolerance of the lengths of quaternions and normals: values in files are often rounded."""
 
 
 class PathPoints(NamedTuple):
     """The points of a file.
 
     Attributes:
-        points: [m], shape (n, 3).
-        quaternions: Rotations of the tool there (x, y, z, w), shape (n, 4), or `None`.
-        normals: Of the surface, of about length one, shape (n, 3), or `None`.
+        points: Points [m], shape (n, 3).
+        quaternions: Rotations of the tool (x, y, z, w), shape (n, 4), or `None`.
+        normals: Surface normals, of length about one, shape (n, 3), or `None`.
     """
 
     points: FloatArray
@@ -39,7 +39,7 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
 
     Args:
         path: The file.
-        length_unit: What a length of 1 in the file is in metres.
+        length_unit: Unit of length in the file [m].
 
     Raises:
         DocumentError: The file can't be read, a heading or a value is wrong, there are fewer than
@@ -79,7 +79,7 @@ def _names(rows: Rows) -> list[str]:
     """Check the headings.
 
     Raises:
-        DocumentError: One is unknown, missing or there twice, or there are none.
+        DocumentError: A heading is unknown, missing or repeated, or there are none.
     """
     names = [cell.strip() for cell in rows.headings]
     accepted = "x, y, z and, for the rotation, qx, qy, qz, qw or the surface's normal nx, ny, nz"

@@ -1,7 +1,7 @@
-"""`PolynomialCurve`: a piecewise polynomial curve in space, by arc length.
+"""`PolynomialCurve`: a piecewise polynomial curve in space, parametrised by arc length.
 
-Pieces are divided into spans, each with its own parameter w in [0, 1], until the speed |dC/dw| is
-so even on each that Gauss-Legendre quadrature gives its length to rounding.
+Pieces are divided into spans, each with a parameter w in [0, 1], until the speed |dC/dw| is so
+uniform on each that Gauss-Legendre quadrature gives its length to rounding.
 """
 
 from __future__ import annotations
@@ -20,39 +20,39 @@ NODES, WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
 NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
 
 SETTLED = 4e-15
-"""Relative difference of a length and the sum of its halves at which a span is short enough."""
+"""Relative difference of a span's length and the sum of its halves at which it is short enough."""
 
 EVEN = 0.7
-"""Least part of its greatest speed that the speed has on each span."""
+"""Minimum ratio of lowest to highest speed on a span."""
 
 BENT = 0.1
-"""Turn on a span [rad] above which it is divided, for narrow bounds of curvature."""
+"""Maximum turn on a span [rad], for tight bounds of curvature."""
 
 DEEPEST = 40
-"""How often a piece may be halved. A curve that stops or turns back on the way would need more."""
+"""Maximum number of halvings of a piece; a curve that stops or turns back would need more."""
 
 TINY = 1e-150
-"""Divisors are no less, so that a curve that stops has a great curvature and not none."""
+"""Minimum of divisors, so that a curve that stops has a large curvature, not NaN."""
 
 ITERATIONS = 30
-"""Bound on Newton steps; they double the digits."""
+"""Maximum number of Newton steps; each doubles the digits."""
 
 SAME = 1e-14
-"""Arc lengths this near to an end of the curve, relative to its length, are that."""
+"""Arc lengths within this relative distance of an end of the curve are that end."""
 
 
 class PolynomialCurve(Curve):
     """Piecewise polynomial as a function of its arc length.
 
     Args:
-        c: Coefficients, each piece in its own unit parameter, highest power first, shape
-            (degree + 1, m, 3). Neighbours must meet with the same direction and curvature.
+        c: Coefficients, each piece in its unit parameter, highest power first, shape
+            (degree + 1, m, 3). Direction and curvature must be continuous between pieces.
 
     Attributes:
         piece_ends: Arc lengths of the ends of the pieces [m], shape (m + 1,).
 
     Raises:
-        PathError: The curve stops or turns back on the way.
+        PathError: The curve stops or turns back.
     """
 
     def __init__(self, c: FloatArray) -> None:
@@ -70,9 +70,9 @@ class PolynomialCurve(Curve):
         return np.clip(np.searchsorted(self._s, s, "right") - 1, 0, len(self._s) - 2)
 
     def _parameters(self, s: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """Span of each arc length, and the parameter w in it; beyond 0 to 1 beyond the ends.
+        """Span of each arc length, and the parameter w in it, outside [0, 1] beyond the ends.
 
-        Newton's method from the cubic that has the right values and slopes at both ends.
+        Newton's method, from the cubic with the exact values and slopes at both ends.
         """
         span = self._span_of(s)
         wanted, whole = s - self._s[span], self._s[span + 1] - self._s[span]
@@ -104,7 +104,7 @@ class PolynomialCurve(Curve):
         return self._at(*self._parameters(np.asarray(s, dtype=float)), order)
 
     def _at(self, span: NDArray[np.intp], w: FloatArray, order: int) -> list[FloatArray]:
-        """The same at parameters of spans."""
+        """Points and derivatives at parameters of spans."""
         checked_order(order)
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
         found = C[:1]
@@ -124,7 +124,7 @@ class PolynomialCurve(Curve):
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
         """Arc lengths of the nearest points, by Newton's method from the guess.
 
-        Where a step does not come nearer it is halved.
+        A step that does not reduce the distance is halved.
         """
         points = np.asarray(points, dtype=float)
         span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
@@ -155,10 +155,10 @@ class PolynomialCurve(Curve):
     def _moved(
         self, span: NDArray[np.intp], w: FloatArray, step: FloatArray
     ) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
-        """Go on along the curve from parameters of spans, by about a distance [m], not beyond ends.
+        """Move along the curve from parameters of spans by about a distance [m], up to its ends.
 
         Returns:
-            The spans and parameters there, and how far that is [m].
+            The new spans and parameters, and the distance moved [m].
         """
         slope = self._c[1][:, span]
         there = w + step / _norm(horner(slope, w[:, None]))
@@ -174,7 +174,7 @@ class PolynomialCurve(Curve):
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,).
 
-        Of the spans there: ‖C' × C''‖ / ‖C'‖³ by the Bernstein coefficients of both.
+        The bound on each span is ‖C' × C''‖ / ‖C'‖³ by the Bernstein coefficients of both.
         """
         ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
         low, high = self._span_of(np.minimum(*ends)), self._span_of(np.maximum(*ends))
@@ -185,10 +185,10 @@ class PolynomialCurve(Curve):
 
 
 def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Divide pieces into spans that are short enough.
+    """Divide pieces into sufficiently short spans.
 
     Returns:
-        Coefficients of the spans, each in its own unit parameter, and the first span of each piece.
+        Coefficients of the spans, each in its unit parameter, and the first span of each piece.
 
     Raises:
         PathError: The curve stops or turns back in a piece.
@@ -211,7 +211,7 @@ def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
 
 
 def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
-    """Which spans have a speed, a length and a turn that are known well."""
+    """Whether each span's speed, length and turn are known well enough."""
     slope = differentiate(c)
     least, most = _speed_bounds(slope)
     whole = _lengths(slope)
@@ -231,13 +231,13 @@ def _lengths(
 
 
 def _speed_bounds(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bounds below and above of |dC/dw|² on each span."""
+    """Lower and upper bounds of |dC/dw|² on each span."""
     squared = _bernstein(np.einsum("aki,bki->abk", slope, slope))
     return squared.min(axis=0), squared.max(axis=0)
 
 
 def _curvature_bounds(c: FloatArray) -> FloatArray:
-    """Bounds above of the curvature on each span."""
+    """Upper bounds of the curvature on each span."""
     slope = differentiate(c)
     turn = _bernstein(np.cross(slope[:, None], differentiate(slope)))
     largest = np.linalg.norm(turn, axis=2).max(axis=0)
@@ -248,8 +248,8 @@ def _bernstein(products: FloatArray) -> FloatArray:
     """Bernstein coefficients of products of polynomials.
 
     Args:
-        products: Of each coefficient of the one with each of the other, highest powers first, along
-            the first two axes.
+        products: Products of all pairs of coefficients, highest powers first, along the first two
+            axes.
     """
     one, other, *rest = products.shape
     c = np.zeros((one + other - 1, *rest))

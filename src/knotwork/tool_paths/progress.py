@@ -1,4 +1,4 @@
-"""How far along a path a moving point gets, on one branch of the path."""
+"""Arc lengths of a moving point along a path, on one branch of the path."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from knotwork.tool_paths.path import ToolPath
 from knotwork.waypoints import FloatArray
 
 JUMP = 3.0
-"""A step along the path this many times as long as that in space may lead to another branch."""
+"""Ratio of a step along the path to the step in space above which the branch may have changed."""
 
 SAME = 1e-9
-"""Arc lengths that differ by no more are the same, relative to the path's."""
+"""Relative difference below which arc lengths are equal."""
 
 
 def progress(
     path: ToolPath, places: FloatArray, guess: FloatArray, within: tuple[float, float]
 ) -> FloatArray:
-    """Arc lengths of the points of a path that are nearest to a moving point, turns counted.
+    """Arc lengths of the points of a path nearest to a moving point, including turns.
 
-    The first is searched for from its guess. Where the following ones, from theirs, jump along the
-    path, each is searched for from the one before instead: where a path closes, crosses itself or
-    comes near itself, the guess may be on another branch than the point.
+    Each search starts from its guess. If the result jumps along the path, the search starts from
+    the previous point instead: where a path closes, crosses itself or comes near itself, the guess
+    may be on another branch than the point.
 
     Args:
         path: The path.
-        places: Where the point is, in order of time [m], shape (k, 3).
+        places: Positions of the point in order of time [m], shape (k, 3).
         guess: Arc lengths from which to search [m], shape (k,).
-        within: From where to where the arc lengths may be [m].
+        within: Interval of the arc lengths [m].
 
     Returns:
         Arc lengths [m], shape (k,).

@@ -1,4 +1,4 @@
-"""Rotation matrices of many rotation vectors at once, and the rotation vector of one matrix."""
+"""Rotation matrices of many rotation vectors, and the rotation vector of one matrix."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
 WIDEST = np.sqrt(8.0)
-"""Frobenius norm of the difference of two rotations that are half a turn apart."""
+"""Frobenius norm of the difference of two rotations half a turn apart."""
 
 
 def exponentials(vectors: FloatArray) -> FloatArray:
@@ -39,24 +39,24 @@ def logarithm(R: FloatArray) -> FloatArray:
 
 
 def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
-    """Rotations with given z axes, each the one before turned by the shortest way.
+    """Rotations with given z axes, each the shortest rotation from the previous one.
 
     Args:
         start: Rotation before the first of them, shape (3, 3).
-        axes: Of length one, shape (k, 3).
+        axes: Unit vectors, shape (k, 3).
 
     Returns:
         Shape (k, 3, 3).
 
     Raises:
-        PathError: An axis is opposite to the one before.
+        PathError: An axis is opposite to the previous one.
     """
     found, R = np.empty((len(axes), 3, 3)), start
     for i, axis in enumerate(axes):
         z = R[:, 2]
         across, along = np.cross(z, axis), float(z @ axis)
         if along < -0.999:
-            raise PathError(f"at point {i} the normal is opposite to the one before it")
+            raise PathError(f"at point {i} the normal is opposite to the previous one")
         K = np.array([[0, -across[2], across[1]], [across[2], 0, -across[0]], [0, 0, 0]])
         K[2] = -across[1], across[0], 0.0
         found[i] = R = R + K @ R + K @ (K @ R) / (1.0 + along)
@@ -64,9 +64,9 @@ def carried_along(start: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def gap_of(angle: float) -> float:
-    """Frobenius norm of the difference of two rotations that are an angle apart [rad]: √8 sin(φ/2).
+    """Frobenius norm of the difference of two rotations at an angle [rad]: √8 sin(φ/2).
 
-    It grows up to half a turn, and stays there.
+    The norm increases up to half a turn and is constant beyond.
     """
     return float(WIDEST * np.sin(0.5 * min(angle, np.pi)))
 
@@ -80,8 +80,8 @@ def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], what: str) -
     """Copy rotation matrices into a read-only array, shape (..., 3, 3).
 
     Raises:
-        WaypointDataError: The values are not finite or of another shape.
-        PathError: One is no rotation matrix.
+        WaypointDataError: The values are not finite or have a wrong shape.
+        PathError: A matrix is not a rotation.
     """
     array = read_only(rotations, shape, what)
     error = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(axis=(-1, -2))
@@ -89,7 +89,7 @@ def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], what: str) -
     if wrong.size:
         index = [int(wrong[0][0])] if array.ndim == 3 else ""
         raise PathError(
-            f"{what}{index} is no rotation matrix: R'R differs from I by {np.max(error):.3g}; "
+            f"{what}{index} is not a rotation matrix: R'R differs from I by {np.max(error):.3g}; "
             "at most 1e-9 and a positive determinant are accepted"
         )
     return array

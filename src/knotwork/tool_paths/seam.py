@@ -1,4 +1,4 @@
-"""Axes of a seam and the surface that it is on, and how a torch leans to them."""
+"""Axes of a seam on a surface, and the angles of a torch in them."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray
 
 ALONG = 1e-3
-"""A normal within this of the seam's direction [rad] says nothing of the surface."""
+"""Minimum angle of a normal to the seam's direction [rad]."""
 
 TOOL_AXES = {"x": 0.0, "y": 0.5 * math.pi, "-x": math.pi, "-y": -0.5 * math.pi}
-"""Axes of a tool that may point along a seam, by their angle about its z axis [rad]."""
+"""Tool axes that may point along a seam, and their angle about the tool's z axis [rad]."""
 
 
 def seam_frames(tangents: ArrayLike, normals: ArrayLike) -> FloatArray:
@@ -23,10 +23,10 @@ def seam_frames(tangents: ArrayLike, normals: ArrayLike) -> FloatArray:
 
     Args:
         tangents: Directions of the seam, shape (k, 3).
-        normals: Directions out of the surface, made square to it, shape (k, 3) or (3,).
+        normals: Directions out of the surface, made perpendicular to it, shape (k, 3) or (3,).
 
     Raises:
-        PathError: One is zero, or a normal is along the seam.
+        PathError: A direction is zero, or a normal is along the seam.
 
     >>> from knotwork.tool_paths.seam import seam_frames
     >>> seam_frames([[2, 0, 0]], [1, 0, 5])[0]

@@ -1,4 +1,4 @@
-"""The speed with which a stretch of a tool path takes a given time."""
+"""The speed at which a stretch of a tool path takes a given time."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ def speed_for_duration(
     start_speed: float | None = None,
     end_speed: float | None = None,
 ) -> float:
-    """Find the speed with which a stretch takes a given time, its ramps included.
+    """Find the speed at which a stretch takes a given time, including its ramps.
 
     Args:
         length: Length of the stretch [m].
-        duration: The time it is to take [s].
-        acceleration: The greatest acceleration along the path where the speed changes [m/s²].
-        start_speed: Speed at the start of the stretch [m/s]; by default its own.
-        end_speed: Speed at its end [m/s]; by default its own.
+        duration: Duration of the stretch [s].
+        acceleration: Maximum acceleration along the path where the speed changes [m/s²].
+        start_speed: Speed at the start of the stretch [m/s]; by default the stretch's.
+        end_speed: Speed at the end of the stretch [m/s]; by default the stretch's.
 
     Returns:
         The speed [m/s].
 
     Raises:
-        PathError: A value is not greater than zero, or no speed takes this time; the message says
-            which times can be had.
+        PathError: A value is not positive, or no speed gives this duration; the message has the
+            feasible durations.
 
     >>> speed = kw.tool_paths.speed_for_duration(
     ...     0.1, 2.15, start_speed=0.0, end_speed=0.0, acceleration=0.5)
@@ -67,7 +67,7 @@ def speed_for_duration(
 
 
 def _feasible_speeds(length: float, known: list[float], acceleration: float) -> tuple[float, float]:
-    """The speeds [m/s] between which ramps to the known speeds fit; the faster, the sooner."""
+    """Lowest and highest speed [m/s] with which ramps to the known speeds fit."""
     squares = [v**2 for v in known]
     change = 0.75 * abs(squares[0] - squares[-1])
     if change > acceleration * length:
@@ -81,7 +81,7 @@ def _feasible_speeds(length: float, known: list[float], acceleration: float) -> 
 
 
 def _bisect(too_slow: Callable[[float], bool], low: float, high: float) -> float:
-    """Least speed between two that is not too slow, to the last digit."""
+    """Minimum speed between two that is not too slow, to the last digit."""
     while low < (middle := 0.5 * (low + high)) < high:
         if too_slow(middle):
             low = middle

@@ -1,4 +1,4 @@
-"""`tangent_orientation`: a tool that keeps its direction to the curve that it goes along."""
+"""`tangent_orientation`: a tool with a constant direction relative to its curve."""
 
 from __future__ import annotations
 
@@ -15,32 +15,31 @@ from knotwork.tool_paths.rotations import checked_rotations, exponentials
 from knotwork.waypoints import FloatArray
 
 TOLERANCE = 1e-6
-"""How far the curve's direction may be from where the tool sees it [rad]."""
+"""Tolerance of the curve's direction in tool axes [rad]."""
 
 LARGEST_TURN = 0.1
-"""Greatest turn in one part [rad]."""
+"""Maximum turn in one part [rad]."""
 
 LOOKED_AT = (0.2, 0.35, 0.5, 0.65, 0.8)
-"""Places in each part where the direction seen is compared with the curve's."""
+"""Fractions of each part at which the direction is compared with the curve's."""
 
 MOST_PARTS = 1 << 16
-"""Parts of a curve at which the search for enough of them ends."""
+"""Maximum number of parts of a curve."""
 
 
 def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
     """Turn a tool with the direction of a curve, and not about it.
 
-    The tool's rotation is carried along by the angular velocity T × T' per unit of length, with T
-    the direction of the curve (a rotation-minimising frame). On an arc this is an even turn about
-    its normal, on a line none. On other curves the direction that the tool sees stays the same
-    within 1e-6 rad.
+    The tool rotates with the angular velocity T × T' per unit length, T the direction of the curve
+    (a rotation-minimising frame). On an arc this is a uniform rotation about its normal, on a line
+    none. On other curves the direction in tool axes is constant within 1e-6 rad.
 
     Args:
         curve: The curve.
-        rotation: Rotation matrix of the tool at its start, in base axes.
+        rotation: Rotation matrix of the tool at the start, in base axes.
 
     Raises:
-        PathError: The matrix is no rotation, or the curve turns too sharply to be followed.
+        PathError: The matrix is not a rotation, or the curve turns too sharply.
 
     >>> tp = kw.tool_paths
     >>> blend = tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], 0.1)
@@ -81,9 +80,9 @@ def _turns(curve: Curve, s: FloatArray) -> FloatArray:
 
 
 def _carried(curve: Curve, R0: FloatArray, s: FloatArray) -> OrientationCurve:
-    """Orientation carried along a curve in steps, by Magnus' method of fourth order.
+    """Orientation integrated along a curve in steps, by Magnus' method of fourth order.
 
-    The rest between the direction seen and the curve's is corrected in each step.
+    Each step corrects the remaining error of the direction.
     """
     h = np.diff(s)
     gauss = [s[:-1] + (0.5 + sign * math.sqrt(3.0) / 6.0) * h for sign in (-1.0, 1.0)]
@@ -96,7 +95,7 @@ def _carried(curve: Curve, R0: FloatArray, s: FloatArray) -> OrientationCurve:
         R = step @ rotations[-1]
         left = np.cross(step @ T[i], T[i + 1])
         rotations.append(exponentials(left[None])[0] @ R)
-    # The third derivative of a spline jumps at its points: it is taken halfway there.
+    # The third derivative of a spline jumps at its points: the mean of both sides is used.
     inside = 1e-9 * np.concatenate((h[:1], h, h[-1:]))
     third = 0.5 * (curve.position(s - inside[:-1], 3) + curve.position(s + inside[1:], 3))
     rates, changes = np.cross(T, curve.position(s, 2)), np.cross(T, third)

@@ -1,4 +1,4 @@
-"""`ThroughPoints`: a smooth curve through many points, as they come from CAD."""
+"""`ThroughPoints`: a smooth curve through many points, for example from CAD."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from knotwork.waypoints import FloatArray, read_only
 
 
 class ThroughPoints(PolynomialCurve):
-    """Cubic spline through points, twice continuously differentiable, by arc length.
+    """Cubic spline through points, twice continuously differentiable, parametrised by arc length.
 
-    Its parameter is the distance along the chords. Without directions at its ends it has no knot
-    at the second and the last but one point.
+    The spline's parameter is the distance along the chords. Without directions at its ends it is a
+    not-a-knot spline.
 
     Args:
         points: The points [m], shape (n, 3), n >= 2.
         start_direction: Direction at the first point, shape (3,).
         end_direction: Direction at the last point, shape (3,).
-        quaternions: Rotations of the tool at the points (x, y, z, w), shape (n, 4), to be kept.
-        normals: Of the surface there, shape (n, 3), to be kept.
+        quaternions: Rotations of the tool at the points (x, y, z, w), shape (n, 4), stored only.
+        normals: Surface normals at the points, shape (n, 3), stored only.
 
     Attributes:
-        points: As given.
-        quaternions: Of length one, each on the side of the one before; or `None`.
-        rotations: The same as matrices, shape (n, 3, 3); or `None`.
-        normals: Of length one, or `None`.
+        points: The points.
+        quaternions: Unit quaternions with consistent signs, or `None`.
+        rotations: Rotation matrices of the quaternions, shape (n, 3, 3), or `None`.
+        normals: Unit normals, or `None`.
         arc_lengths: Arc lengths at the points [m], shape (n,).
 
     Raises:
-        WaypointDataError: Points are not finite or of another shape.
-        PathError: There are fewer than two, two neighbours are the same, or the curve stops or
-            turns back.
+        WaypointDataError: Points are not finite or have a wrong shape.
+        PathError: There are fewer than two points, two neighbours are the same, or the curve stops
+            or turns back.
 
     >>> points = [[0, 0, 0], [0.1, 0, 0], [0.2, 0.05, 0], [0.3, 0.05, 0]]
     >>> kw.tool_paths.ThroughPoints(points).arc_lengths.round(6)
@@ -75,7 +75,7 @@ class ThroughPoints(PolynomialCurve):
         ]
         c = CubicSpline(x, self.points, bc_type=tuple(ends)).c
         powers = np.arange(len(c) - 1, -1, -1.0)[:, None, None]
-        # SciPy's coefficients are for the distance along the chord, these for a unit parameter.
+        # SciPy's coefficients are for the chord distance, these for a unit parameter.
         super().__init__(c * np.diff(x)[:, None] ** powers)
         self.arc_lengths: FloatArray = self.piece_ends
         self.quaternions: FloatArray | None = None
@@ -94,13 +94,13 @@ class ThroughPoints(PolynomialCurve):
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
         """Read the points from a CSV file.
 
-        The first row names the columns: x, y, z and, if the tool's rotation is given, qx, qy, qz,
-        qw, or if the surface's normal is, nx, ny, nz. They may have any order. Empty rows and rows
-        that start with `#` are left out.
+        The first row has the headings: x, y, z and optionally qx, qy, qz, qw for the tool's
+        rotation or nx, ny, nz for the surface normal, in any order. Empty rows and rows that start
+        with `#` are skipped.
 
         Args:
             path: The file.
-            length_unit: What a length of 1 in the file is in metres.
+            length_unit: Unit of length in the file [m].
 
         Raises:
             DocumentError: The file can't be read, a heading or value is wrong, or two neighbouring
@@ -116,10 +116,10 @@ class ThroughPoints(PolynomialCurve):
 
 
 def _aligned(quaternions: ArrayLike, count: int) -> FloatArray:
-    """Quaternions of length one, each on the side of the one before.
+    """Unit quaternions with signs that are consistent between neighbours.
 
     Raises:
-        PathError: One is zero.
+        PathError: A quaternion is zero.
     """
     given = read_only(quaternions, (count, 4), "quaternions")
     size = np.linalg.norm(given, axis=1)

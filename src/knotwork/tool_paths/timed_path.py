@@ -1,4 +1,4 @@
-"""`TimedPath`: a tool path and its timing: where the tool is to be at any time."""
+"""`TimedPath`: a tool path with its timing, the target of the tool at any time."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from knotwork.tool_paths.path_timing import Timing
 from knotwork.waypoints import FloatArray
 
 STANDING = 1e-6
-"""Speed at a stop, relative to the path's mean speed, up to which the tool stands."""
+"""Maximum speed at a stop, relative to the path's mean speed."""
 
 
 class TimedPath:
-    """What the tool does on a path, over time.
+    """Motion of the tool on a path over time.
 
     Args:
         path: The path.
-        timing: When the tool is where on it.
-        start_time: When it begins [s].
-        carrier: What carries it, if anything does.
-        weave: What is added to the path, in base axes while the carrier is at rest [m], shape (3,).
-        breaks: Times since the start at which the weave begins anew [s].
+        timing: Timing along the path.
+        start_time: Start time [s].
+        carrier: Moving frame that carries the path, or `None`.
+        weave: Offset added to the path, in base axes with the carrier at joint positions 0 [m],
+            shape (3,).
+        breaks: Breaks of the weave, as times since the start [s].
 
     Attributes:
-        path, timing, start_time: As given; the path rides along with what carries it, and is where
-            it is while that is at rest.
-        seam_carrier: The carrier as given.
-        carrier: It and the weave, which carries the path in it; `None` if there is neither.
-        end_time: When the path ends [s].
-        breaks: Times at which something begins anew, a curve, a part of the orientation, a ramp or
-            a part of the weave, and both ends [s].
-        full_speed: The greatest speed along the path [m/s].
-        stands: Whether the tool stays where the path begins.
+        path, timing, start_time: The arguments; the path is given with the carrier at joint
+            positions 0.
+        seam_carrier: The argument `carrier`.
+        carrier: The carrier with the weave added; `None` without both.
+        end_time: End time [s].
+        breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
+        full_speed: Maximum speed along the path [m/s].
+        stands: Whether the tool stays at the start of the path.
 
     Raises:
-        PathError: Path and timing are not of the same length, or the tool does not stand where the
-            path needs a stop.
+        PathError: Path and timing have different lengths, or the tool does not stop where the path
+            needs a stop.
 
     >>> tp = kw.tool_paths
     >>> still = tp.OrientationCurve.constant(np.eye(3), 1)
@@ -99,7 +99,7 @@ class TimedPath:
     def _pieces(
         self, t: FloatArray, at: ArrayLike | None, side: str
     ) -> tuple[FloatArray, FloatArray]:
-        """Times since the start, and the intervals that they are evaluated in."""
+        """Times since the start, and the intervals in which they are evaluated."""
         chosen = t if at is None else np.broadcast_to(np.asarray(at, dtype=float), t.shape)
         outside = ~((chosen >= self.start_time) & (chosen <= self.end_time))
         if outside.any():
@@ -127,9 +127,9 @@ class TimedPath:
 
         Args:
             t: Times [s], shape (k,).
-            at: Times that choose the pieces of path and timing to evaluate, if other than t [s],
-                shape (k,): a piece goes on smoothly beyond its ends.
-            side: Which piece is chosen at a break: `"right"` or `"left"`.
+            at: Times that choose the pieces of path and timing, by default t [s], shape (k,): a
+                piece is extended smoothly beyond its ends.
+            side: Side of a break that is evaluated: `"right"` or `"left"`.
 
         Raises:
             TimeRangeError: A time that chooses a piece is outside the path's.
@@ -153,20 +153,20 @@ class TimedPath:
     def seen(
         self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Tools as they are seen from what carries the path: what compares with `path`.
+        """Motion of tools relative to the carrier of the path, comparable with `path`.
 
         Args:
             t: Times [s], shape (k,).
-            position: In the base frame [m], shape (k, 3).
-            rotation: Shape (k, 3, 3).
-            velocity: [m/s], shape (k, 3).
+            position: Positions in the base frame [m], shape (k, 3).
+            rotation: Rotations, shape (k, 3, 3).
+            velocity: Velocities [m/s], shape (k, 3).
         """
         if self.carrier is None:
             return position, rotation, velocity
         return self.carrier.since_rest(t).seen(position, rotation, velocity)
 
     def speed_asked_for(self, t: ArrayLike) -> FloatArray:
-        """Full speed of the stretches that times are in [m/s], shape (k,)."""
+        """Full speed of the stretches that contain times [m/s], shape (k,)."""
         local = np.asarray(t, dtype=float) - self.start_time
         index = np.searchsorted(self.timing.times, local, "right") - 1
         return np.asarray(self.timing.speeds[np.clip(index, 0, len(self.timing.speeds) - 1)])

@@ -1,4 +1,4 @@
-"""Proved bounds on how fast a piece of an orientation curve turns, a chain of five joints."""
+"""Proved bounds on the rate of rotation of orientation curves, chains of five joints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from knotwork.waypoints import FloatArray
 
 
 class TurnBounds:
-    """Bounds of |ω| and |dω/du| on parts of pieces, ω the turn per unit of u.
+    """Bounds of |ω| and |dω/du| on parts of pieces, ω the rotation per unit of u.
 
     With ai the axes vi in base axes, fi' = 5 B(i-1) of degree 4 and fi'' the difference of two
     cubic ones:
@@ -22,8 +22,8 @@ class TurnBounds:
 
     with k = 0…3. Joint i does not turn its own axis: |a(i+1) - ai| = |v(i+1) - vi| and, for
     neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
-    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. Where all axes agree, the
-    bounds are what they bound.
+    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. If all axes are the same,
+    the bounds are exact.
     """
 
     def __init__(self, v: FloatArray) -> None:

@@ -1,10 +1,10 @@
-"""`Weave`: what a tool adds to a path, as a function of time in the axes of seam and surface.
+"""`Weave`: offset of a tool from its path over time, in the axes of seam and surface.
 
-The axes are along the seam, across it to the left, and out of the surface. Loops are harmonic. From
-edge to edge a tool goes at an even speed u, which rises and falls again within the times τ next to
-the edges as u S(t/τ), with S(z) = 3 z² - 2 z³. A sine with a dwell is that with the widest τ, half
-of a crossing. Over the first and the last period the whole is multiplied by a smooth step from 0 to
-1: the weave begins and ends on the seam, at rest and without acceleration.
+The axes are along the seam, across it to the left, and out of the surface. Circles and eights are
+harmonic. From edge to edge the speed is constant, u, except for ramps u S(t/τ) within the times τ
+next to the edges, with S(z) = 3 z² - 2 z³. A sine with a dwell has the maximum τ, half of a
+crossing. The offset is multiplied by a smooth step over the first and the last period, so that the
+weave begins and ends on the seam, at rest and without acceleration.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ HARMONICS = {
     "circle": ((1.0, 1, 0.0), (1.0, 1, 0.5 * math.pi)),
     "eight": ((1.0, 1, 0.0), (0.5, 2, 0.0)),
 }
-"""Of each axis its part of half the width, its multiple of the frequency, and its phase [rad]."""
+"""Amplitude relative to half the width, multiple of the frequency, and phase [rad] of each axis."""
 
 AXES = ("along", "across", "normal")
 
 WIDEST_TURN = 0.5
-"""Greatest part of a crossing in which its speed rises, and likewise falls."""
+"""Maximum fraction of a crossing in which the speed rises, and in which it falls."""
 
 DIGITS, SAME = 6, 1e-6
-"""Breaks are rounded to this number of digits of a second, so that none is next to another [s]."""
+"""Breaks are rounded to this number of digits [s], so that none are too close to each other."""
 
 FINE = 8
-"""Quintic pieces between two breaks of a weave. They are off a sine by some 1e-8 of its width, and
-off a triangle with sharp turns by 2e-6."""
+"""Quintic pieces between two breaks of a weave. The error relative to the width is about 1e-8 for a
+sine, and 2e-6 for a triangle with sharp turns."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class Weave:
 
     Attributes:
         shape: `"sine"`, `"triangle"`, `"circle"` or `"eight"`.
-        width: From edge to edge [m].
-        frequency: [Hz].
+        width: Width from edge to edge [m].
+        frequency: Frequency [Hz].
         axes: Indices of its axes: 0 along, 1 across, 2 normal.
-        dwell: How long each edge is held [s].
-        rounding: How far a triangle may be from one with sharp corners [m].
-        duration: From its start to its end [s], two periods at least.
+        dwell: Dwell time at each edge [s].
+        rounding: Maximum deviation of a triangle from one with sharp corners [m].
+        duration: Duration [s], at least two periods.
     """
 
     shape: str
@@ -68,26 +68,26 @@ class Weave:
 
     @property
     def crossing(self) -> float:
-        """How long it takes from edge to edge [s]."""
+        """Time from edge to edge [s]."""
         return 0.5 / self.frequency - self.dwell
 
     @property
     def turn(self) -> float:
-        """How long the speed rises from an edge on, and falls to one [s]; 0 for harmonic shapes."""
+        """Duration of the ramps of speed next to an edge [s]; 0 for harmonic shapes."""
         if self.shape in HARMONICS and not self.dwell:
             return 0.0
         part = WIDEST_TURN if self.shape == "sine" else 2.0 * self.rounding / self.width
         return min(part, WIDEST_TURN) * self.crossing
 
     def eased(self, use: float, order: int) -> dict[str, float]:
-        """Values of keys that divide a derivative of what is added by about a factor.
+        """Values of keys that reduce a derivative of the offset by about a factor.
 
         Args:
             use: The factor, over 1.
             order: Order of the derivative.
 
         Returns:
-            A frequency [Hz], and a rounding [m] where there is one that is sufficient.
+            A frequency [Hz], and a rounding [m] if one is sufficient.
         """
         m, turn = self.crossing, self.turn
         found = {"frequency": 0.5 / (m * use ** (1.0 / order) + self.dwell)}
@@ -99,7 +99,7 @@ class Weave:
         return found
 
     def breaks(self, *others: FloatArray) -> FloatArray:
-        """Times at which a part of it begins anew, from 0 to its duration, others included [s]."""
+        """Breaks of the weave from 0 to its duration, merged with others [s]."""
         half, marks = 0.5 / self.frequency, np.array([0.0, 0.25 / self.frequency])
         if self.turn:
             marks = np.array([0.0, self.turn, self.crossing - self.turn, self.crossing])
@@ -112,10 +112,10 @@ class Weave:
         return distinct(inner[inside], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:
-        """Offset from the seam, velocity and acceleration in its axes [m, m/s, m/s²].
+        """Offset from the seam, velocity and acceleration in the weave's axes [m, m/s, m/s²].
 
         Args:
-            t: Times since its start [s], shape (k,).
+            t: Times since the start [s], shape (k,).
 
         Returns:
             Shape (3, k, 3).
@@ -143,7 +143,7 @@ class Weave:
         )
 
     def _crossed(self, t: FloatArray) -> FloatArray:
-        """From edge to edge and back; it begins halfway."""
+        """Offset across the seam, from edge to edge and back, starting in the middle."""
         half, m, turn = 0.5 / self.frequency, self.crossing, self.turn
         count, since = np.divmod(t + 0.5 * m, half)
         direction = np.where(count % 2.0, -1.0, 1.0)
@@ -158,10 +158,10 @@ class Weave:
 
 
 def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
-    """Axes that turn with a path and not about it, the first one along it.
+    """Axes that turn with a path and not about it, the first axis along it.
 
-    Where curves meet that turn at different rates, the axes pass smoothly from one to the next, as
-    tools do: see `OrientationCurve.joined`.
+    Between curves with different rates of rotation the transition is smooth: see
+    `OrientationCurve.joined`.
     """
     T = curves[0].position([0.0], 1)
     R, turns = seam_frames(T, np.eye(3)[int(np.abs(T[0]).argmin())])[0], []
@@ -174,15 +174,15 @@ def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
 def woven(
     weave: Weave, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
-    """What a weave adds to a path, in base axes, at times between which quintics are near it.
+    """Offset of a weave from a path in base axes, at times dense enough for quintics between them.
 
     Args:
         weave: The weave.
         path: The path.
-        timing: Its timing.
-        start: When the weave begins [s], since the start of the path.
-        normal: Out of the surface there, in base axes, shape (3,); by default against the tool's z
-            axis.
+        timing: The timing of the path.
+        start: Start time of the weave, since the start of the path [s].
+        normal: Surface normal at the start in base axes, shape (3,); by default opposite to the
+            tool's z axis.
 
     Returns:
         Times since the start of the path [s], shape (k,); offset, velocity and acceleration

@@ -67,7 +67,7 @@ class ScriptOptions(TypedDict, total=False):
 
 
 class ArmOptions(ScriptOptions, total=False):
-    """Options of programs that set the tool.
+    """Options of programs that set the tool, or have external axes.
 
     Attributes:
         robot: The `knotwork.Robot` with its tool.
@@ -77,10 +77,10 @@ class ArmOptions(ScriptOptions, total=False):
 
 
 class RobotOptions(TypedDict, total=False):
-    """Options of positions that must keep a robot's limits.
+    """Options of positions that must keep a robot's limits, or count axes in their own way.
 
     Attributes:
-        robot: The `knotwork.Robot`, which is needed.
+        robot: The `knotwork.Robot`, which `franka` needs.
     """
 
     robot: Any

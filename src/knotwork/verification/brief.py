@@ -179,15 +179,21 @@ def described(found: Finding, units: Units) -> str:
         from_below = (found.margin or 0.0) > 0.0 and abs(value) > abs(limit)
         bare = readable(units.shown(value, found.unit)[0])
         number = f"{number}, at least {allowed}," if from_below else f"{bare} of {allowed}"
-    at = f"at {found.when} s" if found.when else ""
-    return " ".join(filter(None, (one_line(found.name), found.title, number, at)))
+    return " ".join(filter(None, (one_line(found.name), found.title, number, _moment(found))))
 
 
 def in_short(found: Finding, units: Units) -> str:
     """A failure in one short line: what, where, by how much."""
     if found.label:
-        return f"{found.label} at {found.when} s" if found.when else found.label
+        return f"{found.label} {_moment(found)}".strip()
     return found.message if found.value is None else described(found, units)
+
+
+def _moment(found: Finding) -> str:
+    """When it is worst, or from when to when it holds."""
+    if not found.when:
+        return ""
+    return f"{'from' if found.time is None else 'at'} {found.when} s"
 
 
 def worst_in_short(findings: Sequence[Finding], units: Units) -> str:

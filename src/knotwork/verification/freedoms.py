@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import Units
-from knotwork.verification.bounds.free_turn import free_angles
+from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 from knotwork.verification.paths import joined_paths
@@ -88,7 +88,7 @@ def _sampled(
     turned = back @ np.array([pose.rotation for pose in found])
     off = np.array([pose.translation for pose in found]) - place
     apart = (back @ off[:, :, None])[:, :, 0]
-    return Used(subject, name, times, _values(freedom, turned, apart), _open(freedom))
+    return Used(subject, name, times, _values(freedom, turned, apart), open_ranges(freedom))
 
 
 def _one_angle(found: list[Used]) -> list[Used]:
@@ -196,20 +196,6 @@ def _gained(
     return f"{name} moves by {moved}, with nothing free by about {instead}"
 
 
-def _open(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
-    """What is free, by name and unit, from what to what [rad or m], as the file gives it."""
-    spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
-    if freedom.torch is not None:
-        (low, high), own = freedom.torch.travel, freedom.torch.own
-        spans["travel angle", "rad"] = (own + low, own + high)
-        (low, high), own = freedom.torch.work, freedom.torch.own_work
-        spans["work angle", "rad"] = (own + low, own + high)
-    else:
-        spans["tilt", "rad"] = (0.0, freedom.tilt)
-    spans |= {(axis, "m"): span for axis, span in zip("xyz", freedom.box, strict=True)}
-    return {key: (low, high) for key, (low, high) in spans.items() if low < high}
-
-
 def _values(
     freedom: PoseFreedom, turned: FloatArray, apart: FloatArray
 ) -> dict[tuple[str, str], FloatArray]:
@@ -222,7 +208,7 @@ def _values(
         own = freedom.torch
         angles |= {"travel angle": travel + own.own, "work angle": work + own.own_work}
     found = angles | dict(zip("xyz", apart.T, strict=True))
-    return {key: found[key[0]] for key in _open(freedom)}
+    return {key: found[key[0]] for key in open_ranges(freedom)}
 
 
 def _used(values: FloatArray, bounds: tuple[float, float], units: Units, unit: str) -> str:

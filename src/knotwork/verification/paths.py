@@ -14,6 +14,7 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+    from knotwork.units import Units
     from knotwork.verification.bounds.path import PathBound, PathLimits, Progress, StretchBounds
 
 GROUP = "Tool paths"
@@ -33,16 +34,29 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
     """Paths in groups, in which a turn of the tool goes on from one to the next.
 
-    Each begins where the one before ends, or after a wait there, and leaves the same open.
+    Each begins where the one before ends, or after a wait there, and leaves the same open, or both
+    have ranges of the same turn.
     """
     groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
         before = groups[-1][-1] if groups else path
-        if before.freedom == path.freedom and _stays(scenario, before.last, path.first):
+        goes_on = before.freedom == path.freedom or _one_turn(before.freedom, path.freedom)
+        if goes_on and _stays(scenario, before.last, path.first):
             groups[-1].append(path)
         else:
             groups.append([path])
     return groups
+
+
+def _one_turn(one: PoseFreedom | None, other: PoseFreedom | None) -> bool:
+    """Whether both have a range of one and the same angle."""
+    if (
+        one is None
+        or other is None
+        or (one.torch and one.torch[2:]) != (other.torch and other.torch[2:])
+    ):
+        return False
+    return all(0.0 < high - low < math.inf for low, high in (one.turn, other.turn))
 
 
 def _stays(scenario: Scenario, before: int, after: int) -> bool:
@@ -70,16 +84,21 @@ def _followed(
 ) -> list[_Judged]:
     """Follow the tool along paths that are joined, and its turn all along, whole turns counted.
 
-    Where it begins at one end of a range of a whole turn, it is taken to be at the other if that
-    keeps it within.
+    Where it may begin whole turns away within its range, one is taken that keeps it within.
     """
     found = _from_turn(motion, scenario, robot, paths, 0.0)
     freedom = paths[0].freedom if paths else None
     if not found or freedom is None or all(_turn_kept(one) for one in found):
         return found
+    if not math.isfinite(freedom.turn[1] - freedom.turn[0]):
+        return found
     start, allowed = found[0].found.turned[0], scenario.tolerances.path_orientation
-    for other in (start - 2.0 * math.pi, start + 2.0 * math.pi):
-        if freedom.turn[0] - allowed <= other <= freedom.turn[1] + allowed:
+    low, high = (bound - start for bound in freedom.turn)
+    whole = 2.0 * math.pi
+    least, most = math.ceil((low - allowed) / whole), math.floor((high + allowed) / whole)
+    for turns in range(least, most + 1):
+        if turns:
+            other = start + whole * turns
             again = _from_turn(motion, scenario, robot, paths, other)
             if all(_turn_kept(one) for one in again):
                 return again
@@ -177,9 +196,6 @@ def _rows(
 ) -> Iterator[_Row]:
     """What is judged on a stretch, and the text about it."""
     turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
-    angle = "turn is beyond its range"
-    if freedom is not None and freedom.torch is not None:
-        angle = "angles to the seam are beyond their ranges"
     allowed, units = scenario.tolerances, scenario.units
     scale, length = scenario.shown_length
     whole, full, kind = (stretch.start, stretch.end), stretch.full_speed, stretch.kind
@@ -193,12 +209,12 @@ def _rows(
         f"the tool is turned off by {units.text(found.orientation.value, 'rad', '.3g')}, tolerance "
         f"{units.text(turned, 'rad', '.3g')}",
     )  # fmt: skip
-    if found.turn is not None:
-        inside = "" if found.turn.value > 0.0 else " (negative: inside)"
+    if found.turn is not None and freedom is not None:
+        where = "beyond" if found.turn.value > 0.0 else "within"
         yield _Row(
             "path_turn", found.turn, limits.orientation, "rad", whole,
-            f"the tool's {angle} by {units.text(found.turn.value, 'rad', '.3g')}"
-            f"{inside}, tolerance {units.text(limits.orientation, 'rad', '.3g')}",
+            f"the tool is {units.text(abs(found.turn.value), 'rad', '.3g')} {where} what is free, "
+            f"{_ranges(freedom, units)}, tolerance {units.text(limits.orientation, 'rad', '.3g')}",
         )  # fmt: skip
     yield _Row(
         "path_progress", _progress_bound(found), max(allowed.path, allowed.position), "m", whole,
@@ -216,6 +232,17 @@ def _rows(
         f"where the speed changes it is {slowest:.5g} to {scale * found.ramp_fastest:.5g} "
         f"{length}/s along the {kind}, accepted 0 to {asked}, {within}",
     )  # fmt: skip
+
+
+def _ranges(freedom: PoseFreedom, units: Units) -> str:
+    """The ranges of angles that are judged together, but tilts."""
+    from knotwork.verification.bounds.free_turn import open_ranges
+
+    return ", ".join(
+        f"{name} {units.text(low, unit, '.4g').split()[0]} to {units.text(high, unit, '.4g')}"
+        for (name, unit), (low, high) in open_ranges(freedom).items()
+        if unit == "rad" and name != "tilt"
+    )
 
 
 def _brief(found: StretchBounds, limits: PathLimits, scenario: Scenario) -> str:

@@ -14,8 +14,6 @@ from knotwork.waypoints import FloatArray
 
 # Points of a whole curve, and the least and most of one piece.
 POINTS, LEAST_POINTS, MOST_POINTS = 3000, 12, 400
-# Halvings that exhaust the digits of a crossing between two points.
-HALVINGS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +29,6 @@ class Strokes:
     time: FloatArray
     value: FloatArray
     jumps: NDArray[np.intp]
-    _unit: FloatArray
-    _fraction: FloatArray
 
     def line(self, *, steps: bool = False) -> tuple[FloatArray, FloatArray]:
         """Times and values of a line to draw, parted by NaN at jumps.
@@ -55,32 +51,9 @@ class Strokes:
         return np.stack((time, time, time), axis=1).ravel(), value.ravel()
 
     def beyond(self, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:
-        """Times and values where the curve is below the lower or above the upper limit, with NaN.
-
-        A stretch begins and ends where the curve crosses the limit, as exactly as numbers allow,
-        at an end of the curve, or at a jump.
-        """
-        count = self.time.shape[1]
-        times: list[FloatArray] = []
-        values: list[FloatArray] = []
-        gap = np.array([np.nan])
-        for limit, sign in ((lower, -1.0), (upper, 1.0)):
-            over = sign * (self.value - limit) > 0.0
-            piece, before = np.nonzero(over[:, 1:] != over[:, :-1])
-            low, high = self._fraction[piece, before], self._fraction[piece, before + 1]
-            for _ in range(HALVINGS):
-                middle = 0.5 * (low + high)
-                inside = sign * (horner(self._unit[:, piece], middle) - limit) > 0.0
-                passed = inside == over[piece, before + 1]
-                low, high = np.where(passed, low, middle), np.where(passed, middle, high)
-            start, end = self.time[piece, 0], self.time[piece, -1]
-            at = np.concatenate((piece * count + before + 1, self.jumps * count))
-            new = np.concatenate((start + high * (end - start), self.time[self.jumps, 0]))
-            limits = np.concatenate((np.full(piece.size, limit), np.full(self.jumps.size, np.nan)))
-            times += [np.insert(self.time.ravel(), at, new), gap]
-            drawn = np.where(over, self.value, np.nan).ravel()
-            values += [np.insert(drawn, at, limits), gap]
-        return np.concatenate(times), np.concatenate(values)
+        """Times and values that are below the lower or above the upper limit, NaN elsewhere."""
+        time, value = self.line()
+        return time, np.where((value < lower) | (value > upper), value, np.nan)
 
 
 def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: float) -> Strokes:
@@ -104,7 +77,7 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
     time = np.minimum(curve.x[:-1] + fraction * span, curve.x[1:])
     time[-1] = curve.x[1:]
     value = horner(unit, fraction)
-    return Strokes(time.T, value.T, jump_breaks(curve, component, order), unit, fraction.T)
+    return Strokes(time.T, value.T, jump_breaks(curve, component, order))
 
 
 def piecewise_values(

@@ -82,10 +82,8 @@ class Motion:
         reason: Why it fails, in one line, or empty.
         uses: Use of each limit given, by joint and quantity.
         judged: Findings of the check on limits of tool and links.
-        knots: Breaks of the motion [s], without the ends of a window.
-        whole: The motion, whatever the window is.
+        knots: Breaks of the motion [s].
         contacts: From when to when [s] bodies are too near to one another.
-        window: From when to when [s] it is shown.
     """
 
     label: str
@@ -97,10 +95,8 @@ class Motion:
     uses: dict[tuple[str, str], Finding]
     judged: tuple[Finding, ...]
     knots: FloatArray
-    whole: JointTrajectory
     contacts: tuple[tuple[float, float], ...] = ()
     reason: str = ""
-    window: tuple[float, float] = (-np.inf, np.inf)
 
     @property
     def curve(self) -> PiecewisePolynomial:
@@ -111,10 +107,6 @@ class Motion:
         """Those of the scenario, angles as chosen if they are."""
         own = self.scenario.units
         return own if degrees is None else replace(own, angle="deg" if degrees else "rad")
-
-    def shows(self, time: float) -> bool:
-        """Whether a time is in the window."""
-        return self.window[0] <= time <= self.window[1]
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite where none is given."""
@@ -201,10 +193,9 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
         judged += (nearest,)
     contacts = tuple(united(at for one in found if one.bodies and not one.ok for at in one.spans))
     reason = worst_in_short(plan.report.failures, plan.scenario.units) if plan else ""
-    whole = trajectory
     return Motion(
         *(label, trajectory, space, marks, scenario, ok),
-        *(uses, judged, knots, whole, contacts),
+        *(uses, judged, knots, contacts),
         reason=reason,
     )
 

@@ -220,8 +220,6 @@ def add_legend(
         place: `"upper"` or `"lower"`.
         title: Above the legend.
     """
-    from matplotlib.legend_handler import HandlerTuple
-
     size = NORMAL if place == "upper" else SMALL
     longest = max((len(name) for name in names), default=1)
     width = 72.0 * figure.get_figwidth() - 20.0
@@ -239,7 +237,6 @@ def add_legend(
         title=printable(title) or None,
         title_fontsize=LARGE if place == "upper" else SMALL,
         handlelength=2.8,
-        handler_map={tuple: HandlerTuple(ndivide=None)},
         columnspacing=1.6,
         borderaxespad=0.3,
     )
@@ -276,8 +273,6 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
     }
     handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}
     handles["jump"].set_marker("o")
-    if "knot-dots" in shown:
-        handles["knots"] = (Line2D([], [], **LOOKS["knot-dots"]), handles["knots"])
     used = [kind for kind in words if kind in shown]
     events = textwrap.shorten(marks.get("event", ""), MOST_REASON_LETTERS, placeholder=" …")
     title = f"events: {events}" if events else ""

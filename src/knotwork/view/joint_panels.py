@@ -14,17 +14,13 @@ from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import strokes
 from knotwork.view.drawn_motions import Motion
-from knotwork.view.panel import STILL, Curve, Level, Panel
+from knotwork.view.panel import Curve, Level, Panel
 from knotwork.view.style import DARK, colour, rounded
-from knotwork.waypoints import FloatArray
 
 # More of these would hide the curve; of more marks in a panel each is small.
-MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_LARGE_MARKS = 400, 40, 60
+MOST_KNOT_TICKS, MOST_LARGE_MARKS = 400, 60
 # Motions whose knots have a row of ticks each.
 MOST_KNOT_ROWS = 3
-# Curves nearer to each other than this at all times looked at, in parts of the panel's range, are
-# seen as one.
-SAMPLES, SAME = 400, 0.006
 
 
 @dataclass(frozen=True)
@@ -87,9 +83,7 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
             for one in motions.values()
             if len(one.motion.knots) <= MOST_KNOT_TICKS
         ]
-    if len(series) == 1 and quantity != "jerk":
-        _mark_knots(curves[0], first, order, factor)
-    nearest, note = _nearest(series, quantity), ""
+    nearest = _nearest(series, quantity)
     if nearest is not None:
         bounds = nearest.motion.bounds(nearest.joint, quantity)
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
@@ -98,8 +92,7 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
         panel.levels = [Level("limit", factor * float(one), span, index=index) for one in bounds]
         if one_joint:
             panel.allowed = factor * bounds[0], factor * bounds[1]
-        note, panel.broken = _limit_note(nearest, series, quantity, factor, unit)
-    panel.note = "\n".join(filter(None, [note, *_coinciding(panel, series, factor, order)]))
+        panel.note, panel.broken = _limit_note(nearest, series, quantity, factor, unit)
     return panel
 
 
@@ -146,16 +139,6 @@ def _mark_asked(
             made.mark("asked", marks.time[known], value[known], **look)
 
 
-def _mark_knots(made: Curve, one: Series, order: int, factor: float) -> None:
-    """Mark knots on a curve, but where it jumps."""
-    curve = one.motion.curve
-    if len(curve.x) <= MOST_KNOT_DOTS:
-        jumps = np.abs(curve.jumps(order)[:, one.component])
-        keep = np.concatenate(([True], jumps < STILL, [True])) & np.isin(curve.x, one.motion.knots)
-        value = factor * curve(curve.x, order)[:, one.component]
-        made.mark("knot-dots", curve.x[keep], value[keep])
-
-
 def _nearest(series: Sequence[Series], quantity: str) -> Series | None:
     """The curve nearest to its limit, or furthest beyond it; `None` if none has one."""
     limited = [one for one in series if one.use(quantity) is not None]
@@ -193,28 +176,3 @@ def _limits(bounds: tuple[float, float], factor: float, unit: str, use: Finding)
     if use.quantity == "position" and np.isfinite([lower, upper]).all():
         return f"limits {rounded(lower)} … {rounded(upper)} {unit}"
     return f"limit {rounded(factor * (use.limit or 0.0))} {unit}"
-
-
-def _coinciding(panel: Panel, series: Sequence[Series], factor: float, order: int) -> list[str]:
-    """Name the curves of a panel that lie over each other."""
-    low, high = panel.span()
-    start = max(one.motion.curve.x[0] for one in series)
-    end = min(one.motion.curve.x[-1] for one in series)
-    time = np.linspace(start, end, SAMPLES)
-    groups: list[tuple[FloatArray, list[str]]] = []
-    for one in series:
-        value = factor * one.motion.curve(time, order)[:, one.component]
-        for other, names in groups:
-            if np.abs(value - other).max() < SAME * (high - low):
-                names.append(one.who)
-                break
-        else:
-            groups.append((value, [one.who]))
-    return [f"{_listed(names)} lie over each other" for _, names in groups if len(names) > 1]
-
-
-def _listed(names: Sequence[str]) -> str:
-    """A list of names; the last of many are counted."""
-    if len(names) > 3:
-        return f"{', '.join(names[:3])} and {len(names) - 3} more"
-    return f"{', '.join(names[:-1])} and {names[-1]}"

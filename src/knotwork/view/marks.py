@@ -10,9 +10,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
+from knotwork.verification.brief import in_short
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.packing import label, thing
 from knotwork.view.primitive_meshes import rod, sphere, triad
@@ -154,26 +156,21 @@ def _add_failures(
             at = (point + reached) / 2
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
-        words = _in_words(findings[0], report.units)
-        text = findings[0].label or (f"{name}: {words}" if name else words)
+        text = _in_words(findings[0], report.units)
         if len(findings) > 1:
             text += f", and {len(findings) - 1} more"
-        if findings[0].points:  # no other mark there has the time
-            text += f" at {time:.2f} s"
         labels.append(label(text, "miss", at, "\n".join(map(str, findings)), time=time))
     if wrong:
         meshes["failures"] = merged(wrong)
 
 
 def _in_words(found: Finding, units: Units) -> str:
-    """A finding in few words."""
-    if found.value is None:
-        return found.title
+    """A finding as lists have it, but for a tolerance that is one for rounding."""
+    name = called(found.name) if found.subject == "waypoint" else found.name
     if found.requested is not None:
-        return f"{found.title} off by {units.text(found.value, found.unit, '.3g')}"
+        return f"{name}: {found.title} off by {units.text(found.value or 0.0, found.unit, '.3g')}"
+    if found.value is None or found.label or (found.use or 0.0) <= ROUNDING:
+        return in_short(found, units)
     shown, unit = units.shown(found.value, found.unit)
-    value = f"{shown:.3g}" if np.isfinite(shown) else "infinite"
-    limit = ""
-    if found.limit is not None and not ROUNDING < (found.use or 0.0) < np.inf:
-        limit = f", limit {units.shown(found.limit, found.unit)[0]:.3g}"
-    return f"{found.title} {value}{limit} {unit}"
+    value = f"{shown:.3g} {unit}" if np.isfinite(shown) else "infinite"
+    return " ".join(filter(None, (name, found.title, value)))

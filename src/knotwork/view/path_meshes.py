@@ -39,7 +39,7 @@ def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, 
     along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
     given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in shown.given)[::-1]
     # A tool that fails may be slower than it should be: the scale shows both speeds.
-    high = max([float(path.speed.max()), *given])
+    high = max([float(path.speed.max()), *given, shown.fastest])
     marks: list[float] = []
     for speed in given:
         if speed > APART * high and all(abs(speed - one) > APART * high for one in marks):

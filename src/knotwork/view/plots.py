@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -19,21 +17,17 @@ from knotwork.view.drawn_motions import (
 )
 from knotwork.view.headings import MOST_LEGEND_LETTERS, head_and_foot, picture_title
 from knotwork.view.joint_panels import Series, joint_panel
-from knotwork.view.panel import Panel, draw_grid
+from knotwork.view.panel import draw_grid
 from knotwork.view.style import (
-    SMALL,
     checked_size,
     printable,
     settings,
     shortened,
 )
-from knotwork.view.time_window import WHOLE, Window, windowed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Letters in a line of a row's name.
-ROW_LETTERS = 12
 # Up to this number joints are compared in columns of their own, planners over each other.
 MOST_JOINT_COLUMNS = 3
 # With more joints each planner has a column of its own.
@@ -49,8 +43,6 @@ def plot_joints(
     scenario: Scenario | None = None,
     labels: Sequence[str] | None = None,
     title: str | None = None,
-    window: Window = WHOLE,
-    split: bool = False,
     size: str | None = None,
 ) -> Figure:
     """Draw joint motions over time, a row of panels a quantity.
@@ -67,8 +59,6 @@ def plot_joints(
         scenario: For trajectories: what was asked for, to mark waypoints and limits.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
-        window: Start and end [s], `None` for the motion's own; use of limits is that within.
-        split: A row of panels a joint instead, a column a quantity, in its unit with its limits.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
@@ -78,21 +68,21 @@ def plot_joints(
     Raises:
         InputError: A name is unknown, there is nothing or too much to draw, or joints differ.
     """
-    found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
+    found = motions_of(motions, scenario=scenario, labels=labels)
     names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
     page, units = checked_size(size), found[0].units(degrees)
-    cells, heads, together = _arranged(found, names, kinds, split)
+    cells, heads, together = _arranged(found, names, kinds)
     overlaid = not together and len(found) > 1
     grid = [[joint_panel(kind, series, units) for kind, series in row] for row in cells]
     owners, columns = [one.label for one in found], len(grid[0])
     with settings():
-        figure = _split(grid, names, page) if split else draw_grid(grid, page, shared=together)
+        figure = draw_grid(grid, page, shared=together)
         head_and_foot(
             figure,
             found,
             picture_title(found, "joint motions") if title is None else title,
-            owners if overlaid else () if split else names,
+            owners if overlaid else names,
             columns=columns,
             titles=heads if columns > 1 or overlaid else (),
             overlaid=overlaid,
@@ -107,29 +97,24 @@ _Row = list[tuple[str, list[Series]]]
 
 
 def _arranged(
-    motions: list[Motion], names: list[str], kinds: list[str], split: bool
+    motions: list[Motion], names: list[str], kinds: list[str]
 ) -> tuple[list[_Row], list[str], bool]:
     """Rows of panels, what their columns are of, and whether these are motions."""
-    if not split and (len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS):
+    if len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS:
         return _joints_together(motions, names, kinds), [one.label for one in motions], True
-    rows = _overlaid(motions, names, kinds)
-    return (
-        (rows, kinds, False) if split else (list(map(list, zip(*rows, strict=True))), names, False)
-    )
+    return _overlaid(motions, names, kinds), names, False
 
 
 def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """A row a joint, of all motions."""
+    """A column a joint, of all motions."""
     check_distinct(motions)
-    labels = [printable(one.label) for one in motions] if len(motions) > 1 else [""]
-    rows = []
-    for joint in names:
-        curves = [
-            Series(one, joint, i, label)
-            for i, (one, label) in enumerate(zip(motions, labels, strict=True))
+    return [
+        [
+            (kind, [Series(one, name, i, printable(one.label)) for i, one in enumerate(motions)])
+            for name in names
         ]
-        rows.append([(kind, curves) for kind in kinds])
-    return rows
+        for kind in kinds
+    ]
 
 
 def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
@@ -153,21 +138,3 @@ def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) 
         for kind in kinds
         for group in filter(None, of_unit)
     ]
-
-
-def _split(grid: list[list[Panel]], joints: list[str], page: tuple[float, float] | None) -> Figure:
-    """Draw a row a joint, named at its left; columns have the titles."""
-    for panel in itertools.chain(*grid):
-        panel.title = ""
-    figure = draw_grid(grid, page)
-    firsts = figure.axes[:: len(grid[0])]
-    for axis, (panel, *_), joint in zip(firsts, grid, joints, strict=True):
-        axis.set_ylabel(f"{_row_name(joint)}\n[{panel.unit}]", fontsize=SMALL)
-    return figure
-
-
-def _row_name(joint: str) -> str:
-    """The name of a joint, in short lines."""
-    (name,) = shortened([joint], MOST_LEGEND_LETTERS)
-    parts = textwrap.wrap(name.replace("_", "_ "), ROW_LETTERS, break_long_words=False)
-    return "\n".join(part.replace("_ ", "_") for part in parts)

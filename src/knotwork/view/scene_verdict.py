@@ -56,7 +56,7 @@ def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]
     if found.subject == "waypoint" and line.startswith(found.name):
         line = called(found.name) + line.removeprefix(found.name)
     elif at is not None and (found.label or found.value is not None):
-        line += _where(scenario, at)
+        line += _where(scenario, at if found.time is not None else sum(found.spans[0]) / 2)
     also = [
         {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
         for low, high in found.spans

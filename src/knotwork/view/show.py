@@ -42,8 +42,11 @@ def scene_of(
     plan: PlanLike,
     others: Mapping[str, JointTrajectory] | None = None,
     before: Mapping[str, Any] | None = None,
+    fastest: float = 0.0,
 ) -> dict[str, Any]:
     """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
+
+    Colours of tool speeds go up to the `fastest` one at least [m/s].
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
@@ -54,7 +57,7 @@ def scene_of(
             f"scenario {plan.scenario.name!r} names no robot, so there is no arm to show: only "
             "plots can be drawn, with `knotwork plot`; or name a robot in the scenario"
         )
-    shown = Shown(robot, plan.trajectory, plan.scenario, plan.space, plan.report)
+    shown = Shown(robot, plan.trajectory, plan.scenario, plan.space, plan.report, fastest)
     return make_scene(shown, others, before=before)
 
 

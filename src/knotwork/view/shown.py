@@ -34,6 +34,7 @@ class Shown:
         scenario: The task; of a stored motion one that asks for nothing.
         space: Its joints and limits.
         report: Of the check, if there was one.
+        fastest: The scale of tool speeds ends there, or beyond [m/s].
     """
 
     def __init__(
@@ -43,8 +44,9 @@ class Shown:
         scenario: Scenario | None = None,
         space: JointSpace | None = None,
         report: Report | None = None,
+        fastest: float = 0.0,
     ) -> None:
-        self.robot, self.report = robot, report
+        self.robot, self.report, self.fastest = robot, report, fastest
         self.trajectory = self.in_order(trajectory)
         self.scenario = scenario or asking_nothing(f"{robot.name}: stored trajectory")
         self.space = space or JointSpace(

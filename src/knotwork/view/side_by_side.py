@@ -30,10 +30,21 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
         InputError: One has no robot, or they are of different ones.
     """
     scenes = [scene_of(one) for one in plans]
+    fastest = max(one["legend"].get("high", 0.0) for one in scenes)
+    for i, one in enumerate(scenes):  # one colour is one speed on both sides
+        if 0.0 < one["legend"].get("high", 0.0) < fastest:
+            scenes[i] = scene_of(plans[i], fastest=fastest)
+        scenes[i]["legend"]["units"] = scenes[0]["units"]
     view = _one_view(scenes)
     pages = [scene_page({**one, **view}, embedded=True, autoplay=False) for one in scenes]
     parts = {"style": asset("beside.css"), "script": asset("beside.js")}
-    parts["json"] = json_in_html(_difference(plans))
+    parts["json"] = json_in_html(
+        {
+            **_difference(plans),
+            "names": list(names),
+            "broken": [one["strip"]["broken"] for one in scenes],
+        }
+    )
     for key, page, name in zip(("first", "second"), pages, names, strict=True):
         parts[key] = frame(page.html, height="100%", name=name)
     title = " and ".join(names)

@@ -1,9 +1,8 @@
-"""Pictures of a study: verdict and figures over the varied values, as a map or as columns."""
+"""A picture of a study: verdict and figures over one or two varied values."""
 
 from __future__ import annotations
 
 import math
-import re
 import textwrap
 from collections import Counter
 from collections.abc import Sequence
@@ -17,9 +16,7 @@ from knotwork.view.style import (
     DARK,
     GRID,
     LARGE,
-    NORMAL,
     SMALL,
-    WIDTH,
     dress,
     new_figure,
     number,
@@ -39,14 +36,10 @@ PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
 LEAST_SPREAD = 1e-3
 """Part of a figure by which rows must differ for it not to be the same."""
-LETTER = 0.092
-"""Width of a letter of normal size [in]."""
+LABEL = 40
+"""Letters in a line of a label."""
 MOST_SHAPES = 5000
 """Cells or dots that are drawn one by one in a file of lines."""
-STRIP = 0.35
-"""Height of the verdict above a curve, as a part of that of a figure's panel."""
-COLUMN = 2.8
-"""Width of one of several columns [in]."""
 UNASKED = ("clearance", "smallest_singular_value", "duration", "velocity_use", "path_deviation")
 """Figures of which the first that differs between rows is drawn unasked."""
 
@@ -67,29 +60,27 @@ class _Places:
     names: Sequence[str] = ()
     words: bool = False
 
-    def dress(self, axis: Any, length: float) -> None:
-        """Label an axis of a panel of this length [in]."""
-        from matplotlib.ticker import MaxNLocator
+    def dress(self, axis: Any) -> None:
+        """Label an axis of a panel."""
+        from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-        upright = axis.axis_name == "y"
-        if not self.names:
-            axis.set_major_formatter(lambda value, _: number(value))
-            most = min(max(2, int(length / (0.35 if upright else 0.8))), 7)
-            axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+        names = self.names
+        axis.set_label_text(textwrap.fill(self.title, LABEL))
+        if not names:
             return
-        lying = (max(map(len, self.names)) + 2) * LETTER
-        turned = self.words and not upright and len(self.names) * lying > length
-        each = 0.2 if upright else 2 * LETTER if turned else lying
-        shown = range(0, len(self.names), math.ceil(len(self.names) * each / length))
-        axis.set_ticks(shown, [self.names[i] for i in shown])
-        for label in axis.get_ticklabels() if turned else ():
-            label.set(rotation=35, ha="right", rotation_mode="anchor")
+        axis.set_major_locator(MaxNLocator("auto", integer=True))
+        axis.set_major_formatter(
+            FuncFormatter(lambda at, _: names[round(at)] if 0 <= round(at) < len(names) else "")
+        )
+        if self.words and axis.axis_name == "x":
+            axis.set_tick_params(rotation=25)
 
 
 class DrawnStudy:
     """A study as its pictures need it.
 
     Attributes:
+        name: Of the study.
         kinds: For each row that it passed, or why it did not, shape (n,).
         palette: A colour for rows that pass, and for each of the reasons, most frequent first.
         codes: For each row which of these colours it has, shape (n,).
@@ -98,7 +89,7 @@ class DrawnStudy:
     """
 
     def __init__(self, study: Any) -> None:
-        self._study = study
+        self._study, self.name = study, str(study.name)
         pairs = zip(study["verdict"], study["reason"], strict=True)
         self.kinds = np.array([one if one == PASSED else why for one, why in pairs], str)
         counts = Counter(self.kinds[self.kinds != PASSED].tolist())
@@ -144,48 +135,34 @@ class DrawnStudy:
         given = np.array(self._study[figure], float)  # which makes NaN of None
         return np.where((self.kinds == PASSED) & np.isfinite(given), factor * given, math.nan)
 
-    def write(self, figure: Figure) -> None:
-        """Write the study's name and how many rows pass above all, and the verdicts below."""
-        from matplotlib.patches import Patch
-
-        counts = Counter(self.kinds.tolist())
-        text = f"{printable(self._study.name)}: {counts[PASSED]} of {len(self.kinds)} rows pass"
-        figure.suptitle(_wrapped(text, 0.8 * figure.get_figwidth()), fontsize=LARGE)
-        shown: dict[str, str] = {}
-        others = [kind for kind in counts if self.palette[kind] == OTHER_COLOUR]
-        for kind, colour in self.palette.items():
-            if counts[kind] and kind not in others:
-                shown[f"{printable(kind)} ({counts[kind]})"] = colour
-        if others:
-            count = sum(counts[kind] for kind in others)
-            shown[f"{len(others)} other reasons ({count})"] = OTHER_COLOUR
-        columns = 0.95 * figure.get_figwidth() / (LETTER * (max(map(len, shown)) + 8))
-        handles = [Patch(color=colour, label=text) for text, colour in shown.items()]
-        columns = max(1, min(4, int(columns)))
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
-
 
 def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
-    """Draw the verdict, and figures of the rows that pass, over the varied values.
+    """Draw the verdict, and figures of the rows that pass, over one or two varied values.
 
-    Two varied values make a map: of cells, or of dots where they go together, as random samples
-    do. Else each value has a column with a dot a row, and figures of one value are curves.
+    Two make a map: of cells, or of dots where they go together, as random samples do; one makes
+    curves.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> study = kw.sweep({"waypoints": lift}, {"waypoints[1].after": "1:2:3"}, workers=0)
     >>> [axes.get_ylabel() for axes in plot_study(study, ["duration"]).axes]
-    ['', 'duration [s]']
+    ['duration [s]']
 
     Args:
         study: What `knotwork.sweep` returns.
         figures: Names of the figures; by default some that differ between rows.
 
     Raises:
-        InputError: There are no rows, or a figure is unknown or in none of them.
+        InputError: There are no rows, more than two values are varied, or a figure is unknown or in
+            none of the rows.
     """
     drawn = DrawnStudy(study)
     if not len(drawn.kinds):
         raise InputError("there are no rows to draw yet")
+    if len(drawn.varied) > 2:
+        raise InputError(
+            f"{len(drawn.varied)} values are varied, and a picture shows one or two; "
+            "knotwork view STUDY shows any two of them"
+        )
     for name in figures or ():
         if name not in study.figures:
             raise InputError(f"unknown figure {name!r}; accepted: {', '.join(study.figures)}")
@@ -194,44 +171,54 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     if figures is None:
         figures = [name for name in UNASKED if _differ(drawn.values(name))][:1]
     with settings():
-        figure = (_draw_map if len(drawn.varied) == 2 else _draw_columns)(drawn, figures)
-        drawn.write(figure)
+        figure = (_draw_map if len(drawn.varied) == 2 else _draw_curves)(drawn, figures)
+        _write(drawn, figure)
     return figure
 
 
-def _draw_columns(study: DrawnStudy, names: Sequence[str]) -> Figure:
-    """Draw a column for each value: the verdict as dots, and below it a panel for each figure.
+def _write(study: DrawnStudy, figure: Figure) -> None:
+    """Write the study's name and how many rows pass above all, and the verdicts below."""
+    from matplotlib.patches import Patch
 
-    Over several values the dots of the rows that pass are above the others.
-    """
-    rows, columns = 1 + len(names), study.varied
-    alone = len(columns) == 1
-    figure = new_figure(rows, len(columns))
-    figure.set_figwidth(max(WIDTH, COLUMN * len(columns)))
-    below = 1.5 if any(x.words for x in columns) else 0.0
-    figure.set_figheight(below + (figure.get_figheight() if names or not alone else 2.2))
-    ratios = [STRIP if alone else 1.0, *[1.0] * len(names)]
-    axes = figure.subplots(
-        rows, len(columns), sharex="col", sharey="row", squeeze=False, height_ratios=ratios
-    )
-    # at random, so that the density of dots shows how many rows pass there
-    random = np.random.default_rng(0).random(len(study.kinds))
-    rank = np.argsort(np.lexsort((random, study.kinds == PASSED)))
-    width = 0.8 * figure.get_figwidth() / len(columns)
-    for column, x in zip(axes.T, columns, strict=True):
-        first, *others = column
-        _draw(first, x.at, np.zeros(len(rank)) if alone else rank, study.codes, study.verdict_look)
-        first.set_yticks([])
-        order = np.argsort(x.at, kind="stable")
-        # only numbers of one value have an order in which to join them
-        style = ".-" if alone and not x.words else "o"
-        for axis, name in zip(others, names, strict=True):
-            axis.plot(x.at[order], study.values(name)[order], style, color=DARK, markersize=4.0)
-            dress(axis)
-        x.dress(column[-1].xaxis, width)
-        column[-1].set_xlabel(_wrapped(x.title, width))
-    for axis, name in zip(axes[1:, 0], names, strict=True):
-        axis.set_ylabel(_wrapped(study.label(name), 0.6 * figure.get_figheight() / rows))
+    counts = Counter(study.kinds.tolist())
+    (name,) = shortened([study.name], LABEL)
+    figure.suptitle(f"{name}: {counts[PASSED]} of {len(study.kinds)} rows pass", fontsize=LARGE)
+    others = [kind for kind in counts if study.palette[kind] == OTHER_COLOUR]
+    shown = {
+        f"{printable(kind)} ({counts[kind]})": colour
+        for kind, colour in study.palette.items()
+        if counts[kind] and kind not in others
+    }
+    if others:
+        count = sum(counts[kind] for kind in others)
+        shown[f"{len(others)} other reasons ({count})"] = OTHER_COLOUR
+    handles = [Patch(color=colour, label=text) for text, colour in shown.items()]
+    columns = 2 if max(map(len, shown)) > LABEL // 2 else 4
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+
+
+def _draw_curves(study: DrawnStudy, names: Sequence[str]) -> Figure:
+    """Draw a panel for each figure over one value, with verdicts as dots along its lower edge."""
+    (x,), rows = study.varied, max(1, len(names))
+    figure = new_figure(rows, 1)
+    axes = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+    order = np.argsort(x.at, kind="stable")
+    for i, axis in enumerate(axes):
+        dress(axis)
+        edge: dict[str, Any] = {"transform": axis.get_xaxis_transform(), "clip_on": False}
+        size = min(max(4000 / len(x.at), 6.0), 36.0)
+        axis.scatter(x.at, 0.0 * x.at, c=study.codes, s=size, zorder=3, **edge | study.verdict_look)
+        if i < len(names):
+            # words have no order in which to join them
+            style = "o" if x.words else ".-"
+            axis.plot(x.at[order], study.values(names[i])[order], style, color=DARK)
+            axis.set_ylabel(textwrap.fill(study.label(names[i]), LABEL // 2))
+            axis.margins(y=0.12)
+        else:
+            axis.set_yticks([])
+    margin = 0.04 * np.ptp(x.at) or 0.5
+    axes[-1].set_xlim(x.at.min() - margin, x.at.max() + margin)
+    x.dress(axes[-1].xaxis)
     return figure
 
 
@@ -242,7 +229,6 @@ def _draw_map(study: DrawnStudy, names: Sequence[str]) -> Figure:
     shown = ["", *names] if not names or len(study.palette) > 1 else list(names)
     figure = new_figure(1, len(shown))
     axes = figure.subplots(1, len(shown), squeeze=False, sharex=True, sharey=True)[0]
-    width, height = figure.get_size_inches() / (len(axes), 1) - (0.9, 0.8)
     for axis, name in zip(axes, shown, strict=True):
         values = study.values(name) if name else study.codes
         low = np.nanmin(values)
@@ -250,22 +236,19 @@ def _draw_map(study: DrawnStudy, names: Sequence[str]) -> Figure:
         drawn = _draw(
             axis, x.at, y.at, values, ranged if name else study.verdict_look, dots=study.dots
         )
-        x.dress(axis.xaxis, width)
-        y.dress(axis.yaxis, height)
-        axis.set_xlabel(_wrapped(x.title, width))
+        x.dress(axis.xaxis)
+        y.dress(axis.yaxis)
+        axis.label_outer()
         if name:
             ticks = None if _differ(values) else [low]
             bar = figure.colorbar(
                 drawn, ax=axis, pad=0.02, ticks=ticks, format=lambda at, _: number(at)
             )
-            bar.set_label(_wrapped(study.label(name), 0.55 * figure.get_figheight()))
-    figure.supylabel(_wrapped(y.title, 0.6 * figure.get_figheight()), fontsize=NORMAL)
+            bar.set_label(textwrap.fill(study.label(name), LABEL))
     return figure
 
 
-def _draw(
-    axis: Axes, x: Any, y: Any, values: Any, look: dict[str, Any], *, dots: bool = True
-) -> Any:
+def _draw(axis: Axes, x: Any, y: Any, values: Any, look: dict[str, Any], *, dots: bool) -> Any:
     """Draw a value for each row in colours; rows whose value is NaN are left out."""
     here = np.isfinite(values)
     if not here.any():
@@ -287,12 +270,3 @@ def _differ(values: Any) -> bool:
     """Whether values of a figure differ by more than rounding; NaN are left out."""
     known = values[np.isfinite(values)]
     return len(known) > 0 and bool(np.ptp(known) > LEAST_SPREAD * np.abs(known).max())
-
-
-def _wrapped(text: str, length: float) -> str:
-    """Break text into lines of this length [in]: at spaces, and within the words of paths."""
-    hint = "\v"
-    parts = re.sub(r"([._])(?=[^\W\d])", rf"\1{hint}", text)
-    letters = max(6, int(length / LETTER))
-    lines = textwrap.wrap(parts, letters, replace_whitespace=False, break_on_hyphens=False)
-    return "\n".join(lines).replace(hint, "")

@@ -58,7 +58,6 @@ LOOKS: dict[str, dict[str, Any]] = {
         "zorder": 4,
     },
     "knots": {"ls": "", "marker": "|", "color": DARK, "ms": 8, "mew": 1.6},
-    "knot-dots": {"ls": "", "marker": "D", "color": DARK, "ms": 4, "zorder": 3.8},
     "limit": {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2},
     "band": {"color": "#009E73", "alpha": 0.35, "lw": 7.0, "zorder": 1.5},
     "jump": {"color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "ms": 4, "mfc": "white", "zorder": 3.5},

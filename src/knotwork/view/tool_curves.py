@@ -106,9 +106,9 @@ def clearances(motion: Motion) -> Curve:
     """The least clearance from what stands around [m]."""
     x = motion.curve.x
     at = [one.time for one in motion.judged if one.quantity == "clearance"]
-    also = [time for time in at if time is not None and motion.shows(time)]
+    also = [time for time in at if time is not None]
     span = float(x[0]), float(x[-1])
-    found = clearance_curve(motion.whole, motion.scenario, motion.space, span, also)
+    found = clearance_curve(motion.trajectory, motion.scenario, motion.space, span, also)
     if found is None:
         return np.empty(0), np.empty((0, 1))
     return found.time, found.distance[:, np.newaxis]
@@ -129,7 +129,7 @@ def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iter
     places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
     values = np.insert(measured(q, v, a), places * count, np.nan, axis=0)
     time = np.insert(time, places * count, curve.x[places])
-    at = [one.time for one in motion.judged if one.time is not None and motion.shows(one.time)]
+    at = [one.time for one in motion.judged if one.time is not None]
     if not at:
         return time, values
     also = np.sort(at)

@@ -15,7 +15,6 @@ from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motion
 from knotwork.view.headings import head_and_foot, picture_title
 from knotwork.view.panel import Curve, Level, Panel, draw_grid
 from knotwork.view.style import checked_size, rounded, settings
-from knotwork.view.time_window import WHOLE, Window, windowed
 from knotwork.view.tool_curves import Curve as Samples
 from knotwork.view.tool_curves import Row, full_speeds, speed_errors, stretches, tool_rows
 from knotwork.waypoints import CartesianWaypoint
@@ -34,7 +33,6 @@ def plot_tool(
     scenario: Scenario | None = None,
     labels: Sequence[str] | None = None,
     title: str | None = None,
-    window: Window = WHOLE,
     size: str | None = None,
 ) -> Figure:
     """Draw the tool over time: its speed, and its deviation from its path.
@@ -50,7 +48,6 @@ def plot_tool(
         scenario: For trajectories: what was asked for, with its robot.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
-        window: From when to when to draw [s]; `None` for the start or the end of the motion.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     Returns:
@@ -62,9 +59,9 @@ def plot_tool(
 
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, they
-            are not of the scenario's joints, or there is nothing in the window.
+            are not of the scenario's joints.
     """
-    found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
+    found = motions_of(motions, scenario=scenario, labels=labels)
     check_distinct(found)
     page = checked_size(size)
     measured: Callable[..., list[Samples]] = cache(lambda curve: [curve(one) for one in found])
@@ -92,10 +89,9 @@ def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units
     ]
     first = motions[0]
     scenario = first.scenario
-    waypoints = [one for one in scenario.waypoints if first.shows(one.time)]
-    times = np.array([one.time for one in waypoints])
+    times = np.array([one.time for one in scenario.waypoints])
     panel = Panel(row.title, unit, factor, curves, times, zero=True)
-    poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
+    poses = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
     if row.asked and poses:
         asked = [factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
         curves[0].mark("asked", np.array([one.time for one in poses]), np.array(asked))
@@ -128,7 +124,7 @@ def _mark_limit(panel: Panel, row: Row, limit: float, motions: list[Motion]) -> 
             (side * panel.factor * one.value, one.time, motion.label)
             for one in motion.judged
             if (one.quantity, one.name) == row.judged and one.value is not None
-            if one.time is not None and motion.shows(one.time)
+            if one.time is not None
         ]
     worst, at, who = max(reached, key=lambda one: one[0])
     signed, first = row.curve is speed_errors, motions[0]

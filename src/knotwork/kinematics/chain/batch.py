@@ -24,12 +24,12 @@ from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
 
-# Most searches that succeed are within `NEAR` after `PATIENCE` iterations; to wait for
-# the others takes as long as two new starts.
+# Most successful searches are within `NEAR` after `PATIENCE` iterations; waiting for the others
+# takes as long as two new starts.
 PATIENCE = 20
 NEAR = 0.03
-# Searches not down to a part of their error every few iterations are given up: after how many, the
-# part, and the least factor of the damping. Those for any solution, which others follow, come last.
+# A search is stopped if its error does not fall to a fraction within some iterations: iterations,
+# fraction, minimum damping factor. Searches for any solution use the second.
 EFFORT = 8, 0.5, USUAL.least_factor
 HASTY_EFFORT = 5, 0.25, HASTY.least_factor
 
@@ -39,8 +39,8 @@ class Targets:
     """Poses in the base frame.
 
     Attributes:
-        position: [m], shape (3, n).
-        rotation: Column, row, pose: shape (3, 3, n).
+        position: Positions [m], shape (3, n).
+        rotation: Rotation matrices, indices column, row, pose, shape (3, 3, n).
     """
 
     position: FloatArray
@@ -49,17 +49,17 @@ class Targets:
     @classmethod
     def of(cls, poses: Any) -> Targets:
         """Collect the positions and orientations of `pin.SE3` poses."""
-        # One array a pose: to make them takes longer than a step of a search.
+        # One array per pose: making them takes longer than a step of a search.
         matrices = np.array([pose.homogeneous for pose in poses]).reshape(-1, 4, 4)
         matrices = np.ascontiguousarray(matrices.transpose(2, 1, 0))
         return cls(matrices[3, :3], matrices[:3, :3])
 
     def take(self, index: Any) -> Targets:
-        """The targets of the given indices."""
+        """The targets at the given indices."""
         return Targets(self.position[:, index], self.rotation[:, :, index])
 
     def pose(self, index: int) -> Any:
-        """One of them as `pin.SE3`."""
+        """One target as `pin.SE3`."""
         return pin.SE3(self.rotation[:, :, index].T.copy(), self.position[:, index].copy())
 
     def __len__(self) -> int:
@@ -79,8 +79,8 @@ class BatchSolution:
     Attributes:
         q: Joint positions [rad or m], shape (n, d).
         position_error: Distance of the TCP from the pose [m], shape (n,).
-        orientation_error: Angle from it [rad], shape (n,).
-        converged: Which ended within the tolerances, shape (n,).
+        orientation_error: Angle from the pose [rad], shape (n,).
+        converged: Whether each search ended within the tolerances, shape (n,).
         iterations: Steps of the longest search.
     """
 
@@ -104,17 +104,17 @@ def solve_batch(
 ) -> BatchSolution:
     """Search from each start for the joint positions that bring the TCP to its pose.
 
-    Levenberg–Marquardt as in `PoseSearch`, for all searches in step; what has ended leaves it.
+    Levenberg–Marquardt as in `PoseSearch`, for all searches in parallel; finished ones drop out.
 
     Args:
         robot: The arm.
         targets: n poses, or one for all starts.
-        start: Joint positions, shape (n, d); brought inside the limits.
-        tolerance: Of distance [m] and angle [rad].
-        limits: To stay within; by default none.
-        max_iterations: Steps at most.
-        hasty: Give up soon: there are other searches for a solution, whichever it is.
-        group: Of each search, shape (n,): once one of a group has converged, the others end.
+        start: Joint positions, shape (n, d); clipped to the limits.
+        tolerance: Tolerance of distance [m] and angle [rad].
+        limits: Joint limits; by default none.
+        max_iterations: Maximum number of steps.
+        hasty: Stop early: there are other searches for any solution.
+        group: Group of each search, shape (n,): once one of a group converges, the others end.
     """
     check_every, fallen_to, least_factor = HASTY_EFFORT if hasty else EFFORT
     n, limits = len(start), no_limits(robot) if limits is None else limits
@@ -154,7 +154,7 @@ def solve_batch(
 
 
 class _Reached(NamedTuple):
-    """Where searches have got to, the searches last, as in `JointAxes`."""
+    """State of the searches, the index of the search last, as in `JointAxes`."""
 
     q: FloatArray
     error: FloatArray
@@ -178,7 +178,7 @@ def _steps(here: _Reached, limits: Limits, factor: FloatArray) -> FloatArray:
     J = np.where(held, 0.0, here.J) if held.any() else here.J
     each = np.ascontiguousarray(J.transpose(2, 0, 1))
     H = each.transpose(0, 2, 1) @ each
-    # A singular matrix is no error here: 1e-13 is rounding next to entries of about 1.
+    # A singular matrix is not an error here: 1e-13 is rounding next to entries of about 1.
     H[:, range(len(gradient)), range(len(gradient))] += (factor * here.square + 1e-13)[:, None]
     step = np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
     return np.asarray(step * (MAX_STEP / np.maximum(np.abs(step).max(axis=0), MAX_STEP)))

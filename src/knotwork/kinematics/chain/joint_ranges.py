@@ -1,4 +1,4 @@
-"""Ranges of joints: limits and their middles, whole turns, and starts that fill a range evenly.
+"""Ranges of joints: limits and their middles, whole turns, and evenly spread starts.
 
 A pair of limits is a tuple of two arrays of shape (d,) [rad or m], infinite where there is none.
 """
@@ -21,9 +21,9 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 Limits: TypeAlias = tuple[FloatArray, FloatArray]
 
 FULL_TURN = 2 * np.pi
-# A joint may be this far outside a limit [rad or m] before a solution counts as outside: rounding.
+# Rounding tolerance of position limits [rad or m].
 AT_LIMIT = 1e-9
-# Turns of one configuration that are kept; six joints of two turns each make 64.
+# Maximum number of turns kept of one configuration; six joints of two turns each make 64.
 MOST_TURNS = 1024
 
 
@@ -33,14 +33,14 @@ def limits_of(robot: Robot) -> Limits:
 
 
 def no_limits(robot: Robot) -> Limits:
-    """Limits for a search that ignores those of the robot."""
+    """Infinite limits, for a search that ignores the robot's."""
     return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)
 
 
 def turning_limits(robot: Robot) -> Limits:
-    """Limits for a search that leaves out those of joints that can make a full turn.
+    """Limits for a search, infinite for joints that can make a full turn.
 
-    Such a joint is brought inside its limits by whole turns, see `turned_inside`.
+    `turned_inside` brings such a joint inside its limits by whole turns.
     """
     lower, upper = limits_of(robot)
     around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
@@ -48,14 +48,14 @@ def turning_limits(robot: Robot) -> Limits:
 
 
 def middle(limits: Limits) -> FloatArray:
-    """Middle of each joint's range, zero where it has none, shape (d,)."""
+    """Middle of each joint's range, zero where it is unlimited, shape (d,)."""
     lower, upper = limits
     bounded = np.isfinite(lower) & np.isfinite(upper)
     return np.where(bounded, 0.5 * (np.where(bounded, lower, 0.0) + upper), 0.0)
 
 
 def unbounded(robot: Robot) -> BoolArray:
-    """Which joints turn without limit, shape (d,)."""
+    """Whether each joint turns without limit, shape (d,)."""
     lower, upper = limits_of(robot)
     return joint_axes(robot).revolute & ~(np.isfinite(lower) & np.isfinite(upper))
 
@@ -66,9 +66,9 @@ def clipped(q: FloatArray, limits: Limits) -> FloatArray:
 
 
 def held_joints(q: FloatArray, slope: FloatArray, limits: Limits, margin: float = 0.0) -> BoolArray:
-    """Which joints at a limit a slope steeper than a margin would take beyond it.
+    """Whether each joint is at a limit that a slope steeper than a margin would violate.
 
-    All arrays are of the same shape, or of one that can be broadcast to it.
+    All arrays have shapes that can be broadcast together.
     """
     lower, upper = limits
     held: BoolArray = ((q <= lower) & (slope < -margin)) | ((q >= upper) & (slope > margin))
@@ -76,12 +76,12 @@ def held_joints(q: FloatArray, slope: FloatArray, limits: Limits, margin: float 
 
 
 def whole_turns(gap: FloatArray) -> FloatArray:
-    """The whole turns in angles, to the nearest [rad]."""
+    """Angles rounded to whole turns [rad]."""
     return np.asarray(FULL_TURN * np.rint(gap / FULL_TURN))
 
 
 def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
-    """A − b, for joints that turn the shortest way round [rad or m]."""
+    """A − b; for revolute joints the shortest rotation [rad or m]."""
     gap = a - b
     return np.where(revolute, gap - whole_turns(gap), gap)
 
@@ -92,15 +92,15 @@ def joint_distances(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatA
 
 
 def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
-    """Turn joints by whole turns to where they are nearest a configuration, inside the limits.
+    """Turn joints by whole turns to be nearest a configuration, inside the limits.
 
     Args:
         robot: The robot.
-        q: Joint positions [rad or m], shape (d,). A joint that no turn brings inside its limits is
-            left at the turn that is least outside.
-        near: Configuration to be near to, shape (d,).
+        q: Joint positions [rad or m], shape (d,). A joint that no turn brings inside its limits
+            gets the turn with the smallest excess.
+        near: Preferred configuration, shape (d,).
     """
-    # Joint by joint: for so few numbers that is several times faster than arrays.
+    # Joint by joint: for so few numbers this is several times faster than arrays.
     result = q.copy()
     lower, upper = limits_of(robot)
     joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), strict=True)
@@ -113,7 +113,7 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
         most = math.floor(most) if math.isfinite(most) else most
         if least <= most:
             moved = angle + min(max(turns, least), most) * FULL_TURN
-            # Rounding may leave a joint next to the limit that it should have met.
+            # Rounding may leave a joint just outside its limit.
             result[i] = min(max(moved, low), high)
         else:
             below, above = low - (angle + most * FULL_TURN), angle + least * FULL_TURN - high
@@ -122,15 +122,15 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
 
 
 def turned_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
-    """Bring joints inside their limits by the turns nearest a configuration, then by clipping."""
+    """Bring joints inside their limits, by the turns nearest a configuration and by clipping."""
     return clipped(nearest_turns(robot, q, near), limits_of(robot))
 
 
 def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
-    """Copies of a configuration inside the limits, joints whole turns apart, shape (k, d).
+    """Copies of a configuration inside the limits, offset by whole turns, shape (k, d).
 
-    All of them, or of more than `MOST_TURNS` those nearest the middle of the limits. Joints without
-    limits keep their turn.
+    All of them, or the `MOST_TURNS` copies nearest the middle of the limits. Joints without limits
+    keep their turn.
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)
@@ -158,9 +158,9 @@ def _nearest_first(values: list[float], middle: float) -> list[float]:
 
 
 def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
-    """Which configurations (n, d) are inside the limits, where no other turn fits, shape (n,).
+    """Whether configurations (n, d) are inside the limits, if no other turn fits, shape (n,).
 
-    So it is with most arms: the range of no revolute joint is a whole turn.
+    For most arms no other turn fits: no revolute joint has a range of a whole turn.
     """
     lower, upper = limits_of(robot)
     inside = ((lower - AT_LIMIT <= q) & (q <= upper + AT_LIMIT)).all(axis=-1)
@@ -184,18 +184,18 @@ def starts(
     radius: float = np.inf,
     skip: int = 0,
 ) -> FloatArray:
-    """Configurations that fill a box of joint space evenly, the same ones every time.
+    """Configurations evenly spread over a box of joint space, the same ones every time.
 
-    The box is one turn of each joint that turns, because other turns repeat it, and as far as the
-    arm is long for a slide. It lies within the limits, and as far as these let it around a centre.
+    The box is one turn wide for a revolute joint, because other turns repeat it, and as wide as the
+    arm is long for a prismatic one. It lies within the limits, as near as possible to a centre.
 
     Args:
         robot: The robot.
-        limits: To stay within.
-        count: How many.
+        limits: Joint limits.
+        count: Number of configurations.
         around: Centre of the box [rad or m], shape (d,); by default zero.
-        radius: How far a joint may be from the centre [rad or m].
-        skip: How many configurations of the same sequence to leave out.
+        radius: Maximum distance of a joint from the centre [rad or m].
+        skip: Number of configurations to skip in the sequence.
 
     Returns:
         Shape (count, d).
@@ -210,7 +210,7 @@ def starts(
 
 
 def low_discrepancy(dimension: int, count: int, skip: int = 0) -> FloatArray:
-    """Points that fill the unit cube evenly: Roberts's R_d sequence.
+    """Points evenly spread over the unit cube: Roberts's R_d sequence.
 
     The i-th point is (1/2 + i α_k mod 1)_k, k = 1…d, with α_k = g^-k and g the root above 1 of
     g^(d+1) = g + 1, which is the golden ratio for d = 1.

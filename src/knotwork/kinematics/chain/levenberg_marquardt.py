@@ -13,19 +13,18 @@ from knotwork.kinematics.chain.joint_ranges import Limits, held_joints
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# No joint moves further in a step: linearisation says nothing beyond, and longer steps leave the
-# neighbourhood of the start.
+# Largest motion of a joint in a step: the linearisation is not valid beyond, and longer steps leave
+# the neighbourhood of the start.
 MAX_STEP = 1.0
 # Damping λ² = factor · error²: vanishes at the solution fast enough to keep quadratic convergence
 # (Fan and Yuan, Computing 74, 2005), and is large where the error is.
 FIRST_FACTOR = 1e-2
 MAX_FACTOR = 1e8
-# A search with this much error left or less is not hurried: the solution is in reach [m, rad].
+# With an error below this a search gets the usual effort: the solution is in reach [m, rad].
 CLOSE = 0.3
-# Searches aim at a little less than the tolerances asked for, so that rounding can't carry an
-# answer across.
+# Fraction of the tolerances that searches aim at, so that rounding can't decide.
 MARGIN = 0.9
-# Once inside the tolerances, go on until the error is this part of them, or for this many steps.
+# Once within the tolerances, iterate until the error is this fraction of them, or this many steps.
 POLISHED = 1e-4
 POLISH_STEPS = 2
 
@@ -34,9 +33,9 @@ class Effort(NamedTuple):
     """The effort of a local search.
 
     Attributes:
-        iterations: Steps to try at most.
-        patience: Steps in which the error must halve.
-        least_factor: Least factor of the damping.
+        iterations: Maximum number of steps.
+        patience: Number of steps in which the error must halve.
+        least_factor: Minimum factor of the damping.
     """
 
     iterations: int = 80
@@ -47,10 +46,10 @@ class Effort(NamedTuple):
 # A search that has not halved its error in twelve steps is at a local minimum. Even where the arm
 # is stretched to a singularity, Newton's step still quarters the error.
 USUAL = Effort()
-# Where the arm is singular in more than one way at once, it takes longer.
+# At simultaneous singularities convergence takes longer.
 PATIENT = Effort(iterations=400, patience=60)
-# One of many searches for any solution gives up sooner and keeps more damping: over random poses
-# that takes the fewest steps in all.
+# One of many searches for any solution stops earlier and keeps more damping: over random poses this
+# takes the fewest steps in total.
 HASTY = Effort(patience=5, least_factor=1e-2)
 
 
@@ -59,9 +58,9 @@ class LocalSolution(NamedTuple):
 
     Attributes:
         q: Joint positions [rad or m], shape (d,).
-        position_error: Distance of the TCP from the pose asked for [m].
-        orientation_error: Angle from it [rad].
-        iterations: Steps tried.
+        position_error: Distance of the TCP from the pose [m].
+        orientation_error: Angle from the pose [rad].
+        iterations: Number of steps.
         converged: Whether both errors are within the tolerances.
     """
 
@@ -73,7 +72,7 @@ class LocalSolution(NamedTuple):
 
     @property
     def miss(self) -> float:
-        """Distance and angle together, a metre counting as a radian."""
+        """Norm of distance and angle, one metre counting as one radian."""
         return self.position_error + self.orientation_error
 
 
@@ -83,14 +82,14 @@ class PoseSearch:
     The error is e = (Rᵀ(p* − p), log₃(RᵀR*)), in tool axes. J is the Jacobian of the TCP in tool
     axes; −J is not quite the derivative of e. Still, −Jᵀe is the exact gradient of |e|²/2, because
     w is an eigenvector of the Jacobian of log₃ at w, and |p* − p| does not depend on R. Each step
-    solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are free.
+    solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are not held at a limit.
 
     Args:
         robot: The robot.
         pose: Pose of the TCP in the base frame, `pin.SE3`.
-        position_tolerance: [m].
-        orientation_tolerance: [rad].
-        orientation_weight: Weight of the orientation error; 0 leaves the orientation free.
+        position_tolerance: Position tolerance [m].
+        orientation_tolerance: Orientation tolerance [rad].
+        orientation_weight: Weight of the orientation error; 0 ignores the orientation.
         position_weight: Weight of the position error.
     """
 
@@ -109,7 +108,7 @@ class PoseSearch:
         self._H, self._ldlt = np.empty((robot.dof, robot.dof)), LDLT(robot.dof)
         self.tolerances = position_tolerance, orientation_tolerance
         self._target = robot.base_placement * pose
-        # An error of no weight has no tolerance to be within.
+        # An error of zero weight has no tolerance.
         self._most_position = position_tolerance if position_weight else math.inf
         self._most_orientation = orientation_tolerance if orientation_weight else math.inf
         self._weights: FloatArray | None = None
@@ -140,7 +139,7 @@ class PoseSearch:
         return self._error(q)[0]
 
     def gradient(self, q: FloatArray) -> FloatArray:
-        """Jᵀe: where the joints would go to come nearer, shape (d,)."""
+        """Descent direction Jᵀe, shape (d,)."""
         return -self.value_and_gradient(q)[1]
 
     def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
@@ -149,7 +148,7 @@ class PoseSearch:
         return 0.5 * square, np.asarray(-self._jacobian_here().T.dot(e))
 
     def measured(self, q: FloatArray) -> LocalSolution:
-        """Configurations as the end of a search."""
+        """A configuration as the end of a search."""
         errors = self.errors(q)
         return LocalSolution(q, *errors, 0, self.within(*errors))
 
@@ -169,7 +168,7 @@ class PoseSearch:
         pin.computeJointJacobians(self._model, self._data, q)
         placement = pin.updateFramePlacement(self._model, self._data, self._frame)
         off = placement.actInv(self._target)
-        # The angular part of log₆ is log₃, and it makes the array at once.
+        # The angular part of log₆ is log₃, and log₆ gives an array directly.
         e = pin.log6(off).vector
         e[:3] = off.translation
         x, y, z, u, v, w = e.tolist()
@@ -180,14 +179,14 @@ class PoseSearch:
         return e, float(e.dot(e)), position, orientation
 
     def _jacobian_here(self) -> FloatArray:
-        """The Jacobian where the error has been evaluated last."""
+        """The Jacobian at the last evaluation of the error."""
         J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
         if J.ndim == 1:  # of a single joint
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
     def _step(self, J: FloatArray, gradient: FloatArray, held: Any, damping: float) -> FloatArray:
-        """The step of free joints (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
+        """The step of the joints not held, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
         H = self._H
         J.T.dot(J, out=H)
         for i in held:
@@ -204,11 +203,11 @@ class PoseSearch:
         """Search from a start.
 
         Args:
-            start: Joint positions [rad or m], shape (d,); brought inside the limits.
-            limits: To stay within.
-            effort: How long to go on. With `HASTY` a search from close by goes on as usual.
+            start: Joint positions [rad or m], shape (d,); clipped to the limits.
+            limits: Joint limits.
+            effort: Effort of the search; with `HASTY` a search close to the pose gets `USUAL`.
         """
-        # For six numbers NumPy's overhead is all there is: no array is made or read twice.
+        # For six numbers NumPy's overhead dominates: no array is made or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()
         enough = (POLISHED * min(self.tolerances)) ** 2
         most_position, most_orientation = self._most_position**2, self._most_orientation**2
@@ -254,7 +253,7 @@ class PoseSearch:
 
 
 def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
-    """The nearest joint positions inside limits, and whether one is at them."""
+    """The nearest joint positions inside limits, and whether a joint is at a limit."""
     at = q.tolist()
     for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)
         if not low < angle < high:

@@ -10,28 +10,28 @@ from knotwork.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
 from knotwork.waypoints import FloatArray
 
 MAX_STEPS = 30
-# A shorter step is not worth taking [rad or m].
+# Shorter steps end the motion [rad or m].
 SMALLEST_STEP = 1e-6
-# Steps back onto the pose that a null-space step may take.
+# Effort of the correction back onto the pose after a null-space step.
 CORRECTION = Effort(iterations=12)
 
 
 def nearest_by_self_motion(
     search: PoseSearch, q: FloatArray, near: FloatArray, smallest_step: float = SMALLEST_STEP
 ) -> tuple[FloatArray, int]:
-    """Minimise |q − near| over the configurations with the same pose, from one of them.
+    """Minimise |q − near| over the configurations with the same pose, starting from one.
 
-    Null-space refinement: each step goes along (I − J⁺J)(near − q), which leaves the pose alone to
-    first order, and then back onto the pose.
+    Null-space refinement: each step is along (I − J⁺J)(near − q), which keeps the pose to first
+    order, followed by a correction back onto the pose.
 
     Args:
         search: The pose, and the robot.
         q: A solution, shape (d,).
-        near: Where to be near, shape (d,).
-        smallest_step: Steps shorter than this end it [rad or m].
+        near: Preferred configuration, shape (d,).
+        smallest_step: Steps shorter than this end the motion [rad or m].
 
     Returns:
-        A solution no farther than `q`, and the number of iterations spent.
+        A solution not farther than `q`, and the number of iterations.
     """
     limits = limits_of(search.robot)
     distance, length, spent = float(np.linalg.norm(q - near)), 1.0, 0
@@ -55,13 +55,13 @@ def nearest_by_self_motion(
 def null_space_step(
     search: PoseSearch, q: FloatArray, near: FloatArray, limits: Limits
 ) -> FloatArray:
-    """Give the step (I − J⁺J)(near − q), joints held that it would take beyond limits, shape (d,).
+    """The step (I − J⁺J)(near − q), with joints held at limits it would violate, shape (d,).
 
     Args:
         search: The pose, and the robot.
         q: Joint positions, shape (d,).
-        near: The configuration to go to, shape (d,).
-        limits: Limits of the joints.
+        near: Preferred configuration, shape (d,).
+        limits: Joint limits.
     """
     J = search.jacobian(q)
     held = np.zeros(len(q), dtype=bool)

@@ -1,4 +1,4 @@
-"""Inverse kinematics of a velocity (eq 4): the joint velocities that give the tool its twist."""
+"""Inverse kinematics of a velocity (eq 4): the joint velocities for a twist of the tool."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
 # Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
-# direction: no arm is used there, and the joint velocities found are worth a second look.
+# direction: the joint velocities are checked against plausible limits.
 NEAR_SINGULAR = 1e-3
-# Faster than any joint of an arm: near a singularity it stands for a limit that is not given
+# Faster than any joint of an arm: replaces a missing velocity limit near a singularity
 # [rad/s or m/s].
 FASTEST_JOINT = 10.0
-# Jacobians are inverted where their condition number is below this: one correction then takes
-# rounding back to that of a singular value decomposition.
+# Jacobians are inverted if their condition number is below this: one correction then reduces
+# rounding errors to those of a singular value decomposition.
 WELL_CONDITIONED = 1e4
-# Singular values below this part of the largest are taken for rounding of zero: a joint rotated
-# by a few times 1e-13 rad off a singularity has one of that size.
+# Singular values below this fraction of the largest count as zero: a joint a few 1e-13 rad away
+# from a singularity has one of that size.
 RANK_TOLERANCE = 1e-11
 
 
 def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
     """Singular values of the TCP's Jacobian, largest first, shape (min(6, d),).
 
-    Metres and radians are taken as they are: one metre counts as one radian.
+    One metre counts as one radian.
 
     >>> robot = kw.load_robot("ur5")
     >>> stretched = np.zeros(6)
@@ -47,7 +47,7 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
         q: Joint positions [rad or m], shape (d,).
 
     Raises:
-        WaypointDataError: A value is not finite, or an array is of another shape.
+        WaypointDataError: A value is not finite, or an array has a wrong shape.
         RobotError: No tool frame has been chosen.
     """
     values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
@@ -78,32 +78,32 @@ def solve_velocity_ik(
 ) -> FloatArray:
     """Find the joint velocities that give the TCP a twist: v = J(q)⁺ twist (eq 4).
 
-    For six joints that is J⁻¹ twist; for fewer, the only joint velocities if there are any. For
-    more, those of least norm, each joint's measured by its velocity limit: with W the limits on a
-    diagonal, v = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its part in the null
-    space, W (I − (J W)⁺ J W) W⁻¹ v₀. Nothing is damped: the result gives the twist.
+    For six joints this is J⁻¹ twist; for fewer, the only solution if there is one. For more, the
+    solution of minimum norm, weighted by the velocity limits: with W the diagonal of the limits,
+    v = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its null-space part
+    W (I − (J W)⁺ J W) W⁻¹ v₀. There is no damping: the result gives the twist exactly.
 
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (d,).
         twist: Linear [m/s], then angular velocity [rad/s] of the TCP, in base axes
             (`local_world_aligned`): `pin.Motion` or shape (6,).
-        preferred: Joint velocities v₀ to come near to by self-motion
-            [rad/s or m/s], shape (d,), for example `pull_to_middle`; by default none.
+        preferred: Joint velocities v₀ that self-motion approximates [rad/s or m/s], shape (d,),
+            for example `pull_to_middle`; by default none.
         waypoint: Name of the waypoint, for errors.
-        where: Where it is defined, for errors.
+        where: Location of its definition, for errors.
         linear_tolerance: Residual allowed [m/s], for speeds above 1 m/s in proportion.
         angular_tolerance: Residual allowed [rad/s], for speeds above 1 rad/s in proportion.
-        units: What errors say speeds in.
+        units: Units of speeds in errors.
 
     Returns:
         Joint velocities [rad/s or m/s], shape (d,).
 
     Raises:
-        SingularityError: No joint velocities give the twist, or, close to a singularity, only
-            such as exceed the arm's velocity limits.
-        WaypointDataError: An array is not finite or of another shape, or a tolerance is no
-            positive number.
+        SingularityError: The twist is unattainable or, close to a singularity, needs joint
+            velocities above the arm's limits.
+        WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is not
+            positive.
 
     >>> robot = kw.load_robot("ur5")
     >>> v = kw.solve_velocity_ik(robot, robot.configuration("home"), [0.1, 0, 0, 0, 0, 0])
@@ -133,7 +133,7 @@ def _check_attained(
     where: str,
     units: Units,
 ) -> None:
-    """Raise an error if joint velocities miss a twist or are too fast next to a singularity."""
+    """Raise an error if joint velocities miss a twist or are too high near a singularity."""
     residual, smallest = wanted - J @ v, float(np.linalg.svd(J, compute_uv=False)[-1])
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
@@ -164,14 +164,15 @@ def solve_velocities(
 
     Args:
         robot: The robot.
-        J: Its Jacobians, shape (n, 6, d).
-        twists: Linear [m/s], then angular [rad/s], in base axes: shape (n, 6) or (6,).
-        preferred: Joint velocities to come near to [rad/s or m/s], shape (d,) or (n, d).
-        ease: How much easier than usual each joint moves, shape (n, d), or one for all.
+        J: Jacobians, shape (n, 6, d).
+        twists: Linear [m/s], then angular velocities [rad/s], in base axes: shape (n, 6) or (6,).
+        preferred: Joint velocities that self-motion approximates [rad/s or m/s], shape (d,) or
+            (n, d).
+        ease: Factor on each joint's mobility, shape (n, d), or a number.
 
     Returns:
-        Velocities [rad/s or m/s], shape (n, d), for more than six joints of least norm measured by
-        the velocity limits; and what they leave of the twist [m/s, rad/s], shape (n,).
+        Velocities [rad/s or m/s], shape (n, d), for more than six joints of minimum norm weighted
+        by the velocity limits; and their residuals of the twists [m/s, rad/s], shape (n,).
     """
     scale = joint_scales(robot) * np.atleast_2d(ease)
     weighted = J * scale[:, None, :]
@@ -179,14 +180,14 @@ def solve_velocities(
     wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ free[:, :, None]
     w, left = np.zeros((len(J), robot.dof, 1)), wanted
     inverse = _pseudoinverses(weighted)
-    for _ in range(2):  # the second time undoes most rounding
+    for _ in range(2):  # the second iteration removes most rounding errors
         w += inverse @ left
         left = wanted - weighted @ w
     return (free + w[:, :, 0]) * scale, np.abs(left[:, :, 0]).max(axis=1)
 
 
 def _pseudoinverses(J: FloatArray) -> FloatArray:
-    """J⁺ of Jacobians (n, 6, d), shape (n, d, 6): fast where they are far from singular."""
+    """J⁺ of Jacobians (n, 6, d), shape (n, d, 6): fast far from singularities."""
     across, singular = J.transpose(0, 2, 1), np.ones(len(J), dtype=bool)
     result = np.empty(across.shape)
     if J.shape[2] >= 6:
@@ -214,13 +215,13 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (d,).
-        rate: Part of the distance to the middle per second [1/s].
+        rate: Fraction of the distance to the middle per second [1/s].
 
     Returns:
         Joint velocities [rad/s or m/s], zero for joints without limits, shape (d,).
 
     Raises:
-        WaypointDataError: A number is not finite, or the array is of another shape.
+        WaypointDataError: A number is not finite, or the array has a wrong shape.
     """
     position = read_only(q, (robot.dof,), "q")
     if not np.isfinite(rate):
@@ -231,7 +232,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
 
 @kept_with
 def joint_scales(robot: Robot) -> FloatArray:
-    """The scale of each joint in the least norm, shape (d,)."""
+    """Weight of each joint in the minimum norm, shape (d,)."""
     if robot.dof <= 6:
         return np.ones(robot.dof)
     limit = robot.velocity_limit
@@ -251,8 +252,8 @@ def _unattainable(
     v: FloatArray,
     units: Units,
 ) -> str:
-    """Message for a twist outside the Jacobian's range, with the part of it that is."""
-    # What the joints can follow of the part in the range.
+    """Message for a twist outside the Jacobian's range, with the unattainable component."""
+    # The feasible fraction of the component within the range.
     slower = 1.0 / max(1.0, float((np.abs(v) / _plausible_speeds(robot)).max()))
     possible = slower * (wanted - residual)
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
@@ -261,12 +262,12 @@ def _unattainable(
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
         if amount > 1e-12
     ]
-    nearest = f"the nearest it can do is {_twist(possible, units)}"
+    nearest = f"the closest attainable velocity is {_twist(possible, units)}"
     if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
-        nearest = "it can do no part of it"
+        nearest = "no component is attainable"
     left = (
-        f"{' and '.join(amounts)} of it are left over, {describe_direction(residual)}, where the "
-        f"tool can't move here; {nearest}"
+        f"a component of {' and '.join(amounts)} {describe_direction(residual)} is unattainable "
+        f"here; {nearest}"
     )
     if robot.dof < 6 and smallest > NEAR_SINGULAR:
         return (
@@ -299,8 +300,8 @@ def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units
     )
     return (
         f"the arm is close to a singularity (smallest singular value {smallest:.3g}, "
-        f"{describe_direction(direction)}) and would need {needed}; at {1 / use.max():.3g} of the "
-        "speed the joints could follow"
+        f"{describe_direction(direction)}) and would need {needed}; {1 / use.max():.3g} of the "
+        "speed is feasible"
     )
 
 
@@ -315,10 +316,10 @@ def _twist(twist: FloatArray, units: Units) -> str:
 
 
 def describe_direction(twist: FloatArray) -> str:
-    """Say in words along and about which base axes a twist goes, for example `along z`.
+    """Text of the base axes along and about which a twist is, for example `along z`.
 
     Args:
-        twist: Linear [m/s], then angular [rad/s], shape (6,); its size does not matter.
+        twist: Linear, then angular velocity, shape (6,), of any size.
     """
     parts = []
     for verb, vector in (("along", twist[:3]), ("about", twist[3:])):

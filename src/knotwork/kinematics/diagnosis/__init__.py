@@ -1,1 +1,1 @@
-"""Why a pose has no solution, and how close the arm comes to it."""
+"""Diagnosis of poses without a solution: the reason, and the closest pose."""

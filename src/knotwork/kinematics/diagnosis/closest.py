@@ -1,4 +1,4 @@
-"""The closest a robot comes to a pose it does not reach: the least distance² + angle²."""
+"""The pose of a robot closest to one it does not reach: the minimum of distance² + angle²."""
 
 from __future__ import annotations
 
@@ -22,45 +22,44 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# Searches made at once, with limits and without. They stop near a minimum; some of the best,
-# no two of them this close to each other [rad or m], are taken on to it.
+# Searches in one batch, with limits and without. They stop near a minimum; `REFINED` of the best,
+# with at least this distance between them [rad or m], are refined.
 SEARCHES = 120
 REFINED = 8
 APART = 0.1
-# A search that ends this near the pose [m, rad] may still get there, where the arm is singular in
-# more than one way at once.
+# A search that ends within this error [m, rad] may still converge at simultaneous singularities.
 SMALL = 1e-2
-# Steps of the minimisation, and the gradient at which it ends [m or rad a joint's unit].
+# Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
 MOST_STEPS = 500
 FLAT = 1e-10
-# The finest tolerance that can be asked for [m, rad]: less may be lost to rounding. Searches aim at
-# a little less than a tolerance.
+# The finest tolerance accepted [m, rad], because of rounding. Searches aim at a little less than a
+# tolerance.
 FINEST_TOLERANCE = 1e-12
 ROUNDING = 0.9 * FINEST_TOLERANCE
 
 
 def reached(solution: LocalSolution) -> bool:
-    """Whether it is a solution, to the tolerances or to rounding."""
+    """Whether a search ended at a solution, within the tolerances or rounding."""
     return (
         solution.converged or max(solution.position_error, solution.orientation_error) <= ROUNDING
     )
 
 
 def square(solution: LocalSolution) -> float:
-    """The quantity that the search minimises: distance² + angle², a metre counting as a radian."""
+    """The minimised quantity: distance² + angle², one metre counting as one radian."""
     return solution.position_error**2 + solution.orientation_error**2
 
 
 def closest_poses(
     search: PoseSearch, near: FloatArray, limits: Limits, more: Iterable[FloatArray] = ()
 ) -> list[LocalSolution]:
-    """Come as close to a pose as limits allow, from all over joint space.
+    """Find the poses closest to one that limits allow, from starts all over joint space.
 
     Args:
         search: The pose, and the robot.
-        near: Configuration that matters most, shape (d,).
-        limits: To stay within.
-        more: Configurations to search from besides, shape (d,) each.
+        near: Preferred configuration, shape (d,).
+        limits: Joint limits.
+        more: Additional starts, shape (d,) each.
 
     Returns:
         The closest minima found, the closest first.
@@ -74,12 +73,12 @@ def closest_poses(
 
 
 def starts_from(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
-    """A configuration, and others that fill the box around it within limits, shape (n, d)."""
+    """A configuration and others spread over a box around it within limits, shape (n, d)."""
     return np.vstack([near, starts(robot, limits, count, around=near)])
 
 
 def apart(robot: Robot, configurations: Iterable[FloatArray], most: int) -> list[FloatArray]:
-    """Take the first of some configurations, leaving out those close to one taken before."""
+    """Select configurations in order, without those close to one selected before."""
     revolute = joint_axes(robot).revolute
     kept: list[FloatArray] = []
     for q in configurations:
@@ -91,15 +90,15 @@ def apart(robot: Robot, configurations: Iterable[FloatArray], most: int) -> list
 
 
 def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSolution:
-    """Come as close as possible to a pose from a configuration, and stop at a true minimum.
+    """Minimise the pose error from a configuration, to a true minimum.
 
-    Damped least squares leads to a solution if there is one. Where there is none it creeps, and
-    |e|²/2 is minimised by its exact gradient instead (L-BFGS-B).
+    Damped least squares converges to a solution if there is one. Otherwise it is slow, and |e|²/2
+    is minimised with its exact gradient instead (L-BFGS-B).
 
     Args:
         search: The pose, weighted, and the robot.
-        q: Where to begin, shape (d,).
-        limits: To stay within.
+        q: Start, shape (d,).
+        limits: Joint limits.
     """
     found = search.solve(q, limits)
     if not reached(found) and found.miss < SMALL:

@@ -1,4 +1,4 @@
-"""Saying why a pose has no solution: outside the limits, out of reach, or badly turned."""
+"""Reasons why a pose has no solution: outside limits, out of reach, or a wrong orientation."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units, readable
 from knotwork.waypoints import FloatArray
 
-# How much more a metre counts than a radian when the point is to be kept and the tool turned.
+# Weight of a metre relative to a radian when the point is kept and the tool turned.
 POINT_FIRST = 1e3
-# An excess over a limit is rounding within this [rad or m].
+# Rounding tolerance of an excess over a limit [rad or m].
 AT_LIMIT = 1e-9
-# The limits make a pose worse if they add more than this part of the error without them.
+# Limits are a cause if they increase the error by more than this fraction.
 AS_NEAR = 1e-3
-# A joint is held back if its motion has at least this part in the way to the pose.
+# A joint counts as blocking if it carries at least this share of the descent direction.
 HELD = 1e-6
-# Searches for the point alone besides those from where the others ended, and how many of those that
-# get there have the tool turned.
+# Additional searches for the point alone, and the number of successful ones that are refined by
+# turning the tool.
 POINT_SEARCHES = 30
 POINT_REFINED = 5
 
@@ -53,22 +53,22 @@ def solution_or_reason(
     where: str,
     units: Units = SI,
 ) -> LocalSolution:
-    """Search for a pose from all over joint space, and find out why there is no solution.
+    """Search for a pose from all over joint space, and diagnose why there is no solution.
 
     Args:
         search: The pose, and the robot.
-        near: Configuration whose surroundings matter most, shape (d,).
-        tolerances: As they were asked for [m, rad].
+        near: Preferred configuration, shape (d,).
+        tolerances: Tolerances of the request [m, rad].
         waypoint: Name of the waypoint.
-        where: Where it is defined.
-        units: Of the message.
+        where: Location of its definition.
+        units: Units of the message.
 
     Returns:
-        A solution inside the limits, if one turns up after all.
+        A solution inside the limits, if one is found after all.
 
     Raises:
-        OutsideLimitsError: Joints outside their position limits would reach the pose.
-        UnreachablePoseError: No joint positions would.
+        OutsideLimitsError: Only joint positions outside their limits reach the pose.
+        UnreachablePoseError: No joint positions reach the pose.
         WaypointDataError: A tolerance is finer than rounding.
     """
     robot = search.robot
@@ -93,19 +93,19 @@ def solution_or_reason(
             f"outside has {_joints_outside(robot, joints, units)}{_inside(closest, held, units)}"
         )
         raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
-    # The limits may hide a minimum from the searches that ignore them.
+    # Searches that ignore the limits may miss this minimum.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
     point = _on_point(search, [*beyond, *inside], near)
     sentence = _missed(search, least, point, units)
     if square(closest) > (1.0 + AS_NEAR) ** 2 * square(least):
         sentence += _inside(closest, held, units)
     else:
-        held, sentence = (), f"{sentence}; no joint limit makes it worse"
+        held, sentence = (), f"{sentence}; joint limits are not the cause"
     raise UnreachablePoseError(waypoint, sentence, held=held, **data, **_shortfalls(least, point))
 
 
 def _left(closest: LocalSolution) -> dict[str, Any]:
-    """Data of an error: the closest pose inside the limits."""
+    """Error data: the closest pose inside the limits."""
     return {
         "closest": closest.q.tolist(),
         "closest_distance": closest.position_error,
@@ -114,7 +114,7 @@ def _left(closest: LocalSolution) -> dict[str, Any]:
 
 
 def _shortfalls(least: LocalSolution, point: tuple[float, float | None, bool]) -> dict[str, Any]:
-    """Data of an error; `point` is what `_on_point` gives."""
+    """Error data; `point` is the result of `_on_point`."""
     return {
         "position_shortfall": least.position_error,
         "orientation_shortfall": least.orientation_error,
@@ -126,7 +126,7 @@ def _shortfalls(least: LocalSolution, point: tuple[float, float | None, bool]) -
 def _refuse_tolerance(
     search: PoseSearch, closest: LocalSolution, tolerances: tuple[float, float], units: Units
 ) -> NoReturn:
-    """Refuse a tolerance that only rounding keeps the arm from.
+    """Refuse a tolerance that only rounding prevents.
 
     Raises:
         WaypointDataError: Always.
@@ -148,7 +148,7 @@ def _refuse_tolerance(
 def _least_outside(
     robot: Robot, solutions: list[FloatArray], near: FloatArray
 ) -> list[tuple[str, float, float, float]]:
-    """Joints outside their limits at the solution least outside, with their values and limits."""
+    """Joints outside their limits at the solution with the smallest excess: values and limits."""
     lower, upper = limits_of(robot)
 
     def excess(q: FloatArray) -> FloatArray:
@@ -156,7 +156,7 @@ def _least_outside(
 
     best = min(solutions, key=lambda q: (float(excess(q).sum()), float(np.linalg.norm(q - near))))
     over = excess(best)
-    # A joint beyond by no more than rounding is not reported as outside, if another is.
+    # An excess within rounding is not reported if another joint is outside.
     return [
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
         for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
@@ -171,7 +171,7 @@ def _joints_outside(
         kind = robot.joint_units[robot.joint_names.index(name)]
         by = max(low - value, value - high)
         range_ = ", ".join(f"{units.shown(limit, kind)[0]:.6g}" for limit in (low, high))
-        # so little would not be seen in the digits
+        # too small to appear in the printed digits
         excess = f" by {units.text(by, kind, '.3g')}" if by < 1e-4 else ""
         parts.append(f"{name} at {units.text(value, kind)}, outside [{range_}]{excess}")
     return "; ".join(parts)
@@ -183,7 +183,7 @@ def _missed(
     point: tuple[float, float | None, bool],
     units: Units,
 ) -> str:
-    """How far the pose is out of reach; `point` is what `_on_point` gives."""
+    """Text about how far the pose is out of reach; `point` is the result of `_on_point`."""
     distance, angle, inside = point
     there = _miss(least, units)
     if angle is None:
@@ -204,11 +204,11 @@ def _missed(
 def _on_point(
     search: PoseSearch, found: list[LocalSolution], near: FloatArray
 ) -> tuple[float, float | None, bool]:
-    """Bring the TCP to the point and then turn the tool, inside the limits if that is possible.
+    """Bring the TCP to the point, then turn the tool, inside the limits if possible.
 
     Returns:
-        Distance left [m]; angle left on the point [rad], `None` where the TCP does not get there;
-        and whether it gets there inside the limits.
+        Remaining distance [m]; remaining angle at the point [rad], `None` if the TCP does not reach
+        it; and whether it is reached inside the limits.
     """
     robot = search.robot
     point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
@@ -216,7 +216,7 @@ def _on_point(
     choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
     if not np.isfinite(choices[0][1]).any():
         choices.pop()
-    # where the arm is too short no search gets there
+    # if the arm is too short no search can succeed
     missed = joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]
     for inside, limits in [] if missed else choices:
         starts = [*(s.q for s in found), *starts_from(robot, near, limits, POINT_SEARCHES)]
@@ -233,7 +233,7 @@ def _on_point(
 
 
 def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
-    """Joints at a limit that would have to go on."""
+    """Joints at a limit that would have to move beyond it."""
     robot = search.robot
     margin = HELD * square(closest) ** 0.5
     held = held_joints(closest.q, search.gradient(closest.q), limits_of(robot), margin)
@@ -242,8 +242,8 @@ def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
 
 def _inside(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
     left = _miss(closest, units)
-    sentence = f"; at the closest pose found inside the limits {left} are left"
-    return f"{sentence}, held back by the limits of {', '.join(held)}" if held else sentence
+    sentence = f"; the closest pose found within the limits misses by {left}"
+    return f"{sentence}, blocked by the limits of {', '.join(held)}" if held else sentence
 
 
 def _miss(solution: LocalSolution, units: Units) -> str:
@@ -262,5 +262,5 @@ def _angle(value: float, units: Units) -> str:
 
 
 def _rounded(value: float) -> float:
-    """Zero where a value is nothing but rounding."""
+    """Replace a value within rounding by zero."""
     return value if value > ROUNDING else 0.0

@@ -1,1 +1,1 @@
-"""The arm along a tool path: its joints by continuation, and the waypoints that hold them to it."""
+"""Joint motion along a tool path by continuation, and the waypoints that its tolerances need."""

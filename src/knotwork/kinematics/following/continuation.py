@@ -29,33 +29,33 @@ from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Joints move by no more than this in one step [rad or m].
+# Largest motion of a joint in one step [rad or m].
 STEP = 0.1
-# Where joints have become faster by this factor, steps that were planned together are planned anew.
+# If joints become faster by this factor, steps that were planned together are planned again.
 SLACK = 1.3
-# A step on which joints move by more than this many times as much is taken anew.
+# A step in which joints move by more than this factor times `STEP` is repeated.
 TOO_FAR = 2.0
 # Smallest number of steps for each piece of a path.
 LEAST_STEPS = 4
 # The path is evaluated for this many steps at once.
 TOGETHER = 16
-# The tool has its full speed from this part of it below it on.
+# The tool is at full speed within this relative tolerance.
 AT_SPEED = 1e-9
-# Differences that give the accelerations: joints move by this [rad or m].
+# Joint motion of the finite differences for accelerations [rad or m].
 DIFFERENCE = 2e-3
 
 
 class Continuation(NamedTuple):
-    """Joints along a path from m starts; NaN where a start leads no further.
+    """Joints along a path from m starts; NaN after the point where a start is blocked.
 
     Attributes:
-        q: At the k times asked for [rad or m], shape (k, m, d).
-        time: Of every step [s], shape (n,).
-        position: Joint positions then [rad or m], shape (n, m, d).
-        velocity: Joint velocities then [rad/s or m/s], shape (n, m, d).
-        full: Whether the tool has the full speed of its stretch then, shape (n,).
-        lost: When each start leads no further [s], shape (m,); infinite where it leads to the end.
-        smallest_lost: Smallest singular values then, shape (m,).
+        q: Joint positions at the k given times [rad or m], shape (k, m, d).
+        time: Time of every step [s], shape (n,).
+        position: Joint positions at the steps [rad or m], shape (n, m, d).
+        velocity: Joint velocities at the steps [rad/s or m/s], shape (n, m, d).
+        full: Whether the tool has the full speed of its stretch at each step, shape (n,).
+        lost: Time at which each start is blocked [s], shape (m,); infinite if it reaches the end.
+        smallest_lost: Smallest singular values at those times, shape (m,).
     """
 
     q: FloatArray
@@ -67,7 +67,7 @@ class Continuation(NamedTuple):
     smallest_lost: FloatArray
 
     def taken(self, start: int, turns: FloatArray) -> Continuation:
-        """One of the starts, by index, with each joint turned by some angle [rad]."""
+        """The continuation from one start, by index, with each joint turned by an angle [rad]."""
         own = [start]
         return self._replace(
             q=self.q[:, own] + turns,
@@ -78,12 +78,12 @@ class Continuation(NamedTuple):
         )
 
     def free(self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray) -> NDArray[np.bool_]:
-        """Whether the path can be followed from starts, whole turns away from them.
+        """Whether the path can be followed from starts, offset by whole turns.
 
         Args:
             robot: The arm.
             starts: Indices of the starts, shape (k,).
-            turns: How far each joint is turned from each [rad], shape (k, d).
+            turns: Offset of each joint from each start [rad], shape (k, d).
 
         Returns:
             Shape (k,). `limiting_constraint` names the reason for the others.
@@ -101,12 +101,12 @@ class Continuation(NamedTuple):
     def limiting_constraint(
         self, robot: Robot, start: int, turns: FloatArray
     ) -> LimitingConstraint | None:
-        """The first constraint that a start, whole turns away from it, breaks.
+        """The first constraint that a start, offset by whole turns, violates.
 
         Args:
             robot: The arm.
             start: Index of the start.
-            turns: How far each joint is turned from it [rad], shape (d,).
+            turns: Offset of each joint from the start [rad], shape (d,).
         """
         steps = Steps(
             self.time, self.position[:, start], self.velocity[:, start], turns,
@@ -126,15 +126,15 @@ def continue_along(
     pull: Pull = 0.0,
     step: float = STEP,
 ) -> Continuation:
-    """Follow a path from some starts, whatever limits are broken on the way.
+    """Follow a path from some starts, without regard to limits.
 
     Args:
         robot: The arm.
         path: Poses of the tool over time.
         starts: Joint positions at the first of the times [rad or m], shape (m, d).
-        times: Increasing [s], shape (k,).
+        times: Increasing times [s], shape (k,).
         pull: See `JointField`.
-        step: Joints move by no more than this between corrections [rad or m].
+        step: Largest motion of a joint between corrections [rad or m].
     """
     field = JointField(robot, pull, path.full_speed)
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
@@ -160,7 +160,7 @@ def continue_along(
                 far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
                 if far > TOO_FAR * step:
                     most = max(far / h, most)
-                    break  # joints became faster on the way: shorter steps from here
+                    break  # joints became faster: shorter steps from here
                 steps.append((float(when[k]), q.copy(), v))
                 q[alive] = end_of.q
                 gone = np.isnan(end_of.q).any(axis=1)
@@ -180,9 +180,9 @@ def continue_along(
 
 
 def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]:
-    """Length of equal steps to an end, at most as long as given [s], and times of the next ones.
+    """Length of equal steps to an end, up to a maximum [s], and times of the next steps.
 
-    The middles of the steps are among the times.
+    The times include the middles of the steps.
     """
     parts = int(np.ceil((end - now) / most - 1e-9))
     h = (end - now) / parts
@@ -194,7 +194,7 @@ def _next_times(now: float, end: float, most: float) -> tuple[float, FloatArray]
 def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
     """Whether the tool has the full speed of its stretch at times, shape (k,).
 
-    A path that is carried moves by itself: it is not slower where the tool is.
+    The speed of a carried path includes that of its frame, which does not depend on the stretch.
     """
     if path.carrier is not None:
         return np.zeros(time.shape, dtype=bool)
@@ -202,7 +202,7 @@ def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
 
 
 def _velocities(field: JointField, q: FloatArray, stages: Stages, k: int) -> FloatArray:
-    """Joint velocities at the k-th time; NaN for starts that lead no further."""
+    """Joint velocities at the k-th time; NaN for blocked starts."""
     v = np.full(q.shape, np.nan)
     alive = np.flatnonzero(np.isfinite(q).all(axis=1))
     if alive.size:
@@ -229,18 +229,18 @@ def accelerations(
     *,
     pull: Pull = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities and accelerations on the path, from one side of times; shape (k, d) each.
+    """Joint velocities and accelerations on the path, one-sided limits at times; shape (k, d) each.
 
-    The acceleration is the derivative of the field of joint velocities. The field is linear in what
-    the tool does, whose derivative the path has, so that only the joints are moved for differences
-    (central, of fourth order: exact to about 1e-10 of its size). Time is not: near rest the joints
-    hardly move in any time, and the path is no longer the same.
+    The acceleration is the derivative of the field of joint velocities. The field is linear in the
+    tool's motion, whose derivative is known from the path, so that finite differences are needed
+    over the joints alone (central, fourth order, relative error about 1e-10). Differences over
+    time would fail near rest, where the joints hardly move while the path changes.
 
     Args:
         robot: The arm.
         path: Poses of the tool over time.
         q: Joint positions at the times [rad or m], shape (k, d).
-        times: [s], shape (k,).
+        times: Times [s], shape (k,).
         side: `"right"` or `"left"`.
         pull: See `JointField`.
     """
@@ -263,6 +263,6 @@ def accelerations(
 
 
 def _piece_duration(path: TimedPath, time: float) -> float:
-    """How long the piece of a path takes that a time is in [s]."""
+    """Duration of the piece of a path that contains a time [s]."""
     index = np.searchsorted(path.breaks, time, "right")
     return float(np.diff(path.breaks)[np.clip(index, 1, len(path.breaks) - 1) - 1])

@@ -1,4 +1,4 @@
-"""Waypoints along a tool path: as many as hold the curve between them to the path, proved."""
+"""Insertion of the waypoints along a tool path that a proof of its tolerances needs."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray
 
-# Places in each interval where the curve is compared with the path: where its error is largest.
+# Fractions of each interval at which the curve is compared with the path, where errors are largest.
 SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-# Waypoints are inserted until the errors there are down to this part of the tolerances, and then
-# until the proof holds, which says nothing of what it leaves.
+# Waypoints are inserted until sampled errors are below this fraction of the tolerances, and then
+# until the proof succeeds; the proof gives no remaining margin.
 PART = 0.9
-# Tolerances that take more waypoints than this are refused.
+# Tolerances that need more waypoints than this are refused.
 MOST = 100_000
 MOST_PARTS = 8
 EVEN_ROUNDS = 3
-# Between waypoints self-motion may be this far from that whose limits were looked at [rad or m].
+# Tolerance of self-motion between waypoints to the motion whose limits were checked [rad or m].
 STRAYED = 5e-3
-# No interval shorter than this is divided [s].
+# Shorter intervals are not divided [s].
 SHORTEST = 1e-5
-# Breaks of a path nearer to each other than this are one [s]: between waypoints that are, what
-# rounds the joint positions would be a jerk and an acceleration.
+# Breaks of a path closer than this are merged [s]: between waypoints that close, rounding of joint
+# positions would appear as acceleration and jerk.
 ONE_BREAK = 2e-4
 
 
 class FollowedPath(NamedTuple):
-    """Waypoints that hold the joints to a path.
+    """Waypoints that keep the joints on a path.
 
     Attributes:
-        time: [s], shape (k,).
-        position, velocity, acceleration: Of the joints, shape (k, d).
+        time: Times [s], shape (k,).
+        position, velocity, acceleration: Joint motion, shape (k, d).
     """
 
     time: FloatArray
@@ -59,26 +59,25 @@ def with_waypoints_inserted(
     times: FloatArray | None = None,
     knots: Any = "paper",
 ) -> FollowedPath:
-    """Find waypoints along a path that hold the modified Hermite curve to it, proved.
+    """Find waypoints along a path with which the modified Hermite curve provably follows it.
 
-    Between two waypoints whose positions, velocities and accelerations are those of the path the
-    curve is a section of its own. Its error falls with the fourth power of the interval, so few
-    are needed. Where the curvature of the path jumps the acceleration is the mean of both sides,
-    and waypoints gather there.
+    Between two waypoints with the positions, velocities and accelerations of the path the curve is
+    an independent section. Its error falls with the fourth power of the interval, so few waypoints
+    are needed. Where the path's curvature jumps, the acceleration is the mean of both sides, and
+    waypoints are dense.
 
     Args:
         joints: The arm on the path.
-        tolerance: What to hold.
-        times: Times to have a waypoint at, besides those where something begins anew [s].
-        knots: Where the curve's knots sit: see `ModifiedHermiteSpline`.
+        tolerance: Tolerances of the motion.
+        times: Times that get a waypoint, in addition to the breaks of the path [s].
+        knots: Knot placement of the curve: see `ModifiedHermiteSpline`.
 
     Raises:
-        PathError: The tolerances take more waypoints than can be, or rounding leaves no margin to
-            prove them.
+        PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
     one, path = _Insertion(joints, tolerance, knots), joints.path
     followed = one.evenly(_ends(path, [] if times is None else times))
-    # not sooner: of fewer waypoints near a singularity a curve is rounded far more
+    # not earlier: with fewer waypoints near a singularity rounding errors are far larger
     check_tolerance(joints.robot, one.curve(followed), path, tolerance)
     while True:
         use = one.use(followed)
@@ -92,7 +91,7 @@ def with_waypoints_inserted(
 
 @dataclass(frozen=True, eq=False)
 class _Insertion:
-    """Inserts waypoints along one path."""
+    """Insertion of waypoints along one path."""
 
     joints: JointsOnPath
     tolerance: PathTolerance
@@ -112,7 +111,7 @@ class _Insertion:
         )
 
     def evenly(self, ends: FloatArray) -> FollowedPath:
-        """Even intervals between given times: fewest waypoints where all is smooth."""
+        """Equal intervals between given times: the fewest waypoints on a smooth path."""
         count = np.ones(len(ends) - 1, dtype=int)
         followed = self.at(ends)
         for _ in range(EVEN_ROUNDS):
@@ -129,7 +128,7 @@ class _Insertion:
         return followed
 
     def divided(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
-        """Halve the intervals that use more than the whole of the tolerances."""
+        """Divide the intervals that exceed the tolerances."""
         open_ = use > 1.0
         self._check_count(len(use) + int(open_.sum()))
         self._check_lengths(known, use)
@@ -139,7 +138,7 @@ class _Insertion:
         return FollowedPath(*(np.concatenate(both)[order] for both in values))
 
     def use(self, followed: FollowedPath) -> FloatArray:
-        """The part of the tolerances that samples of each interval use, shape (k - 1,)."""
+        """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
         times = (start + length * np.array(SAMPLES)).ravel()
@@ -147,14 +146,14 @@ class _Insertion:
         off = errors(self.joints.robot, self.joints.path, spline(times), spline(times, 1), times)
         use = off / (PART * np.array([allowed.position, allowed.orientation, allowed.speed]))
         use = use.max(axis=1)
-        if self.joints.robot.dof > 6:  # the tool does not show where self-motion strays
+        if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
             use = np.maximum(use, self._strayed(spline(times), times) / STRAYED)
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
     def _strayed(self, q: FloatArray, times: FloatArray) -> FloatArray:
-        """How far joints (k, d) are from those on the path at times [rad or m], shape (k,)."""
+        """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
         strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
-        far = strayed > STRAYED  # the curve is only near the joints on the path
+        far = strayed > STRAYED  # `joints.curve` is approximate: compute these exactly
         if far.any():
             strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
         return np.asarray(strayed)
@@ -164,8 +163,8 @@ class _Insertion:
             allowed = self.tolerance
             raise PathError(
                 f"the tolerances {allowed.position:g} m, {allowed.orientation:g} rad and "
-                f"{allowed.speed:g} of the speed would take more than {MOST} waypoints along the "
-                "path; wider ones are sufficient, or a round corner where its curvature jumps"
+                f"{allowed.speed:g} of the speed need more than {MOST} waypoints along the "
+                "path; use wider ones, or round the corner where its curvature jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
@@ -175,16 +174,16 @@ class _Insertion:
             i = int(short[use[short].argmax()])
             along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
             raise PathError(
-                f"{along:.6g} m along the path no waypoints hold the motion to it: even on "
-                f"{SHORTEST:g} s it uses {use[i]:.3g} times the tolerances; wider ones, a lower "
-                "speed or a round corner there is sufficient"
+                f"{along:.6g} m along the path no waypoints keep the motion within its tolerances: "
+                f"even in {SHORTEST:g} s the error is {use[i]:.3g} times as large; use wider ones, "
+                "a lower speed or a round corner there"
             )
 
 
 def _ends(path: TimedPath, given: ArrayLike) -> FloatArray:
-    """Times of waypoints that are there whatever the tolerances: those given, and breaks [s].
+    """Times of the waypoints that every tolerance needs: the given times and the breaks [s].
 
-    A break that is next to another of them is left out.
+    A break close to another of these times is left out.
     """
     fixed = distinct(path.breaks[[0, -1]], given)
     ends = list(fixed)
@@ -198,7 +197,7 @@ def _ends(path: TimedPath, given: ArrayLike) -> FloatArray:
 def errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
-    """How far joints are off a path: distance [m], angle [rad], part of the full speed; (k, 3)."""
+    """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
     tip, columns, J = joint_axes(robot).placed(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
     place, rotations, moved = path.seen(times, tip.T, columns.transpose(2, 1, 0), moved)

@@ -1,4 +1,4 @@
-"""The joint velocities that keep the tool on a path, and Newton's method that brings it back."""
+"""Joint velocities that keep the tool on a path, and Newton's method that projects back onto it."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# The tool is brought back onto the path to within this [m, rad].
+# Tolerance of the projection onto the path [m, rad].
 ON_PATH = 1e-11
 CORRECTIONS = 6
 
 
-# How fast self-motion comes back to its guide: by this power of e over the whole path.
+# Self-motion approaches its guide by this power of e over the whole path.
 BACK = 8.0
 
 
-# Tilts move less easily towards their limits, and hardly beyond this part of their ranges; by a
-# power, which spreads that over more of the range: they would be stopped hard where they race.
+# Virtual tilt joints are penalised near their limits, and strongly beyond this fraction of their
+# ranges, so that they slow down before they reach them.
 INSIDE, LEAST_EASE, SOFTLY = 0.95, 2e-3, 3
 
 
 class Guide(NamedTuple):
-    """What self-motion follows along a path.
+    """A curve of postures that self-motion follows along a path.
 
     Attributes:
         postures: Joint positions [rad or m] over arc length [m], twice continuously differentiable.
@@ -44,13 +44,13 @@ class Guide(NamedTuple):
         return np.asarray(self.postures(np.clip(s, x[0], x[-1]), nu))
 
     def turned(self, turns: FloatArray) -> Guide:
-        """The same with each joint turned by some angle [rad], shape (d,)."""
+        """The guide with each joint turned by an angle [rad], shape (d,)."""
         c = self.postures.c.copy()
         c[-1] += turns
         return Guide(PiecewisePolynomial(c, self.postures.x))
 
     def rate(self, s: ArrayLike, q: FloatArray, nu: int = 0) -> FloatArray:
-        """How joints follow it per length of the path, or the derivative of that over s alone."""
+        """Joint motion per length of the path that follows the guide, or its derivative over s."""
         x = self.postures.x
         off = self.at(s, nu) - (0.0 if nu else q)
         return np.asarray(self.at(s, nu + 1) + BACK / (x[-1] - x[0]) * off)
@@ -60,12 +60,12 @@ Pull = float | Guide
 
 
 class JointField:
-    """The joint velocities that follow a path: eq (4), and what self-motion follows.
+    """Joint velocities that follow a path (eq 4), with a target for self-motion.
 
     Args:
         robot: The arm.
-        pull: For an arm of more than six joints, how fast self-motion pulls its joints to the
-            middle of their ranges [1/s]; or the guide that it follows.
+        pull: For an arm of more than six joints, the rate at which self-motion moves joints to the
+            middle of their ranges [1/s], or the guide that it follows.
         speed: The full speed of the path [m/s].
     """
 
@@ -93,12 +93,12 @@ class JointField:
 
         Args:
             q: Joint positions [rad or m], shape (n, d).
-            twist: Of the tool, in base axes [m/s, rad/s], shape (n, 6) or (6,).
-            share: Part of its full speed that the tool has, so that self-motion rests where the
-                tool does; a number, or shape (n,).
-            along: Arc length there [m], likewise.
-            onward: For accelerations the share times the speed [m/s], likewise: what the guide's
-                own change over arc length counts.
+            twist: Twist of the tool in base axes [m/s, rad/s], shape (n, 6) or (6,).
+            share: Speed of the tool relative to its full speed, so that self-motion stops with the
+                tool; a number, or shape (n,).
+            along: Arc length [m], likewise.
+            onward: For accelerations, share times speed [m/s], likewise: the factor of the guide's
+                derivative over arc length.
         """
         rest = None
         if self.guide is not None:
@@ -109,17 +109,17 @@ class JointField:
         return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest, self._ease(q))[0]
 
     def _ease(self, q: FloatArray) -> ArrayLike:
-        """How easily joints move: tilts the less, the nearer they are to their limits."""
+        """Mobility of the joints: that of tilts decreases towards their limits."""
         if self.narrow is None:
             return 1.0
         return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, LEAST_EASE) ** SOFTLY
 
     def along(self, path: TimedPath, time: FloatArray) -> FloatArray:
-        """Arc lengths at times [m], shape (k,); zeros where nothing hangs on them."""
+        """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
         return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
 
     def smallest(self, q: FloatArray) -> FloatArray:
-        """Smallest singular values, shape (n,); NaN where positions are."""
+        """Smallest singular values, shape (n,); NaN where positions are NaN."""
         known = np.isfinite(q).all(axis=1)
         result = np.full(len(q), np.nan)
         J = self.axes.jacobians(q[known]) * self.scale
@@ -132,12 +132,12 @@ class JointField:
         """Bring the tool to a pose by Newton's method.
 
         Args:
-            q: Joint positions near it [rad or m], shape (n, d).
-            position: Of the pose [m], shape (3,) or (n, 3).
-            rotation: Of the pose, shape (3, 3) or (n, 3, 3).
+            q: Joint positions near the pose [rad or m], shape (n, d).
+            position: Position of the pose [m], shape (3,) or (n, 3).
+            rotation: Rotation of the pose, shape (3, 3) or (n, 3, 3).
 
         Returns:
-            Joint positions, shape (n, d), and the error left [m, rad], shape (n,).
+            Joint positions, shape (n, d), and the remaining error [m, rad], shape (n,).
         """
         place = np.broadcast_to(position, (len(q), 3)).T
         target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
@@ -146,7 +146,7 @@ class JointField:
             tip, turned, J = self.axes.placed(q)
             twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
-            # stop where it is on the path, and where rounding lets it come no nearer
+            # stop on the path, and where rounding prevents progress
             if (error <= ON_PATH).all() or not (error < 0.5 * before).any():
                 break
             J = J.transpose(2, 0, 1)
@@ -155,5 +155,5 @@ class JointField:
 
 
 def _each(value: ArrayLike) -> FloatArray:
-    """A number or one for each configuration, as a column."""
+    """A number, or one for each configuration, as a column."""
     return np.multiply.outer(value, np.ones(1))

@@ -28,41 +28,40 @@ from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Joints move by no more than this in a step [rad or m]: what lies between two steps is near enough
-# to be brought onto the path. Self-motion, which that leaves alone, is exact to about 1e-9 with
-# half of it.
+# Largest motion of a joint in a step [rad or m]: between steps the projection onto the path then
+# converges. Self-motion, which it does not correct, is exact to about 1e-9 with half of it.
 STEP = 0.1
 SELF_MOTION_STEP = 0.05
-# Where limits are broken, each step is divided into this many parts.
+# If limits are violated, each step is divided into this many parts.
 CLOSELY = 8
-# A curve, which is a little off the path, breaks a limit beyond this [rad or m, relative].
+# Tolerance on limits of a curve that is close to the path [rad or m, relative].
 ON_CURVE = 1e-6
 
 
 class JointsOnPath:
     """The joints along a path from a start.
 
-    The path is integrated once. Between two steps the joints are those of the quintic through the
-    positions, velocities and accelerations of both, brought onto the path. All times see the same
-    integral, so that self-motion does not jump from one to the next.
+    The path is integrated once. Between two steps the joints are a quintic through the positions,
+    velocities and accelerations of both, projected onto the path. All times use the same integral,
+    so that self-motion is continuous.
 
     Args:
         robot: The arm.
         path: Poses of the tool over time.
-        start: Joint positions near where it begins [rad or m], shape (d,).
+        start: Joint positions near the start of the path [rad or m], shape (d,).
         pull: See `JointField`.
-        found: The way from there with the same pull, if it is known already. Of an arm with
-            self-motion it is followed anew if its steps are too long.
+        found: The continuation from there with the same pull, if known. For a redundant arm it is
+            recomputed if its steps are too long.
 
     Attributes:
-        robot, path: As given.
-        time: Of the steps [s], shape (n,).
-        position: Joint positions then [rad or m], shape (n, d).
-        curve: Quintics through positions, velocities and accelerations of the steps: C2 but where
-            the path's acceleration jumps, and near the path.
+        robot, path: The arguments.
+        time: Times of the steps [s], shape (n,).
+        position: Joint positions at the steps [rad or m], shape (n, d).
+        curve: Quintics through positions, velocities and accelerations of the steps, close to the
+            path, C2 except where the path's acceleration jumps.
 
     Raises:
-        FollowingError: The arm can't go on somewhere, whatever its limits.
+        FollowingError: The arm can't follow the path, even without limits.
     """
 
     def __init__(
@@ -93,7 +92,7 @@ class JointsOnPath:
         self.curve = PiecewisePolynomial(self._quintics(found, steps), self.time)
 
     def _fine(self, found: Continuation) -> bool:
-        """Whether the steps of a way are as short as they have to be."""
+        """Whether the steps of a continuation are short enough."""
         if self.robot.dof <= 6:
             return True
         far = np.abs(np.diff(found.position[:, 0], axis=0)).max(initial=0.0)
@@ -111,10 +110,10 @@ class JointsOnPath:
         return two_point_coefficients(time, (q, v, a))[:, ::2]
 
     def check(self) -> None:
-        """Check that the joints keep their limits, if they do not at the steps of the integral.
+        """Check the limits between the steps of the integral, if they are violated at the steps.
 
         Raises:
-            FollowingError: They don't.
+            FollowingError: A limit is violated.
         """
         broken = None if self._seen is None else self._closely()
         if broken is not None:
@@ -124,7 +123,7 @@ class JointsOnPath:
         """Check that a cubic curve along the whole path keeps the limits, between steps too.
 
         Raises:
-            FollowingError: It doesn't.
+            FollowingError: A limit is violated.
         """
         far = curve.extrema()
         time = distinct(curve.x, far.minimum_time, far.maximum_time)
@@ -133,7 +132,7 @@ class JointsOnPath:
             raise self._error(self._closely() or broken)
 
     def _closely(self) -> LimitingConstraint | None:
-        """The limiting constraint, at more times than the steps of the integral."""
+        """The limiting constraint, at more times than the steps."""
         starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
         inner = (starts + lengths * np.arange(CLOSELY) / CLOSELY).ravel()
         time = np.append(inner, self.time[-1])

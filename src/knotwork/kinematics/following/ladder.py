@@ -1,9 +1,9 @@
-"""Self-motion over whole paths: the way of least cost up a ladder of sampled configurations.
+"""Self-motion over whole paths, by dynamic programming over a ladder of sampled configurations.
 
-Rungs are poses along the paths. At each, what is left open (the elbow of a redundant arm, virtual
-joints) is sampled, and where the samples of the rung before lead is added; what collides or is
-outside limits is left out. Dynamic programming from the end gives each start the way of least cost
-and says what it costs. The way is then smoothed and becomes a guide that self-motion follows.
+Rungs are poses along the paths. On each, the redundancy (the elbow of a redundant arm, virtual
+joints) is sampled, and projections of the previous rung's samples are added; configurations that
+collide or violate limits are removed. Dynamic programming from the end gives the minimum-cost
+sequence from each start. The sequence is smoothed and becomes a guide that self-motion follows.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from knotwork.tool_paths import TimedPath
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray, IndexArray
 
-# Rungs are this far apart, distances over angles added [m, rad], but of each path there are some.
+# Distance of rungs [m, rad], with a minimum and a maximum number per path.
 APART = 0.03, 0.15
 FEWEST, MOST = 6, 150
-# Places at which a path is measured.
+# Samples with which a path is measured.
 PLACES = 600
-# Configurations on each rung, those that others lead to included.
+# Configurations on each rung, including projections of the previous rung.
 SAMPLES = 64
-# From rung to rung joints move by no more than this [rad or m], and after smoothing, than half.
+# Largest joint motion between rungs [rad or m]; after smoothing, half of it.
 JUMP = 0.6
-# Margin to position limits, as samples are joined by curves [rad or m].
+# Margin to position limits, for the curves between samples [rad or m].
 INSIDE = 0.01
-# What it costs to be as near as can be to a limit or a singularity, as the square of a motion.
+# Cost of a configuration on a limit or a singularity, as the square of a motion.
 NEARNESS = 0.02
-# Sweeps of smoothing, and what is worth moving for.
+# Sweeps of smoothing, and the smallest improvement that counts.
 SWEEPS, GAIN = 30, 1e-9
-# Ways that are looked at.
+# Sequences that are tried.
 TRIES = 40
-# Steps back onto a pose.
+# Newton steps of a projection onto a pose.
 CORRECTIONS = 12
 TOLERANCE = 1e-9
 
@@ -54,20 +54,21 @@ Clear = Callable[[FloatArray, float], BoolArray]
 
 @dataclass(frozen=True, eq=False)
 class _Rung:
-    """Configurations at one pose: shape (m, d), and what being there costs, shape (m,)."""
+    """Configurations at one pose, shape (m, d), and their costs, shape (m,)."""
 
     q: FloatArray
     cost: FloatArray
 
 
 class Ladder:
-    """Configurations along paths, one after the other.
+    """Sampled configurations along consecutive paths.
 
     Args:
         robot: The arm, with its virtual joints.
-        paths: Where each ends, the next begins.
-        starts: Joint positions where the first begins [rad or m], shape (m, d).
-        clear: Which configurations (k, d) are clear of collisions at a time [s]; by default all.
+        paths: Paths, each of which starts at the end of the previous one.
+        starts: Joint positions at the start of the first path [rad or m], shape (m, d).
+        clear: Collision test: whether configurations (k, d) are collision-free at a time [s]; by
+            default all are.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class Ladder:
         fresh = sample_self_motion(self.robot, self.targets)
         cost = np.where(self.clear(starts, float(self.time[0])), 0.0, np.inf)
         rungs = [_Rung(starts, cost + self._nearness(starts))]
-        # the rungs above do not hang on the starts, so that from each the way is always the same
+        # later rungs do not depend on the starts, so each start always gets the same result
         before = farthest_apart(self.robot, fresh[0], SAMPLES)
         for i in range(1, len(self.targets)):
             led, came = self._brought(np.full(len(before), i), before)
@@ -104,7 +105,7 @@ class Ladder:
         return rungs
 
     def _nearness(self, q: FloatArray) -> FloatArray:
-        """What limits and singularities cost; limits that whole turns lead away from do not."""
+        """Cost of nearness to limits and singularities, except limits that whole turns avoid."""
         if not len(q):
             return np.zeros(0)
         room = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
@@ -113,7 +114,7 @@ class Ladder:
         return np.asarray(NEARNESS * (near + singular))
 
     def _brought(self, rungs: IndexArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Configurations brought onto the poses of rungs, and which of them come there."""
+        """Project configurations onto the poses of rungs; also give whether each one converged."""
         if not len(q):
             return q, np.zeros(0, dtype=bool)
         found = solve_batch(
@@ -131,7 +132,7 @@ class Ladder:
         return np.asarray(move - np.where(self.around, whole_turns(move), 0.0))
 
     def ways(self) -> Iterator[tuple[int, list[Guide]]]:
-        """Starts that lead to the end, by index, the cheapest first, and a guide for each path."""
+        """Starts that reach the end, by index, the cheapest first, and a guide for each path."""
         costs = [self._costs(one, after) for one, after in pairwise(self.rungs)]
         tried = np.zeros(len(self.rungs[0].q), dtype=bool)
         for _ in range(TRIES):
@@ -148,22 +149,22 @@ class Ladder:
             moves = self._move(q[:-1], q[1:])
             q = self._smoothed(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
             gaps = np.flatnonzero((np.abs(np.diff(q, axis=0)) > 0.5 * JUMP).any(axis=1))
-            for i in gaps:  # no self-motion leads from one to the other
+            for i in gaps:  # self-motion does not connect these configurations
                 costs[i][nodes[i], nodes[i + 1]] = np.inf
             if not gaps.size:
                 tried[start] = True
                 yield start, self._guides(q)
 
     def _costs(self, one: _Rung, after: _Rung) -> FloatArray:
-        """What each step from one rung to the next costs, shape (m, k)."""
+        """Cost of each step from one rung to the next, shape (m, k)."""
         move = self._move(one.q[:, None], after.q[None])
         cost = np.einsum("abj,j->ab", move**2, self.scale**-2.0)
         return np.where((np.abs(move) > JUMP).any(axis=2), np.inf, cost)
 
     def _smoothed(self, q: FloatArray) -> FloatArray:
-        """Move every other rung's configuration between its neighbours, as far as its pose lets it.
+        """Move every other rung's configuration towards the middle of its neighbours.
 
-        Only where it costs less, and nothing collides.
+        A move is kept only if it costs less and is collision-free.
         """
         last = len(q) - 1
         costs = self._nearness(q)
@@ -201,7 +202,7 @@ class Ladder:
 
 
 def _places(path: TimedPath) -> FloatArray:
-    """Arc lengths of rungs, evenly spread over lengths and turns of a path whatever its speed."""
+    """Arc lengths of rungs, evenly spread over distance and rotation, independent of speed."""
     s = np.linspace(0.0, path.path.length, PLACES)
     turned = angle_of(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / APART[0] + turned / APART[1]))
@@ -212,5 +213,5 @@ def _places(path: TimedPath) -> FloatArray:
 
 
 def _pose(path: TimedPath, s: float, time: float) -> Any:
-    """Pose of the tool; what carries nothing does not hang on rounded times."""
+    """Pose of the tool; without a moving frame it does not depend on rounded times."""
     return path.path.pose(s) if path.carrier is None else path.pose(time)

@@ -16,28 +16,28 @@ from knotwork.tool_paths import TimedPath
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray
 
-# Where a path ends with a smallest singular value below this, the arm is singular; above it, the
-# joint speeds alone are beyond all measure.
+# A path that ends with a smallest singular value below this is singular; above it, only the joint
+# speeds are excessive.
 SINGULAR = 0.01
-# The speed advised leaves this margin: joints are a little faster on the curve than on the path.
+# Factor of the recommended speed: joints are a little faster on the curve than on the path.
 ROOM = 0.999
-# A limit is broken beyond this part of it, so that rounding does not decide [rad or m, relative].
+# Rounding tolerance of limits [rad or m, relative].
 AT_LIMIT = 1e-9
 
 
 class LimitingConstraint(NamedTuple):
-    """The constraint that keeps the arm from following a path from some start.
+    """The constraint that prevents an arm from following a path from a start.
 
     Attributes:
         kind: `"joint limit"`, `"velocity limit"`, `"collision"`, or `"singularity"` where the tool
-            can't stay on the path whatever the joints do.
-        time: When it begins [s].
-        joint: Index of the joint that is then beyond its limit.
+            can't stay on the path with any joint motion.
+        time: Time at which it begins [s].
+        joint: Index of the joint that exceeds its limit then.
         value: The joint's worst value [rad or m, or per second].
-        limit: The limit it is beyond.
-        smallest_singular_value: Of the Jacobian when it is worst.
+        limit: The limit that is exceeded.
+        smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
         part: Fraction of its speed at which the path can be followed, if that is sufficient.
-        contact: What collides, in words.
+        contact: Text of the collision.
     """
 
     kind: str
@@ -50,7 +50,7 @@ class LimitingConstraint(NamedTuple):
     contact: str = ""
 
     def described(self, robot: Robot, units: Units) -> str:
-        """Describe it: which joint or what, its value and the limit."""
+        """Text of the constraint: the joint or the collision, its value and the limit."""
         if self.kind == "singularity":
             return (
                 "the arm is stretched out or singular and can't go on (smallest singular value "
@@ -77,12 +77,12 @@ class LimitingConstraint(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """The joints along a path from one start; NaN where it leads no further.
+    """The joints along a path from one start; NaN after the point where it is blocked.
 
     Attributes:
-        time: Of n steps [s], shape (n,).
+        time: Times of n steps [s], shape (n,).
         q, v: Joint positions and velocities, shape (n, d).
-        turns: How far each joint is turned from there, shape (d,).
+        turns: Offset of each joint by whole turns, shape (d,).
         smallest: Smallest singular values of the Jacobian, shape (n,).
         full: Whether the tool has the full speed of its stretch, shape (n,).
     """
@@ -98,16 +98,16 @@ class Steps(NamedTuple):
 def limiting_constraint(
     robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = AT_LIMIT
 ) -> LimitingConstraint | None:
-    """The first constraint that a start breaks.
+    """The first constraint that a start violates.
 
-    A joint limit or a singularity is named before a velocity limit, as no lower speed helps.
+    A joint limit or a singularity comes before a velocity limit, because no lower speed helps.
 
     Args:
         robot: The arm.
-        steps: Its joints along the path.
-        lost: When they lead no further [s]; infinite where they lead to the end.
-        smallest: Smallest singular value then.
-        slack: A limit is broken beyond this [rad or m, for velocities a part of the limit].
+        steps: The joints along the path.
+        lost: Time at which the start is blocked [s]; infinite if it reaches the end.
+        smallest: Smallest singular value at that time.
+        slack: Tolerance on limits [rad or m, for velocities relative].
     """
     blocked = _beyond_range(robot, steps, slack)
     if smallest < SINGULAR and (blocked is None or lost < blocked.time):
@@ -159,14 +159,14 @@ def _too_fast(
 
 
 def _begin(steps: Steps, i: int, beyond: Any, bound: FloatArray, nu: int) -> tuple[float, int]:
-    """When the first of some joints comes to a bound after a step, and which.
+    """Time at which the first of some joints reaches a bound after a step, and its index.
 
     Args:
-        steps: Cubics lead from each to the next.
-        i: The step.
-        beyond: Whether joints are beyond the bound before the next step or there, shape (d,).
-        bound: Of positions or, whatever their direction, of velocities, shape (d,).
-        nu: Of positions 0, of velocities 1.
+        steps: The steps, connected by cubics.
+        i: Index of the step.
+        beyond: Whether each joint exceeds the bound up to the next step, shape (d,).
+        bound: Bounds on positions, or on absolute velocities, shape (d,).
+        nu: Order of the derivative: positions 0, velocities 1.
     """
     from numpy.polynomial import Polynomial
 
@@ -183,12 +183,12 @@ def _begin(steps: Steps, i: int, beyond: Any, bound: FloatArray, nu: int) -> tup
 
 
 def fastest(time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Greatest speeds of cubics from each step to the next, shape (n - 1, ...).
+    """Maximum speeds of cubics between consecutive steps, shape (n - 1, ...).
 
     Args:
-        time: Of n steps [s], shape (n,).
-        q: Joint positions then, shape (n, ...); NaN where they are not known, and speeds -1.
-        v: Joint velocities then, likewise.
+        time: Times of n steps [s], shape (n,).
+        q: Joint positions, shape (n, ...); NaN where unknown, which gives speeds of -1.
+        v: Joint velocities, likewise.
     """
     h, v, w = np.diff(time).reshape(-1, *np.ones(q.ndim - 1, dtype=int)), v[:-1], v[1:]
     means = np.where(h > 0.0, np.diff(q, axis=0) / np.where(h > 0.0, h, 1.0), 0.5 * (v + w))
@@ -200,13 +200,13 @@ def fastest(time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
-    """Fraction of the speed at which no joint is too fast, rounded down to two digits.
+    """Fraction of the speed at which every joint is within its limit, rounded down to two digits.
 
-    Where the speed changes, a tool that is to become slower is faster at the same place: from rest
-    it has gone s = 4 a² t³ / (9 v) at first, when its speed is that of the cube root of a² s² / v.
+    Where the speed changes, a tool with a lower target speed is faster at the same place: from rest
+    it has moved s = 4 a² t³ / (9 v), and its speed is proportional to the cube root of a² s² / v.
 
     Args:
-        use: The parts of the velocity limits used between steps, shape (n - 1,).
+        use: Joint speeds relative to their limits between steps, shape (n - 1,).
         full: Whether the tool has its full speed at the steps, shape (n,).
     """
     even = full[1:] & full[:-1]
@@ -238,12 +238,12 @@ def following_error(
         robot: The arm.
         path: The path.
         one: The limiting constraint.
-        what: What can't be done, in words.
-        remedy: What is sufficient, as a sentence.
-        since: From when on the distance is counted [s]; by default from the start of the path.
-        units: Of the message.
+        what: Beginning of the message.
+        remedy: Remedy, as a sentence.
+        since: Time from which distance is counted [s]; by default the start of the path.
+        units: Units of the message.
         waypoint: The waypoint that can't be reached.
-        where: Where that is given.
+        where: Location of its definition.
     """
     begin = path.start_time if since is None else since
     first, reached = path.arc_length(np.array([begin, one.time]))

@@ -1,4 +1,4 @@
-"""Which part of the tolerances a motion along a path is proved to use, between its waypoints."""
+"""Proved errors of a motion along a path relative to its tolerances, between its waypoints."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from knotwork.tool_paths import TimedPath
 from knotwork.verification.bounds.path import PathLimits, path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
 
-# The proof is for tolerances that are narrower by this part, so that the check, whose numbers are
-# rounded in another way, comes to the same verdict.
+# The proof uses tolerances narrower by this fraction, so that the check, which rounds differently,
+# reaches the same verdict.
 NARROWER = 1e-6
-# A tolerance must be at least this many times what rounding adds to the bounds.
+# Minimum ratio of a tolerance to the rounding error of the bounds.
 ABOVE_ROUNDING = 4.0
 
 
 class PathTolerance(NamedTuple):
-    """How near a motion has to be to its path.
+    """Tolerances of a motion along its path.
 
     Attributes:
         position: Distance from the path [m].
-        orientation: Angle from the orientation there [rad].
-        speed: Difference of speed, as a part of the path's.
+        orientation: Angle from the orientation of the path [rad].
+        speed: Relative error of the path speed.
     """
 
     position: float
@@ -37,10 +37,10 @@ class PathTolerance(NamedTuple):
 def check_tolerance(
     robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: PathTolerance
 ) -> None:
-    """Refuse tolerances that rounding leaves no margin to prove.
+    """Refuse tolerances that are too fine to be proved.
 
     Raises:
-        PathError: One is too fine.
+        PathError: A tolerance is too fine.
     """
     least = ABOVE_ROUNDING * path_rounding(robot, curve, path)
     slowest = float(path.timing.speeds.min())
@@ -63,19 +63,19 @@ def proved_use(
     tolerance: PathTolerance,
     times: FloatArray,
 ) -> FloatArray:
-    """The part of the tolerances that a motion is proved to use at most between its waypoints.
+    """Upper bound on the error between waypoints, relative to the tolerances.
 
-    The proof is that of the check: see `verification.bounds.path`.
+    The same proof as in the check: see `verification.bounds.path`.
 
     Args:
         robot: The arm.
         curve: Joint positions along the whole path, trailing shape (d,).
         path: Poses of the tool over time.
-        tolerance: What they are parts of.
-        times: Of the waypoints, ends of stretches among them [s], shape (k,).
+        tolerance: Tolerances of the motion.
+        times: Times of the waypoints, including ends of stretches [s], shape (k,).
 
     Returns:
-        Parts, above 1 where nothing is proved, shape (k - 1,).
+        Bounds, above 1 where nothing is proved, shape (k - 1,).
     """
     use = np.zeros(len(times) - 1)
     part = 1.0 - NARROWER

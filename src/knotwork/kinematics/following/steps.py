@@ -1,4 +1,4 @@
-"""One step along a tool path from several starts, in halves where it strays from the path."""
+"""One step along a tool path from several starts, halved where it leaves the path."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from knotwork.kinematics.following.joint_field import JointField
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# If the tool is farther than this from the path after a step [m, rad], it was taken too far.
+# If the tool is farther than this from the path after a step [m, rad], the step was too long.
 LOST = 1e-7
-# A step that Newton's method moves joints by more than this is taken in halves [rad or m]: it could
-# end in another branch. After `HALVINGS` the arm can't go on.
+# A step after which Newton's method moves joints by more than this is halved [rad or m]: it could
+# end in another branch. After `HALVINGS` the start is blocked.
 STRAY = 1e-3
 HALVINGS = 9
-# So is a step whose velocities differ by more in its middle [rad or m]: it could pass where joints
-# race, and the self-motion of redundant arms would no more be that of the integral.
+# A step whose two midpoints differ by more than this is halved too [rad or m]: joint speeds may
+# peak within it, and the self-motion of a redundant arm would no longer be that of the integral.
 BENT = 1e-3
-# Joint speeds of this many times the limits end a continuation if the arm causes them, not a
-# speed of the tool above 1 m/s or rad/s: the arm is singular there.
+# Joint speeds above this factor on their limits end a continuation, unless a tool speed above
+# 1 m/s or rad/s causes them: the arm is singular there.
 HOPELESS = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """What the tool does at some times of one piece of a path."""
+    """Motion of the tool at some times of one piece of a path."""
 
     time: FloatArray
     position: FloatArray
@@ -38,7 +38,7 @@ class Stages:
 
     @classmethod
     def of(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
-        """Evaluate one piece of a path, which `at` is in, at some times."""
+        """Evaluate the piece of a path that contains `at` at some times."""
         position, rotation, twist, _ = path.state(time, at=at)
         share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
         return cls(time, position, rotation, twist, share, field.along(path, time))
@@ -52,7 +52,7 @@ class Stages:
 
 
 class Moved(NamedTuple):
-    """Where a step leads: NaN if it leads nowhere, and then how far it led and how singular."""
+    """End of a step: NaN if blocked, then with the time reached and the smallest singular value."""
 
     q: FloatArray
     reached: FloatArray
@@ -68,7 +68,7 @@ def moved(
     stages: Stages,
     halvings: int = HALVINGS,
 ) -> Moved:
-    """Take one step from some starts; in halves where it strays from the path."""
+    """Take one step from some starts, halved where it leaves the path."""
     start, middle, end = stages.time
     guess, bent = _step(field, q, v, stages, end - start)
     end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
@@ -102,9 +102,9 @@ def moved(
 def _step(
     field: JointField, q: FloatArray, v: FloatArray, stages: Stages, h: float
 ) -> tuple[FloatArray, FloatArray]:
-    """One Runge-Kutta step, and how far apart its two middles lead: large where joints race.
+    """One Runge-Kutta step, and the difference of its two midpoints: large at peaks of joint speed.
 
-    `v` are the velocities at its start, stages are its start, middle and end.
+    `v` are the velocities at its start; `stages` are its start, middle and end.
     """
     k2 = stages.velocities(field, q + 0.5 * h * v, 1)
     k3 = stages.velocities(field, q + 0.5 * h * k2, 1)

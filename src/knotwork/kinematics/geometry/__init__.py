@@ -1,1 +1,1 @@
-"""Arms whose geometry gives their solutions: configuration flags, and the closed form."""
+"""Arms with solutions by geometry: configuration flags, and the closed form."""

@@ -1,13 +1,13 @@
 """All configurations of a six-joint arm for a pose in closed form, where its geometry has one.
 
-Those are the arms that configuration flags are defined for: axes 2 and 3 parallel and square to
-axis 1, and either a spherical wrist (Pieper, 1968) or axis 4 parallel to 3 and axes 5 and 6 meeting
-(a Universal Robots arm). Each joint follows from one equation a cos x + b sin x = c. Its two angles
-are those of one flag: they meet where the arm is singular in that way, and beyond that there are
-none.
+These arms have configuration flags: axes 2 and 3 are parallel to each other and perpendicular to
+axis 1, and the wrist is spherical (Pieper, 1968), or axis 4 is parallel to 3 and axes 5 and 6
+intersect (a Universal Robots arm). Each joint follows from one equation a cos x + b sin x = c. Its
+two solutions belong to one flag: they coincide at the singularity of that flag, and beyond it there
+are none.
 
-Positions and directions are those of the base frame with all joints at zero, as in `JointAxes`.
-Arrays have shape (n, 8, ...): poses and the eight ways to choose shoulder, wrist and elbow.
+Positions and directions are in the base frame with all joints at zero, as in `JointAxes`. Arrays
+have shape (n, 8, ...): poses and the eight combinations of shoulder, wrist and elbow.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, kept_with, pose_errors
 from knotwork.waypoints import FloatArray
 
-# An equation's two angles are apart, or out of reach, by a sine of this, for the shoulder by this
-# length [m]. Nearer, rounding and the tolerance of a pose decide, and a search has to look.
+# Margin within which rounding and pose tolerances decide whether an equation has solutions, so that
+# a search is needed: a sine, for the shoulder a length [m].
 CLEAR = 3e-3
-# A pose is met to this [m, rad], or a search has to look.
+# Residual of a pose above which a search is needed [m, rad].
 RESIDUAL = 1e-11
-# Both signs of the shoulder's, the wrist's and the elbow's equation.
+# Signs of the shoulder, the wrist and the elbow.
 _SIGNS = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)]).T
 
 
 def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
-    """Find all configurations for each pose, without regard to position limits.
+    """All configurations for each pose, without regard to position limits.
 
     Args:
         robot: The arm.
         targets: n poses in the base frame.
 
     Returns:
-        For each pose the configurations, shape (b, 6). `None` where the arm has no closed form or
-        is too near a singularity for it to tell how many there are.
+        For each pose the configurations, shape (b, 6). `None` if the arm has no closed form, or is
+        so near a singularity that their number is uncertain.
     """
     equations = _equations(robot)
     if equations is None:
         return [None] * len(targets)
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is not clear
+    with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are not clear
         q, exists, clear = equations.solve(targets)
     n = len(q)
     chain, flat = joint_axes(robot), q.reshape(8 * n, 6)
@@ -68,33 +68,33 @@ class _Equations:
         tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
         self.tip, self.turned = tip[:, 0], rotation[:, :, 0].T
         self.axes, self.parallel = chain.axes, parallel
-        # Where the wrist's axes meet, and where the lower arm ends: what the elbow moves.
+        # The wrist centre, and the end of the lower arm, which the elbow moves.
         self.centre = self.tip + self.turned @ centre
         self.end = chain.origins[3] if parallel else self.centre
         self.origins = chain.origins
-        # Axes 2, 3 and 4 count as one direction; a joint about its opposite turns the other way.
+        # Axes 2, 3 and 4 share one direction; a joint about its opposite has a negative sense.
         self.senses = np.sign(self.axes @ self.axes[1])
-        # The direction that joints 1 to 3, or 1 to 4, leave where the last two of the wrist see it.
+        # The direction that is fixed relative to the last two joints of the wrist.
         self.fixed = self.axes[1] if parallel else self.axes[3]
 
     def solve(self, targets: Targets) -> tuple[FloatArray, BoolArray, BoolArray]:
-        """Joint positions (n, 8, 6), which of them exist (n, 8), and where that is clear (n,)."""
+        """Joint positions (n, 8, 6), whether each exists (n, 8), and whether that is clear (n,)."""
         shoulder, wrist, elbow = _SIGNS
         a, o = self.axes, self.origins
-        # R and p take points at zero to where they are at the pose.
+        # R and p map points at the zero configuration to those at the pose.
         R = targets.rotation.transpose(2, 1, 0) @ self.turned.T
         R = np.repeat(R[:, None], 8, axis=1)
         p = targets.position.T[:, None] - R @ self.tip
         q, rooms = np.empty((len(R), 8, 6)), []
 
         def solved(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
-            """The angle with x cos + y sin = z of the given sign."""
+            """The solution of x cos + y sin = z with the given sign."""
             size = np.hypot(x, y)
             rooms.append(size * size - z * z)
             cosine = z / np.maximum(size, 1e-300)
             return np.asarray(np.arctan2(y, x) + sign * np.arccos(np.clip(cosine, -1.0, 1.0)))
 
-        # Joints 2 and on leave the wrist's centre as far along axis 2 as it is.
+        # Joints 2 and following do not move the wrist centre along axis 2.
         w = R @ self.centre + p - o[0]
         along = (self.centre - o[0]) @ a[1]
         q[..., 0] = solved(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
@@ -103,7 +103,7 @@ class _Equations:
         if self.parallel:
             self._wrist(q, R, solved, wrist)
             last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
-            # Where joints 1 to 3 take the end of the lower arm: joints 5 and 6 turned back.
+            # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
             back = R @ last.swapaxes(2, 3)
             end = _apply(R, self.centre) + p + _apply(back, self.end - self.centre)
             self._elbow(q, end, solved, elbow)
@@ -120,14 +120,14 @@ class _Equations:
         room = np.array(rooms)
         exists = np.asarray((room > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for one in room[::-1]:  # what follows from an unclear angle is not clear either
+        for one in room[::-1]:  # an angle that depends on an unclear one is not clear either
             clear = np.asarray((one < -(CLEAR**2)) | ((one > CLEAR**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
     def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
-        """Joints 5 and 6, from the rotation that the joints from the fixed direction on make."""
+        """Joints 5 and 6, from the rotation of the joints after the fixed direction."""
         fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
-        # Seen from the fixed direction, axis 6 is where joint 5 alone has turned it.
+        # Relative to the fixed direction, axis 6 is moved by joint 5 alone.
         level = (fixed @ fifth) * (fifth @ sixth)
         across = sixth - (fifth @ sixth) * fifth
         seen = R @ sixth @ fixed
@@ -136,7 +136,7 @@ class _Equations:
         q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
 
     def _elbow(self, q: FloatArray, end: FloatArray, solved: Any, sign: FloatArray) -> None:
-        """Joints 2 and 3, which take the end of the lower arm to a point (n, 8, 3)."""
+        """Joints 2 and 3 that bring the end of the lower arm to a point (n, 8, 3)."""
         axis, o = self.axes[1], self.origins
         upper, lower = o[2] - o[1], self.end - o[2]
         upper = upper - (upper @ axis) * axis
@@ -173,7 +173,7 @@ def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _square(axis: FloatArray) -> FloatArray:
-    """A unit vector square to another."""
+    """A unit vector perpendicular to another."""
     other = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     return np.asarray(other / np.linalg.norm(other))
 

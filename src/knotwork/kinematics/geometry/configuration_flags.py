@@ -1,16 +1,16 @@
 """Configuration flags of a six-joint arm: shoulder, elbow and wrist, found from its joint axes.
 
-An arm whose axes 2 and 3 are parallel and square to axis 1, and whose last axes either meet in a
-point (spherical wrist) or have axis 4 parallel to 3 and axes 5 and 6 meeting, is singular in three
-ways. Each of them is a flag, with a sign:
+An arm has three kinds of singularity if axes 2 and 3 are parallel, and perpendicular to axis 1, and
+the last axes intersect in a point (spherical wrist) or axis 4 is parallel to 3 and axes 5 and 6
+intersect. Each kind is a flag, with a sign:
 
-* shoulder: on which side of axis 1 the wrist is. Seen by someone who stands behind the arm and
-  looks where it reaches, the upper arm is to the left or to the right of axis 1; where it is
-  neither, left is where the arm reaches along axis 2 × axis 1.
+* shoulder: the side of axis 1 on which the wrist is. Seen from behind the arm, in the direction in
+    which it reaches, the upper arm is to the left or to the right of axis 1; if neither, left is
+    where the arm reaches along axis 2 × axis 1.
 * elbow: up or down, for an arm that reaches away from its base; up is along axis 1.
-* wrist: no flip where axis 6 is turned from axis 4 in the positive sense of joint 5, else flip.
+* wrist: no flip where axis 6 is rotated from axis 4 in the positive sense of joint 5, else flip.
 
-Axis 1 is taken in that of its directions that points along z of the base frame.
+Axis 1 has the direction that points along z of the base frame.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ TINY = 1e-6
 
 
 class Geometry(NamedTuple):
-    """The wrist of an arm that the flags are defined for.
+    """Geometry of an arm with flags.
 
     Attributes:
         parallel: Axis 4 is parallel to axis 3; otherwise the wrist is spherical.
-        up: +1 or -1: which direction of axis 1 is up.
-        side: +1 or -1: which way an arm that reaches along axis 2 × axis 1 is called left.
-        centre: Where the last two or three axes meet, seen from the TCP: in tool axes [m],
+        up: Direction of axis 1 that is up, +1 or -1.
+        side: Sign of the shoulder that is left for an arm along axis 2 × axis 1, +1 or -1.
+        centre: Intersection of the last two or three axes, relative to the TCP in tool axes [m],
             shape (3,).
     """
 
@@ -48,7 +48,7 @@ class Geometry(NamedTuple):
 
 @kept_with
 def geometry(robot: Robot) -> Geometry | None:
-    """The geometry of an arm that the flags are defined for, or `None`."""
+    """Geometry of an arm with flags, or `None`."""
     if robot.dof != 6:
         return None
     chain = joint_axes(robot)
@@ -66,8 +66,8 @@ def geometry(robot: Robot) -> Geometry | None:
     tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
     in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
     found = Geometry(not on_axis_4, up, -1.0 if across < -TINY else 1.0, in_tool)
-    # The flags mean what they say if the Jacobian loses rank where one of the three vanishes and
-    # nowhere else: its determinant is a constant times their product.
+    # The flags are valid if the Jacobian loses rank exactly where one of the three vanishes: its
+    # determinant is a constant times their product.
     q = 2 * np.pi * low_discrepancy(6, 24) - np.pi
     product = np.prod(_functions(chain, found, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
@@ -82,7 +82,7 @@ def _parallel(a: FloatArray, b: FloatArray) -> bool:
 
 
 def _meeting(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
-    """The point where two lines meet, or `None`."""
+    """The intersection of two lines, or `None`."""
     normal = np.cross(a, b)
     square = normal @ normal
     if square < TINY or abs((q - p) @ normal) > TINY:
@@ -125,20 +125,19 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         return np.where(np.abs(determinant) < TINY * TINY, 0.0, np.sign(determinant))[:, None]
     values = _functions(chain, found, q)
     signs = np.where(np.abs(values) < TINY, 0.0, np.sign(values))
-    # The same shape of the elbow is up on one side of axis 1 and down on the other.
+    # The same elbow is up on one side of axis 1 and down on the other.
     signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * found.side)
     return signs.T
 
 
 def all_branches(robot: Robot, q: FloatArray) -> bool | None:
-    """Whether configurations (n, d) for one pose are all there are, as far as the flags show.
+    """Whether configurations (n, d) are all solutions of a pose, as far as the flags show.
 
-    Only for arms that the flags are defined for. There can be one for each combination of them,
-    though not at every pose. And where the elbow is up it can also be down, shoulder and wrist
-    as they are.
+    Only for arms with flags. There can be one solution for each combination of flags, though not
+    at every pose; and each with the elbow up has one with the elbow down.
 
     Returns:
-        `True` or `False`, and `None` where that is not known.
+        `True` or `False`, and `None` if unknown.
     """
     if geometry(robot) is None:
         return None
@@ -153,7 +152,7 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
 
 
 def describe_flags(robot: Robot, flags: FloatArray) -> str:
-    """The flags of one configuration, shape (k,), in words: `shoulder left, elbow up, no flip`."""
+    """Text of the flags (k,) of one configuration: `shoulder left, elbow up, no flip`."""
     if geometry(robot) is None:
         return (
             {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[flags[0]] if len(flags) else ""

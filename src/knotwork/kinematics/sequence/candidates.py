@@ -1,4 +1,4 @@
-"""The candidates at each waypoint of a task: all solutions of its pose, and what each is worth."""
+"""The candidates at each waypoint of a task: all solutions of its pose, with their costs."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
+# Residual above which a twist is unattainable [m/s, rad/s].
 RESIDUAL = 1e-7
-# Samples of a self-motion.
+# Number of samples of a self-motion.
 SPREAD = 24
-# As near the pose solutions are brought [m, rad].
+# Pose error of solutions [m, rad].
 TOLERANCE = 1e-9
 
 
@@ -35,16 +35,15 @@ class Candidates(NamedTuple):
 
     Attributes:
         q: Joint positions inside the limits, all turns, shape (m, d).
-        branch: Index of the branch of each, shape (m,).
+        branch: Index of the branch of each candidate, shape (m,).
         flags: Configuration flags, shape (m, k).
-        lost: 0 where joint velocities give the twist, otherwise 1 and what they leave of it
-            [m/s, rad/s], shape (m,).
-        excess: 0 where these are within the velocity limits, otherwise how many times the limits
-            they are, shape (m,).
-        weight: Factor of the travel from and to each, shape (m,).
-        velocity: Joint velocities that give the twist [rad/s or m/s], shape (m, d).
+        lost: 0 where the twist is attainable, otherwise 1 + its residual [m/s, rad/s], shape (m,).
+            excess: 0 where these joint velocities are within limits, otherwise their ratio to the
+            limits, shape (m,).
+        weight: Factor on the travel from and to each candidate, shape (m,).
+        velocity: Joint velocities for the twist [rad/s or m/s], shape (m, d).
         branches: Number of branches inside the limits.
-        free: The arm moves freely at the pose, and the candidates are samples of its self-motion.
+        free: The arm is redundant at the pose, and the candidates are samples of its self-motion.
     """
 
     q: FloatArray
@@ -69,8 +68,8 @@ def find_candidates(
     Args:
         robot: The robot.
         waypoints: Poses and twists.
-        references: For each waypoint a configuration that its solution may be wanted near.
-        units: What errors say lengths and angles in.
+        references: For each waypoint a configuration near which a solution may be wanted.
+        units: Units of lengths and angles in errors.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError: A pose has no solution inside the limits.
@@ -91,7 +90,7 @@ def find_candidates(
         search = PoseSearch(robot, waypoint.pose, TOLERANCE, TOLERANCE)
         free = redundant or len(solutions) > MOST_BRANCHES
         if not free and not (i and np.array_equal(reference, references[i - 1])):
-            # The solution next to where the arm comes from must not be missing.
+            # The solution nearest the previous configuration must not be missing.
             local = search.solve(reference, limits_of(robot))
             if local.converged:
                 both = np.vstack([solutions, local.q])
@@ -100,11 +99,11 @@ def find_candidates(
         if free and not redundant:
             kept = farthest_apart(robot, kept, SPREAD)
         if not free:
-            # The order decides ties, and must not hang on which search came to which solution.
+            # The order decides ties, and must not depend on the order of searches.
             kept = np.array(sorted(kept, key=in_order)).reshape(-1, robot.dof)
         copies = [all_turns(robot, q) for q in kept]
         if free or not copies:
-            # Where to be is refined later; at first any solution nearby is sufficient.
+            # Refined later: any solution nearby is sufficient at first.
             near = reference if before is None else before
             before = _solution(robot, waypoint, near, units, nearest=not free)
             copies.insert(0, all_turns(robot, before))
@@ -115,7 +114,7 @@ def find_candidates(
 def nearest_candidate(
     robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units = SI
 ) -> Candidates:
-    """The one candidate at a waypoint whose solution is to be near a configuration.
+    """The candidate at a waypoint that is nearest a configuration.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
@@ -125,7 +124,7 @@ def nearest_candidate(
 
 
 def candidates_of(robot: Robot, waypoint: CartesianWaypoint, q: FloatArray) -> Candidates:
-    """A solution of an arm that moves freely at a waypoint, with its turns."""
+    """Candidates of one solution of a redundant arm at a waypoint, with its turns."""
     return _valued(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
 
 
@@ -147,7 +146,7 @@ def _solution(
 
 
 def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Samples of the self-motion at each pose, and where those of the pose before lead."""
+    """Samples of the self-motion at each pose, and projections of the previous pose's samples."""
     fresh = [farthest_apart(robot, q, SPREAD) for q in sample_self_motion(robot, targets)]
     found = [fresh[0]]
     for i in range(1, len(targets)):
@@ -168,13 +167,13 @@ def _valued(
     waypoints: Sequence[CartesianWaypoint],
     copied: Sequence[tuple[list[FloatArray], bool]],
 ) -> list[Candidates]:
-    """Say what each solution is worth: the speeds it takes, and how near limits it is.
+    """Evaluate each solution: its joint speeds, and its nearness to limits.
 
     Args:
         robot: The robot.
         waypoints: The waypoints.
-        copied: For each of them its solutions, each with its turns, shape (k, d), and whether the
-            arm moves freely there.
+        copied: For each waypoint its solutions, each with its turns, shape (k, d), and whether the
+            arm is redundant there.
     """
     counts = [len(copies) for copies, _ in copied]
     first = np.array([turns[0] for copies, _ in copied for turns in copies])

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import whole_turns
-from knotwork.kinematics.sequence.cost import UNBOUNDED, Cost
 from knotwork.kinematics.sequence.step_costs import (
+    UNBOUNDED,
+    Cost,
     Layer,
     Reached,
     Rules,
@@ -20,13 +21,13 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """A choice.
+    """A chosen sequence.
 
     Attributes:
-        index: The candidate chosen at each waypoint.
-        q: Its joint positions, joints without limits at the turn they come to, shape (n, d).
-        cost: Of the whole, numbers.
-        blocked: The first waypoint that nothing allowed leads to, or `None`.
+        index: Index of the candidate chosen at each waypoint.
+        q: Joint positions; joints without limits at the turn they reach, shape (n, d).
+        cost: Cost of the whole sequence, numbers.
+        blocked: The first waypoint that no allowed candidate reaches, or `None`.
     """
 
     index: tuple[int, ...]
@@ -36,16 +37,16 @@ class Sequence:
 
 
 def choose_sequence(layers: list[Layer], durations: FloatArray, rules: Rules) -> Sequence:
-    """Choose the sequence of least cost by dynamic programming (Bellman, 1957).
+    """Choose the minimum-cost sequence by dynamic programming (Bellman, 1957).
 
-    The cost of a joint without limits depends on how far it turns in a step, the short way. Only
-    where given positions follow later does it matter which turn it has come to, and there the
-    turn of the cheapest way to each candidate counts.
+    The cost of a joint without limits depends on its shortest rotation in a step. The turn that it
+    has reached matters only where given positions follow later; there the turn of the cheapest
+    sequence to each candidate is used.
 
     Args:
         layers: The candidates at each of n waypoints, at least one in each.
-        durations: Time between them [s], shape (n - 1,).
-        rules: What steps cost.
+        durations: Time between the waypoints [s], shape (n - 1,).
+        rules: Rules for the cost of steps.
     """
     greedy = reach(layers, durations, rules, greedy=True)
     whole = len(greedy) == len(layers)
@@ -68,17 +69,17 @@ def reach(
     *,
     greedy: bool = False,
 ) -> list[Reached]:
-    """Find the cheapest way to each candidate of each layer.
+    """Find the cheapest sequence to each candidate of each layer.
 
     Args:
         layers: The candidates at each of n waypoints.
-        durations: Time between them [s], shape (n - 1,).
-        rules: What steps cost.
-        bound: Candidates that no way passes that costs so little are left out.
-        greedy: Of each layer keep the cheapest candidate alone.
+        durations: Time between the waypoints [s], shape (n - 1,).
+        rules: Rules for the cost of steps.
+        bound: Candidates without a sequence of at most this cost are left out.
+        greedy: Keep only the cheapest candidate of each layer.
 
     Returns:
-        A state for each layer; fewer where nothing allowed leads on.
+        A state for each layer; fewer if the sequence is blocked.
     """
     onward = _least_onward(layers, rules)
     first = layers[0]
@@ -103,9 +104,9 @@ def reach(
 
 
 def _least_onward(layers: list[Layer], rules: Rules) -> list[Cost]:
-    """Least cost of the way on from each layer to the end, in distance and travel.
+    """Lower bound on the cost from each layer to the end, in distance and travel.
 
-    The least that each step would cost if all joints could go the short way round.
+    The minimum cost of each step if all joints could take their shortest rotation.
     """
     once = [_once(layer.q) for layer in layers]
     least = [Cost()]
@@ -119,7 +120,7 @@ def _least_onward(layers: list[Layer], rules: Rules) -> list[Cost]:
 
 
 def _once(q: FloatArray) -> FloatArray:
-    """Configurations that are more than turns apart, each once."""
+    """Configurations that differ by more than whole turns, each once."""
     turned = np.rint(1e9 * (q - whole_turns(q))).astype(np.int64)
     rows = turned.view(np.dtype((np.void, turned.itemsize * turned.shape[1]))).ravel()
     return np.asarray(q[np.unique(rows, return_index=True)[1]])
@@ -134,18 +135,18 @@ def _moved(
     turns: FloatArray,
     rules: Rules,
 ) -> Reached:
-    """The candidates kept of a layer, each reached the cheapest way."""
+    """The candidates kept of a layer, each at the end of its cheapest sequence."""
     taken = layer.take(kept)
     if not layer.fixed:
         for row, j in enumerate(np.flatnonzero(rules.unbounded)):
             taken.q[:, j] = before.q[came, j] + turns[row][came, kept]
-    # On a singularity a branch has no flag of its own, and keeps that of the way to it.
+    # At a singularity a branch has no flag, and keeps the flag of the sequence to it.
     flags = np.where(taken.flags == 0.0, before.flags[came], taken.flags)
     return Reached(taken._replace(cost=cost.take(kept).without_zeros(), flags=flags), kept, came)
 
 
 def way_to(states: list[Reached], row: int) -> list[int]:
-    """The rows of the states on the cheapest way to a row of the last of them."""
+    """Rows of the states along the cheapest sequence to a row of the last state."""
     rows = [row]
     for state in reversed(states[1:]):
         rows.append(int(state.came[rows[-1]]))

@@ -1,4 +1,4 @@
-"""How near limits and singularities configurations are."""
+"""Nearness of configurations to position limits and singularities."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# Nearer than this to a limit [rad or m] or with a singular value below, travel counts for more, up
-# to twice as much on a limit, and likewise on a singularity.
+# Within these margins of a limit [rad or m] or of a zero singular value travel is weighted more, up
+# to twice as much on a limit, and likewise at a singularity.
 LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
 
 
 def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
-    """How near configurations (n, d) are to position limits, shape (n,).
+    """Nearness of configurations (n, d) to position limits, shape (n,).
 
-    0 far, 1 on or beyond one: the square of how much of `LIMIT_MARGIN` is used up. Virtual joints,
-    which nothing moves, do not count.
+    0 outside `LIMIT_MARGIN`, 1 on or beyond a limit, and quadratic between. Virtual joints do not
+    count.
     """
     room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
     nearest = room[:, ~robot.virtual].min(axis=1)
@@ -26,20 +26,20 @@ def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def singular_nearness(J: FloatArray) -> FloatArray:
-    """How near configurations of Jacobians (n, 6, d) are to singularities, shape (n,).
+    """Nearness of configurations to singularities, from their Jacobians (n, 6, d), shape (n,).
 
-    0 far, 1 on one: the square of how far below `SINGULAR_MARGIN` the smallest singular value is.
+    0 if the smallest singular value is above `SINGULAR_MARGIN`, 1 if it is zero, quadratic between.
     """
-    # Of J Jᵀ or Jᵀ J the smaller; its smallest eigenvalue is the square of what is asked for.
+    # The smaller of J Jᵀ and Jᵀ J; its smallest eigenvalue is the square of the singular value.
     gram = J @ J.transpose(0, 2, 1) if J.shape[2] > 6 else J.transpose(0, 2, 1) @ J
     smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, 0], 0.0))
     return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)
 
 
 def weights(robot: Robot, q: FloatArray, J: FloatArray | None = None) -> FloatArray:
-    """Factor of the travel at configurations (n, d): 1, and more near limits and singularities.
+    """Factor on the travel at configurations (n, d): 1, and more near limits and singularities.
 
-    Their Jacobians (n, 6, d) are taken where they are given.
+    Jacobians (n, 6, d) are computed unless given.
     """
     J = joint_axes(robot).jacobians(q) if J is None else J
     return 1.0 + limit_nearness(robot, q) + singular_nearness(J)

@@ -11,9 +11,8 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import difference, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence.cost import Cost
 from knotwork.kinematics.sequence.nearness import weights
-from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Layer, Rules, step_costs
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Cost, Layer, Rules, step_costs
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -21,20 +20,20 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 SWEEPS = 12
 # Steps tried along the self-motion [rad or m], either way, besides those towards the neighbours.
 STEPS = (0.3, 0.08, 0.02)
-# Smaller moves end it [rad or m].
+# Smaller moves end the refinement [rad or m].
 SMALLEST_MOVE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """The task: where and when the arm has to be, and where it comes from.
+    """The task of a refinement.
 
     Attributes:
-        times: Of the waypoints [s], shape (n,).
-        rules: What steps cost.
-        waypoints: Those that may be moved by self-motion; `None` for those that may not.
-        near: Configuration to be near at all of them, shape (d,), or `None` for least travel.
-        origin: Configuration that the travel to the first counts from, shape (d,), or `None`.
+        times: Times of the waypoints [s], shape (n,).
+        rules: Rules for the cost of steps.
+        waypoints: Waypoints that self-motion may move; `None` for fixed ones.
+        near: Preferred configuration at all waypoints, shape (d,), or `None` for minimum travel.
+        origin: Configuration before the first waypoint for its travel, shape (d,), or `None`.
         free_velocity: Waypoints whose speed is chosen later, by index.
     """
 
@@ -49,17 +48,16 @@ class Given:
 def refine_sequence(
     robot: Robot, given: Given, positions: FloatArray, velocities: FloatArray
 ) -> FloatArray:
-    """Move each waypoint along its self-motion to where the whole motion is better.
+    """Move waypoints along their self-motion to improve the whole motion.
 
-    Every other waypoint, then the others, and again: each tries steps along its self-motion, and
-    towards its neighbours, and takes the best, by what the steps from and to the neighbours cost in
-    the choice of the sequence.
+    Alternately every other waypoint and the rest try steps along their self-motion and towards
+    their neighbours. Each takes the best one, by the cost of the steps from and to its neighbours.
 
     Args:
         robot: The robot.
         given: The data of the task.
         positions: Joint positions at all waypoints [rad or m], shape (n, d).
-        velocities: Joint velocities there [rad/s or m/s], shape (n, d).
+        velocities: Joint velocities at the waypoints [rad/s or m/s], shape (n, d).
 
     Returns:
         Joint positions with the same tool poses, shape (n, d).
@@ -74,7 +72,7 @@ def refine_sequence(
 
 
 class _Refinement:
-    """The state of the waypoints while they are moved."""
+    """State of the waypoints during refinement."""
 
     def __init__(
         self, robot: Robot, given: Given, positions: FloatArray, velocities: FloatArray
@@ -89,12 +87,12 @@ class _Refinement:
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in posed])
         numbers = np.cumsum([w is not None for w in given.waypoints]) - 1
         self.number = numbers  # of each waypoint among those that may be moved
-        # When each waypoint was moved and when it was tried last, in rounds.
+        # Rounds in which each waypoint was last moved and last tried.
         self.count = 1
         self.changed, self.tried = np.ones(len(positions), int), np.zeros(len(positions), int)
 
     def improve(self, chosen: list[int]) -> float:
-        """Move some waypoints, no two of them neighbours; how far the farthest went [rad or m]."""
+        """Move some waypoints, no two of them neighbours, and give the largest move [rad or m]."""
         chosen = [i for i in chosen if self._since_moved(i)]
         if not chosen:
             return 0.0
@@ -108,7 +106,7 @@ class _Refinement:
             limits=limits_of(self.robot),
             max_iterations=12,
         )
-        # Where it is now comes first, and ties leave it there.
+        # The present configuration comes first, and ties keep it.
         owner = np.concatenate([np.array(chosen), owner[found.converged]])
         q = np.vstack([self.q[chosen], found.q[found.converged]])
         J = self.chain.jacobians(q)
@@ -129,7 +127,7 @@ class _Refinement:
         return bool(self.changed[max(i - 1, 0) : i + 2].max() > self.tried[i])
 
     def _starts(self, chosen: list[int]) -> tuple[Any, FloatArray]:
-        """Where to look: steps along the self-motion of each waypoint, and towards neighbours."""
+        """Trial steps: along the self-motion of each waypoint, and towards its neighbours."""
         _, _, Vt = np.linalg.svd(self.chain.jacobians(self.q[chosen]))
         owner: list[int] = []
         starts: list[FloatArray] = []
@@ -143,7 +141,7 @@ class _Refinement:
         return np.array(owner), np.array(starts)
 
     def _to_goal(self, i: int) -> FloatArray:
-        """From a waypoint to `near`, whole turns aside, or to the middle of its neighbours."""
+        """Difference from a waypoint to `near`, whole turns aside, or to its neighbours' middle."""
         if self.given.near is not None:
             return difference(self.given.near, self.q[i], self.chain.revolute)
         beside = [self.q[k] for k in (i - 1, i + 1) if 0 <= k < len(self.q)]
@@ -152,7 +150,7 @@ class _Refinement:
         return np.asarray(np.mean(beside, axis=0) - self.q[i])
 
     def _costs(self, i: int, q: FloatArray, v: FloatArray, J: FloatArray) -> Cost:
-        """Cost of candidates at a waypoint, its neighbours as they are, shape (m,) each."""
+        """Cost of candidates at a waypoint with its neighbours fixed, shape (m,) each."""
         speed = (np.abs(v) / self.limit).max(axis=1)
         weight, away = weights(self.robot, q, J), np.zeros(len(q))
         if self.given.near is not None:
@@ -175,6 +173,6 @@ class _Refinement:
         return cost
 
     def _layer(self, q: FloatArray, v: FloatArray, weight: FloatArray | None = None) -> Layer:
-        """Configurations as a layer of a sequence, at the turns that they have."""
+        """Configurations as a layer of a sequence, at their present turns."""
         weight = weights(self.robot, q) if weight is None else weight
         return Layer(q, Cost(), weight, np.empty((len(q), 0)), fixed=True, velocity=v)

@@ -1,40 +1,114 @@
-"""What each step from one waypoint to the next costs."""
+"""Lexicographic costs, and the cost of each step from one waypoint to the next."""
 
 from __future__ import annotations
 
+import math
+import operator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import BoolArray, whole_turns
-from knotwork.kinematics.sequence.cost import TIE, Cost
 from knotwork.waypoints import FloatArray
 
-# A speed is too fast beyond this part of the limit: at the limit itself rounding must not decide.
+# A speed is too high above this factor on the limit: at the limit rounding must not decide.
 AT_LIMIT = 1.0 + 1e-9
-# Joint positions nearer than this are those of the same step [rad or m].
+# Absolute and relative differences below which costs are equal: then the next level decides, and
+# finally the first candidate wins, on every machine.
+TIE = 1e-9
+RELATIVE_TIE = 1e-14
+# Joint positions within this distance belong to the same step [rad or m].
 SAME_STEP = 1e-6
-# Where between two waypoints cubics are compared with position limits.
+# Absolute and relative widening of a bound, so that equal costs are within it.
+WIDER = 1e-6
+# Fractions of an interval at which cubics are compared with position limits.
 PLACES = (0.25, 0.5, 0.75)
-# Where the slowest joint counts, travel of all joints counts by this part beside it.
+# Weight of the travel of all joints next to the time of the slowest joint.
 BESIDE = 0.1
+
+
+class Cost(NamedTuple):
+    """Lexicographic cost of choices: an earlier level counts before all later ones.
+
+    Each attribute is an array over the choices, or a number that holds for all.
+
+    Attributes:
+        impossible: Sum over waypoints with an unattainable twist of 1 + residual; infinite for a
+            forbidden change of branch.
+        collisions: Number of colliding candidates and steps.
+        infeasible: Sum of the ratios of joint speeds above their limits, on average over an
+            interval or at a waypoint, to the limits.
+        violation: Mid-interval violations: 2 − 1/u for a cubic at u times a velocity limit
+            halfway, 1 + excess [rad or m] for one beyond a position limit at `PLACES`.
+        changes: Number of avoidable changes of branch.
+        distance: Distance from the preferred configuration [s].
+        travel: Weighted travel [s].
+    """
+
+    impossible: Any = 0.0
+    collisions: Any = 0.0
+    infeasible: Any = 0.0
+    violation: Any = 0.0
+    changes: Any = 0.0
+    distance: Any = 0.0
+    travel: Any = 0.0
+
+    def plus(self, other: Cost) -> Cost:
+        """Sum of two costs, with broadcasting."""
+        return Cost(*map(operator.add, self, other))
+
+    def take(self, index: Any) -> Cost:
+        """The costs of some of the choices."""
+        return Cost(*[x[index] if isinstance(x, np.ndarray) else x for x in self])
+
+    def first_least(self) -> Any:
+        """Index of the lexicographic minimum along axis 0; ties within rounding go to the first.
+
+        A level with one value along the other axis holds for all of it; travel has all values.
+        """
+        tied: Any = None
+        for level in self:
+            if not isinstance(level, np.ndarray):
+                continue
+            value = level if tied is None else np.where(tied, level, np.inf)
+            least = value.min(axis=0, keepdims=True)
+            tied = value <= least * (1.0 + RELATIVE_TIE) + TIE
+        return tied.argmax(axis=0)
+
+    def within(self, bound: Cost) -> Any:
+        """Whether each choice costs no more than a bound, within rounding."""
+        result: Any = True
+        for level, most in zip(reversed(self), reversed(bound), strict=True):
+            if isinstance(level, float) and level == most:
+                continue
+            slack = 0.0 if math.isinf(most) else WIDER * (1.0 + abs(most))
+            result = (level < most - slack) | ((level <= most + slack) & result)
+        return result
+
+    def without_zeros(self) -> Cost:
+        """The same cost, with all-zero arrays replaced by 0.0 so that they are skipped."""
+        levels = [0.0 if isinstance(x, np.ndarray) and not x.any() else x for x in self]
+        return Cost(*levels)._replace(travel=self.travel)
+
+
+UNBOUNDED = Cost(*[np.inf] * len(Cost._fields))
 
 
 class Layer(NamedTuple):
     """The candidates at one waypoint.
 
     Attributes:
-        q: Joint positions [rad or m], shape (m, d). Joints that turn without limit may be any
-            number of turns away, unless the layer is `fixed`.
-        cost: Of being at each candidate; its travel of shape (m,).
-        weight: Factor of the travel from and to each, shape (m,).
+        q: Joint positions [rad or m], shape (m, d). Unbounded joints may differ by any number of
+            turns, unless the layer is `fixed`.
+        cost: Cost of each candidate; its travel of shape (m,).
+        weight: Factor on the travel from and to each candidate, shape (m,).
         flags: Configuration flags, shape (m, k); 0 for either.
-        fixed: The positions are given, turns and all.
-        velocity: Joint velocities at each [rad/s or m/s], shape (m, d), or `None` to leave out of
-            account how fast joints are between waypoints.
-        way: Where the arm waits or follows a path, which of the ways each is on, shape (m,).
-        before: Where each way comes from at the waypoint before [rad or m], shape (m, d): then no
-            other step leads to it. `None` where any may.
+        fixed: The positions are given, including turns.
+        velocity: Joint velocities at each candidate [rad/s or m/s], shape (m, d), or `None` to
+            ignore joint speeds between waypoints.
+        way: In a group of dependent waypoints, the group row of each candidate, shape (m,).
+        before: The only previous configuration of each candidate [rad or m], shape (m, d); `None`
+            where any may precede it.
     """
 
     q: FloatArray
@@ -47,16 +121,16 @@ class Layer(NamedTuple):
     before: FloatArray | None = None
 
     def take(self, index: Any) -> Layer:
-        """Those candidates of the given indices."""
+        """The candidates at the given indices."""
         parts = (one[index] if isinstance(one, np.ndarray) else one for one in self)
         return Layer._make(parts)._replace(cost=self.cost.take(index).without_zeros())
 
 
 class CollidingStep(NamedTuple):
-    """A step on which the motion was found to collide.
+    """A step whose motion collided.
 
     Attributes:
-        interval: Its number.
+        interval: Index of the interval.
         start, end: Joint positions at its ends [rad or m], shape (d,).
     """
 
@@ -67,13 +141,13 @@ class CollidingStep(NamedTuple):
     def among(
         self, start: FloatArray, end: FloatArray, unbounded: BoolArray, apart: Any = SAME_STEP
     ) -> BoolArray:
-        """Which steps from l to m candidates are this one; shape (l, m).
+        """Whether each step from l to m candidates is this one; shape (l, m).
 
         Args:
             start: Joint positions of l candidates, shape (l, d).
             end: Joint positions of m candidates, shape (m, d).
-            unbounded: Joints whose whole turns do not count, shape (d,).
-            apart: Joint positions nearer than this are the same [rad or m].
+            unbounded: Whether whole turns of each joint are ignored, shape (d,).
+            apart: Distance within which joint positions are equal [rad or m].
         """
         near = []
         for q, own in ((start, self.start), (end, self.end)):
@@ -87,23 +161,22 @@ class Rules(NamedTuple):
     """Rules for the cost of a step from one waypoint to the next.
 
     Attributes:
-        speed: What joint speeds are measured by [rad/s or m/s], shape (d,): the velocity limits,
-            and something else where there is none.
-        limit: Velocity limits [rad/s or m/s], shape (d,), infinite where there is none.
-        lower, upper: Position limits likewise [rad or m].
-        unbounded: Joints that turn without limit, shape (d,).
-        avoided: Intervals in which a change of branch is to be avoided: all or none, or shape
-            (n - 1,).
-        forbidden: A change of branch is forbidden.
-        colliding: Steps on which the motion was found to collide.
-        apart: Steps whose joint positions are all nearer to theirs than this are these [rad or m],
-            shape (d,) or one for all.
-        untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), so that no
-            joint is too fast in them; `None` for none.
-        weights: How much the travel of each joint counts, shape (d,) or one for all.
-        resting: Intervals from rest to rest whose duration is chosen later, shape (n - 1,), or
-            `None` for none: their travel is how long the slowest joint takes, whatever its weight.
-        ramp: How long each joint takes to its speed [s], shape (d,), or one for all.
+        speed: Reference joint speeds [rad/s or m/s], shape (d,): the velocity limits where given.
+        limit: Velocity limits [rad/s or m/s], shape (d,), infinite where not given.
+        lower, upper: Position limits [rad or m], likewise.
+        unbounded: Whether each joint is unbounded, shape (d,).
+        avoided: Whether a change of branch is to be avoided in each interval, shape (n - 1,), or
+            one value for all.
+        forbidden: Whether a change of branch is forbidden.
+        colliding: Steps whose motion collided.
+        apart: Distance within which a step counts as a colliding one [rad or m], shape (d,) or a
+            number.
+        untimed: Whether the duration or end speeds of each interval are chosen later, shape
+            (n - 1,), so that no joint is too fast; `None` for none.
+        weights: Weight of the travel of each joint, shape (d,) or a number.
+        resting: Whether each interval is from rest to rest with a duration chosen later, shape
+            (n - 1,), or `None`: its travel is the time of the slowest joint, whatever its weight.
+        ramp: Time of each joint to its speed [s], shape (d,), or a number.
     """
 
     speed: FloatArray
@@ -122,22 +195,22 @@ class Rules(NamedTuple):
 
     @property
     def scale(self) -> FloatArray:
-        """What travel is measured by [rad/s or m/s], shape (d,)."""
+        """Scale of travel [rad/s or m/s], shape (d,)."""
         return np.asarray(self.speed / self.weights)
 
     @property
     def beside(self) -> float:
-        """Part by which travel counts beside time: great weights are as small ones of others."""
+        """Weight of travel next to time, normalised by the largest joint weight."""
         return BESIDE / float(max(1.0, np.max(self.weights)))
 
     def of(self, joints: Any) -> Rules:
-        """The same of some of the joints, by index."""
+        """Rules for some of the joints, by index."""
         keys = ("speed", "limit", "unbounded", "lower", "upper", "weights", "ramp")
         values = np.broadcast_arrays(*(getattr(self, key) for key in keys))
         return self._replace(**{k: one[joints] for k, one in zip(keys, values, strict=True)})
 
     def travel(self, interval: Any, move: FloatArray) -> FloatArray:
-        """Travel in intervals [s], of joints that move by `move`, shape (..., d)."""
+        """Travel in intervals [s] of joints that move by `move`, shape (..., d)."""
         share = np.abs(move) / self.speed
         travel = np.asarray(np.linalg.norm(share * self.weights, axis=-1))
         if self.resting is None:
@@ -147,18 +220,18 @@ class Rules(NamedTuple):
 
 
 def least_time(share: FloatArray, ramp: Any) -> FloatArray:
-    """Time from rest to rest [s]: a distance over the greatest speed, reached in a ramp [s]."""
+    """Minimum time from rest to rest [s], from distance over maximum speed and ramp time [s]."""
     longer = share + ramp * (share > 0.0)
     return np.asarray(np.where(share < ramp, 2.0 * np.sqrt(share * ramp), longer))
 
 
 class Reached(NamedTuple):
-    """The candidates of a layer that are kept, and the cheapest way to each.
+    """The candidates of a layer that are kept, and the cheapest sequence to each.
 
     Attributes:
-        layer: Those kept, at the turns that way comes to; their cost is that of the way, too.
-        index: Which candidates of the whole layer they are, shape (m,).
-        came: From which of those kept at the layer before, shape (m,).
+        layer: The candidates kept, at the turns that they reach; their cost includes the sequence.
+        index: Indices of these candidates in the whole layer, shape (m,).
+        came: Indices of their predecessors among those kept of the previous layer, shape (m,).
     """
 
     layer: Layer
@@ -169,17 +242,17 @@ class Reached(NamedTuple):
 def step_costs(
     rules: Rules, start: Layer, layer: Layer, duration: float, interval: int
 ) -> tuple[Cost, FloatArray]:
-    """Cost of each step between two waypoints, and how far the joints turn.
+    """Cost of each step between two waypoints, and the motion of unbounded joints.
 
     Args:
-        rules: What steps cost.
-        start: Where steps start, l candidates.
-        layer: Where they lead, m candidates.
+        rules: Rules for the cost of steps.
+        start: The l candidates at which steps start.
+        layer: The m candidates at which steps end.
         duration: Time for the step [s].
-        interval: Its number.
+        interval: Index of the interval.
 
     Returns:
-        Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
+        Costs, shape (l, m), and the motion of the unbounded joints, shape (u, l, m).
     """
     cost, turns = _step_costs(rules, start, layer, duration, interval)
     for step in rules.colliding:
@@ -213,7 +286,7 @@ def _step_costs(
         if np.isfinite(rules.limit[j]):
             np.maximum(fastest, np.abs(move, out=size), out=fastest)
             if start.velocity is not None and layer.velocity is not None:
-                # The speed of the cubic in its middle: 3/2 Δq/h − (v₀ + v₁)/4.
+                # Speed of the cubic at its midpoint: 3/2 Δq/h − (v₀ + v₁)/4.
                 v0, v1 = start.velocity[:, j], layer.velocity[:, j]
                 np.multiply(move, 1.5 / duration, out=size)
                 size += np.add.outer((0.25 / speed) * v0, (0.25 / speed) * v1)
@@ -243,29 +316,23 @@ def _step_costs(
     avoided = bool(np.ravel(rules.avoided)[interval if np.ndim(rules.avoided) else 0])
     cost = Cost(infeasible=infeasible, violation=violation, travel=travel)
     if avoided or rules.forbidden:
-        cost = _with_changes(cost, rules, start, layer)
+        product = start.flags[:, None, :] * layer.flags[None, :, :]
+        changed = (product < 0).any(axis=2)
+        if changed.any() and rules.forbidden:
+            cost = cost._replace(impossible=np.where(changed, np.inf, 0.0))
+        elif changed.any():
+            cost = cost._replace(changes=changed.astype(float))
     return cost, turns
 
 
-def _with_changes(cost: Cost, rules: Rules, start: Layer, layer: Layer) -> Cost:
-    """What steps cost, changes of branch included."""
-    product = start.flags[:, None, :] * layer.flags[None, :, :]
-    changed = (product < 0).any(axis=2)
-    if not changed.any():
-        return cost
-    if rules.forbidden:
-        return cost._replace(impossible=np.where(changed, np.inf, 0.0))
-    return cost._replace(changes=changed.astype(float))
-
-
 def _outside_between(rules: Rules, start: Layer, layer: Layer, duration: float) -> Any:
-    """What it costs that cubics are beyond a position limit on the way; 0 or shape (l, m)."""
+    """Cost of cubics beyond a position limit between waypoints; 0 or shape (l, m)."""
     v0, v1 = start.velocity, layer.velocity
     if v0 is None or v1 is None:
         return 0.0
     outside = np.zeros((len(start.q), len(layer.q)))
     _, lower, upper = np.broadcast_arrays(rules.speed, rules.lower, rules.upper)
-    # at rest at both ends a cubic stays between them
+    # a cubic at rest at both ends stays between them
     moving = v0.any(axis=0) | v1.any(axis=0)
     for j in np.flatnonzero(moving & np.isfinite(lower) & np.isfinite(upper)):
         for s in PLACES:
@@ -280,7 +347,7 @@ def _outside_between(rules: Rules, start: Layer, layer: Layer, duration: float) 
 def _steps_along(
     rules: Rules, start: Layer, layer: Layer, before: FloatArray
 ) -> tuple[Cost, FloatArray]:
-    """Steps where each candidate follows from one at the waypoint before, and from no other."""
+    """Steps where each candidate has exactly one predecessor."""
     shape = len(start.q), len(layer.q)
     move = layer.q - before
     travel = layer.weight * np.linalg.norm(move / rules.scale, axis=1)

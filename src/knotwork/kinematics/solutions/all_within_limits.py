@@ -1,4 +1,4 @@
-"""All solutions of a pose inside the joint limits, before turns are counted."""
+"""All solutions of a pose inside the joint limits, without their turns."""
 
 from __future__ import annotations
 
@@ -19,17 +19,16 @@ from knotwork.kinematics.solutions.self_motion import sample_self_motion
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
-# A solution outside the limits by up to this [rad or m] has another next to it inside, if the arm
-# is near enough to a singularity for rounding to move solutions that far.
+# A solution outside the limits by up to this [rad or m] may have another one next to it inside,
+# near a singularity where rounding moves solutions that far.
 EDGE = 1e-2
 
 
 def solutions_within_limits(search: PoseSearch) -> FloatArray:
-    """Find all solutions of a pose inside the limits, at the turns nearest their middle.
+    """All solutions of a pose inside the limits, at the turns nearest their middle.
 
-    For an arm of up to six joints all solutions, whatever the limits, and of these the ones that
-    some turn brings inside. For a redundant arm samples of its self-motion, dense enough that
-    one is near any solution.
+    For an arm of up to six joints, the solutions that a turn brings inside. For a redundant arm,
+    samples of its self-motion, dense enough that one is near any solution.
 
     Args:
         search: The pose, the robot and the tolerances.
@@ -43,7 +42,7 @@ def solutions_within_limits(search: PoseSearch) -> FloatArray:
 
 
 def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArray:
-    """Solutions that whole turns bring inside the limits, at that turn, shape (k, d)."""
+    """Solutions that whole turns bring inside the limits, at these turns, shape (k, d)."""
     if not len(solutions):
         return solutions
     robot, limits = search.robot, limits_of(search.robot)
@@ -65,5 +64,5 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
 
 
 def in_order(q: FloatArray) -> tuple[float, ...]:
-    """Key that sorts configurations alike on every machine."""
+    """Key that sorts configurations equally on every machine."""
     return tuple((np.round(q, 5) + 0.0).tolist())

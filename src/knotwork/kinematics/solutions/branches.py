@@ -1,4 +1,4 @@
-"""All solutions of a pose: every branch with its turns, or a spread of the self-motion."""
+"""All solutions of a pose: every branch with its turns, or samples of the self-motion."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from knotwork.kinematics.solutions.self_motion import farthest_apart
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
-# Configurations that stand for the self-motion of an arm that moves freely.
+# Number of samples of the self-motion of a redundant arm.
 SPREAD = 32
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """One way for an arm to take a pose.
+    """A solution of a pose, with its turns.
 
     >>> robot = kw.load_robot("ur5")
     >>> pose = robot.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
@@ -34,17 +34,17 @@ class Branch:
     (8, 'shoulder right, elbow up, no flip')
 
     Attributes:
-        q: Joint positions inside the limits [rad or m], shape (d,), read-only: of the turns the
-            one nearest the middle of the limits, and nearest zero where there are none.
-        turns: All copies inside the limits, joints whole turns apart, shape (k, d), read-only. A
-            joint without limits is within half a turn of zero in all of them. Of more than
-            1024 those are left out that are farthest from the middle of the limits.
-        flags: The configuration flags in words, `shoulder left, elbow up, no flip`; empty where
-            the arm has none.
-        smallest_singular_value: That of the Jacobian: zero at a singularity.
+        q: Joint positions inside the limits [rad or m], shape (d,), read-only, at the turn nearest
+            the middle of the limits, or nearest zero without limits.
+        turns: All copies inside the limits, offset by whole turns, shape (k, d), read-only. A
+            joint without limits is within half a turn of zero. At most 1024 copies are kept,
+            nearest the middle of the limits.
+        flags: Text of the configuration flags, `shoulder left, elbow up, no flip`; empty for an
+            arm without flags.
+        smallest_singular_value: Smallest singular value of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
         orientation_error: Angle of the tool from the pose, by `Robot.forward` [rad].
-        sampled: The arm moves freely at the pose, and this is one of the samples of that motion.
+        sampled: The arm is redundant at the pose, and this is a sample of its self-motion.
     """
 
     q: FloatArray
@@ -68,25 +68,24 @@ def solve_pose_ik_all(
 ) -> tuple[Branch, ...]:
     """Find every branch that takes the TCP to a pose inside the joint limits, with its turns.
 
-    An arm whose geometry has one is solved in closed form: axes 2 and 3 parallel and square to
-    axis 1, and a spherical wrist or the wrist of a Universal Robots arm. Near singularities, and
-    for all other arms of up to six joints, searches go on until a round of them brings nothing
-    new. A redundant arm has infinitely many solutions, and so has one that
-    is singular at the pose: they get a spread of configurations over the self-motion instead,
-    marked `sampled`. The same arguments always give the same answer.
+    Some arms are solved in closed form: axes 2 and 3 parallel to each other and perpendicular to
+    axis 1, and a spherical wrist or that of a Universal Robots arm. Near singularities, and for
+    all other arms of up to six joints, searches are repeated until a round finds nothing new. A
+    redundant arm, or one that is singular at the pose, has infinitely many solutions: samples of
+    its self-motion are returned, marked `sampled`. The same arguments always give the same result.
     `robot.solve_pose_ik_all(pose)` is the same.
 
     Args:
         robot: The robot.
         pose: Pose of the TCP in the base frame, `pin.SE3`.
-        position_tolerance: [m].
-        orientation_tolerance: [rad].
-        spread: How many configurations stand for a self-motion.
+        position_tolerance: Position tolerance [m].
+        orientation_tolerance: Orientation tolerance [rad].
+        spread: Number of samples of a self-motion.
         waypoint: Name of the waypoint, for errors.
-        where: Where it is defined, for errors.
+        where: Location of its definition, for errors.
 
     Returns:
-        The branches in an order of their own, at least one.
+        The branches in a fixed order, at least one.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError, WaypointDataError, RobotError: As `solve_pose_ik`.

@@ -1,4 +1,4 @@
-"""Every configuration of an arm of up to six joints for a pose, turns of 2π apart counted once."""
+"""All configurations of an arm of up to six joints for a pose, without their turns."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.waypoints import FloatArray
 
 # Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
-# batch of this size takes hardly longer than one of half of it.
+# batch of this size takes hardly longer than one of half the size.
 FIRST_STARTS = 64
 MORE_STARTS = 32
 MAX_ROUNDS = 6
-# Steps of the first round, in which half of the searches get there, and of those after it.
+# Steps of the first round, in which half of the searches converge, and of later rounds.
 FIRST_ITERATIONS = 12
 MAX_ITERATIONS = 72
-# Searches end this near the pose [m, rad]: the remaining error moves no joint
-# by more than `SAME`, but where two branches meet.
+# Pose error of searches [m, rad]: the remaining error moves no joint by more than `SAME`, except
+# where two branches meet.
 RESIDUAL = 1e-11
 SAME = 1e-5
-# Two solutions this near are one if the pose is met to this between them, too [m, rad].
+# Two solutions within `BESIDE` are one if the pose error between them is below `JOINED` [m, rad].
 BESIDE = 1e-2
 JOINED = 1e-9
 POLISH_STEPS = 8
-# Near a singularity other solutions lie along a curve, and the last of the error moves joints.
+# Near a singularity solutions lie along a curve, and small pose errors move joints.
 NEAR_SINGULAR = 3e-3
-# An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
+# An arm with more solutions than any six-joint arm (16) is redundant at the pose.
 MOST_BRANCHES = 16
 
 
@@ -54,9 +54,9 @@ class _Found:
     """The solutions found for one pose.
 
     Attributes:
-        solutions: Each once, shape (b, d).
-        hits: How many searches ended there, shape (b,).
-        unfinished: Where searches ended with a small error, shape (k, d).
+        solutions: Distinct solutions, shape (b, d).
+        hits: Number of searches that ended at each, shape (b,).
+        unfinished: Configurations at which searches ended with a small error, shape (k, d).
     """
 
     def __init__(self, dof: int) -> None:
@@ -64,7 +64,7 @@ class _Found:
         self.unfinished = np.empty((0, dof))
 
     def add(self, ended: BatchSolution, own: BoolArray, revolute: BoolArray) -> FloatArray:
-        """Take in where the searches of a round ended; the solutions that are new."""
+        """Add the results of a round of searches, and give the new solutions."""
         solved, known = ended.q[own & ended.converged], len(self.solutions)
         for i in itertools.count():
             if i == len(self.solutions):
@@ -81,9 +81,9 @@ class _Found:
 
 
 def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Find all solutions for each pose, without regard to position limits of joints that turn.
+    """Find all solutions for each pose, without regard to position limits of revolute joints.
 
-    In closed form where the arm has one that is certain, otherwise by searches.
+    In closed form if it is certain, otherwise by searches.
 
     Args:
         robot: An arm of up to six joints.
@@ -101,10 +101,10 @@ def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
 def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Find all solutions for each pose by searches.
 
-    Rounds of searches go on for a pose until all solutions that its configuration flags allow are
-    found, or until each has been found twice: what has not been found then is hit by few searches,
-    if any (Good, 1953). Near a singularity it takes a round that brings nothing new. Starts are the
-    points of a low-discrepancy sequence, and where searches were given up with a small error.
+    Rounds of searches are repeated for a pose until all solutions that its configuration flags
+    allow are found, or each has been found twice: a solution that is then missing attracts few
+    searches, if any (Good, 1953). Near a singularity a round must find nothing new. Starts are a
+    low-discrepancy sequence, and configurations at which searches stopped with a small error.
 
     Args and returns as of `find_branches`.
     """
@@ -151,7 +151,7 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
 
 
 def _slide_limits(robot: Robot) -> Limits:
-    """The position limits of slides alone."""
+    """Position limits of prismatic joints alone."""
     revolute = joint_axes(robot).revolute
     (lower, upper), (low, high) = no_limits(robot), limits_of(robot)
     return np.where(revolute, lower, low), np.where(revolute, upper, high)
@@ -160,13 +160,13 @@ def _slide_limits(robot: Robot) -> Limits:
 def _with_near_singular(
     robot: Robot, target: Targets, found: FloatArray, stuck: FloatArray
 ) -> FloatArray:
-    """Solutions for one pose, each once, with those that continuation finds.
+    """Distinct solutions for one pose, with those found by continuation.
 
     Args:
         robot: The robot.
         target: The pose.
-        found: Solutions that searches have found, shape (b, d).
-        stuck: Where searches have ended on the way to others, shape (k, d).
+        found: Solutions found by searches, shape (b, d).
+        stuck: Configurations at which other searches stopped, shape (k, d).
     """
     d = robot.dof
     search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
@@ -184,22 +184,22 @@ def _with_near_singular(
 
 
 def _each_once(search: PoseSearch, target: Targets, found: FloatArray) -> FloatArray:
-    """Solutions without those listed twice, those near a singularity polished."""
+    """Distinct solutions, polished near a singularity."""
     polished = [_polished(search, q) for q in _near_singular(search.robot, found)]
     return distinct(search.robot, target, np.vstack([*polished, found]))
 
 
 def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
-    """The configurations where the smallest singular value is small, shape (k, d)."""
+    """Configurations with a small smallest singular value, shape (k, d)."""
     s = np.linalg.svd(joint_axes(robot).jacobians(q), compute_uv=False)
     return np.asarray(q[s[:, -1] < NEAR_SINGULAR])
 
 
 def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
-    """Take Newton steps: next to a singularity even the last of the error moves joints.
+    """Polish a solution by Newton steps: near a singularity small errors move joints.
 
-    A step along the smallest right-singular vector may make the error larger before the next one
-    makes it smaller.
+    A step along the smallest right-singular vector may increase the error before the next one
+    reduces it.
     """
     q, best, least = solution, solution, np.inf
     for _ in range(POLISH_STEPS + 1):
@@ -211,10 +211,10 @@ def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
 
 
 def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
-    """Solutions, without those that a self-motion joins to one before.
+    """Solutions without those connected to an earlier one by a self-motion.
 
-    Where two branches meet, searches end on both sides of that point. Next to a singularity they
-    end anywhere near the solution.
+    Where two branches meet, searches end on both sides of that point. Near a singularity they end
+    anywhere near the solution.
     """
     chain = joint_axes(robot)
     kept: list[FloatArray] = []

@@ -1,11 +1,11 @@
-"""Near-singular continuation: solutions next to a singularity, found along a curve.
+"""Near-singular continuation: solutions near a singularity, found along a curve.
 
-Where an arm of six joints is nearly singular, as where two axes of its wrist are nearly in line,
-it can move along a curve while the tool stays almost at its pose. There the error has a component
-along one direction only, the smallest left-singular vector of the Jacobian: the signed residual,
-as small as the distance from the singularity. The solutions are the points of the curve where it
-is zero. A local search that ends up near the curve crawls along it and hardly gets to them; here
-the curve is followed from end to end instead, and the zeros of the signed residual are found.
+If an arm of six joints is nearly singular, for example with two axes of its wrist nearly aligned,
+it can move along a curve while the tool stays almost at its pose. On the curve the error has a
+component in one direction only, the smallest left-singular vector of the Jacobian: the signed
+residual, as small as the distance from the singularity. Its zeros are the solutions. A local search
+near the curve converges very slowly; here the curve is followed from end to end instead, and the
+zeros of the signed residual are found.
 """
 
 from __future__ import annotations
@@ -21,35 +21,34 @@ from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import FloatArray
 
-# The residual on a curve is below this [m, rad]: farther from a singularity local searches
-# converge as anywhere.
+# Maximum residual on a curve [m, rad]: farther from a singularity local searches converge as usual.
 MOST_RESIDUAL = 1e-2
-# Solutions there are as exact as rounding lets them be [m, rad].
+# Pose error of solutions, limited by rounding [m, rad].
 TOLERANCE = 1e-10
 STEP = 0.15  # along the curve [rad or m]
 SHORTEST_STEP = STEP / 32
 # Cosine of the angle that the smallest singular directions may turn in a step.
 SAME_DIRECTION = 0.8
 MOST_STEPS = 160
-# Curves followed for one pose at most; a UR5 has four.
+# Maximum number of curves per pose; a UR5 has four.
 MOST_CURVES = 10
-# A configuration within this of a point of a curve that has been followed is on that curve.
+# Distance from a point of a followed curve within which a configuration belongs to that curve.
 SAME_CURVE = 2.0 * STEP
-# Newton steps back onto the curve, in the directions other than along it, and the size of the last
-# [rad or m]: the remaining error is its square.
+# Newton steps back onto the curve, perpendicular to it, and the size of the last one [rad or m]:
+# the remaining error is its square.
 CORRECTIONS = 6
 CORRECTED = 1e-6
-# One singular value is small; where the second is below this, too, curves meet.
+# One singular value is small; if the second is below this, too, curves meet.
 SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
 GOLDEN_STEPS = 40
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-# A parabola through three residuals excludes a zero, if its vertex is this far above
-# zero [m, rad], unless they are so small that it need not be near them.
+# A parabola through three residuals excludes a zero if its vertex is above this [m, rad], unless
+# the residuals are below `SMALL`.
 ABOVE_ZERO = 1e-9
 SMALL = 1e-6
-# The residual is known no better [m, rad]. A solution a millionth from a singularity is then known
-# to a millionth of its way along the curve.
+# Rounding error of the residual [m, rad]: a solution 1e-6 from a singularity is known to 1e-6 along
+# the curve.
 ROUNDING = 1e-15
 
 
@@ -59,8 +58,8 @@ class _Point(NamedTuple):
     Attributes:
         q: Joint positions [rad or m], shape (d,).
         along: Smallest right-singular vector: direction of the curve, shape (d,).
-        lost: Smallest left-singular vector: where the arm can't move the tool, shape (6,).
-        residual: The error along that, with its sign.
+        lost: Smallest left-singular vector: direction lost by the tool, shape (6,).
+        residual: Signed error in the lost direction.
     """
 
     q: FloatArray
@@ -69,22 +68,22 @@ class _Point(NamedTuple):
     residual: float
 
     def follows(self, before: _Point) -> bool:
-        """Whether the directions are nearly those of the point before."""
+        """Whether the directions are close to those of the previous point."""
         return bool(min(self.along @ before.along, self.lost @ before.lost) > SAME_DIRECTION)
 
 
 def near_singular_solutions(
     search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MOST_STEPS
 ) -> list[FloatArray]:
-    """Follow the curves that configurations lie on, and find the solutions there.
+    """Follow the curves through configurations, and find the solutions on them.
 
     Args:
         search: The pose, and an arm of six joints.
         starts: Configurations with a small error, shape (d,) each.
-        most_steps: How many steps to follow each curve either way at most.
+        most_steps: Maximum number of steps along each curve in each direction.
 
     Returns:
-        Solutions, shape (d,) each; some perhaps more than once.
+        Solutions, shape (d,) each, possibly with duplicates.
     """
     found: list[FloatArray] = []
     touching: list[FloatArray] = []  # known less exactly: along the curve the residual is as small
@@ -100,18 +99,18 @@ def near_singular_solutions(
 
 
 def _touches(a: _Point, b: _Point, c: _Point) -> bool:
-    """Whether the residual of the second of three points is the least, all of one sign.
+    """Whether the residual has a minimum at the second of three points, all of one sign.
 
-    One as small that is not the least lies on the way to a zero, and is no solution of its own.
+    An equally small residual that is not a minimum lies next to a zero and is not a solution.
     """
     sign = 1.0 if b.residual > 0.0 else -1.0
     return 0.0 < sign * b.residual <= min(sign * a.residual, sign * c.residual)
 
 
 def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list[FloatArray]:
-    """Follow the curves of an arm that is singular: all along them the pose is met.
+    """Follow the curves of a singular arm, on which every point is a solution.
 
-    Args and returns as of `near_singular_solutions`, but points all along the curves.
+    Args and returns as of `near_singular_solutions`, but with points all along the curves.
     """
     points = [point.q for curve in _curves(search, starts) for point in curve]
     return [q for q in points if max(search.errors(q)) <= TOLERANCE]
@@ -120,7 +119,7 @@ def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list
 def _curves(
     search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MOST_STEPS
 ) -> Iterator[list[_Point]]:
-    """Points along each curve that starts lie on."""
+    """Points along each curve through the starts."""
     followed: list[FloatArray] = []
     revolute = joint_axes(search.robot).revolute
     for start in starts:
@@ -140,7 +139,7 @@ def _curves(
 
 
 def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
-    """Go to the nearest point of the curve; `None` where there is none."""
+    """Move to the nearest point of the curve; `None` if there is none."""
     for _ in range(CORRECTIONS):
         e = search.error(q)
         U, s, Vt = np.linalg.svd(search.jacobian(q), full_matrices=False)
@@ -164,12 +163,12 @@ def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Poi
 def _one_way(
     search: PoseSearch, first: _Point, sign: float, most_steps: int
 ) -> tuple[list[_Point], bool]:
-    """Points along a curve in one direction to its end, or round to the first, and whether so."""
+    """Points along a curve in one direction to its end, and whether the curve is closed."""
     here, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
     curve, closed, step, length = [first], False, STEP, 0.0
     revolute = joint_axes(search.robot).revolute
     for _ in range(most_steps):
-        # The direction halfway to the next point, if it turns on as it did (Adams and Bashforth).
+        # Extrapolated direction halfway to the next point (Adams and Bashforth).
         halfway = here.along + 0.5 * step * turned
         there = _corrected(search, here.q + step * halfway, here)
         if (there is None or not there.follows(here)) and step > SHORTEST_STEP:
@@ -178,7 +177,7 @@ def _one_way(
         if there is None:
             break
         curve.append(there)
-        if closed:  # a step beyond, so that nothing is between the last and the first
+        if closed:  # one more step, so that no gap remains between the last and the first point
             break
         length += step
         gap = joint_distances(there.q, first.q, revolute)
@@ -189,9 +188,9 @@ def _one_way(
 
 
 def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
-    """The same with a point between points where the residual goes to zero and back.
+    """The curve with additional points at double zeros of the residual.
 
-    There two solutions lie close together: the arm is nearly singular in another way, too.
+    There two solutions are close to each other: the arm is nearly singular in a second way.
     """
     result = curve[:1]
     for a, b, c in zip(curve, curve[1:], curve[2:], strict=False):
@@ -207,7 +206,7 @@ def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
 def _double_zero(
     search: PoseSearch, a: _Point, b: _Point, c: _Point
 ) -> tuple[float, _Point] | None:
-    """Find where the residual touches zero: from -1 at the first point to 1 at the third."""
+    """Find a double zero of the residual, between -1 at the first point and 1 at the third."""
     if not _touches(a, b, c):
         return None
     sign = 1.0 if b.residual > 0.0 else -1.0

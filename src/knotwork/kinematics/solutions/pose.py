@@ -27,22 +27,22 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
-# Restarts until a first solution is found; after them all solutions are searched for in one batch.
+# Maximum number of restarts for a first solution; then all solutions are searched for in one batch.
 MAX_RESTARTS = 50
-# A solution of the local search within this of the start [rad or m] is taken for the nearest.
-# Next to a singularity a second solution is searched for first, within this factor of the distance
-# from the start; in theory one that is nearer to the start lies within twice the distance.
+# A solution of the local search within this distance of the start [rad or m] counts as the nearest.
+# Near a singularity a second solution is searched for first, within `TWIN_WITHIN` times the
+# distance from the start; in theory a nearer one lies within twice the distance.
 NEAR = 0.5
 TWIN_WITHIN = 3.0
-# With a smallest singular value below this the estimate of where that other is does not hold, and
-# near-singular continuation finds it; or searches from around the start, if the arm is redundant.
+# With a smallest singular value below this the estimate of that second solution is not valid, and
+# near-singular continuation is used; or for a redundant arm searches from around the start.
 NEAR_SINGULAR = 3e-3
 RESTARTS_BESIDE = 8
-# Solutions that near are reached exactly: none is nearer [rad or m].
+# A solution within this distance is the nearest one [rad or m].
 THERE = 1e-6
-# Self-motion is followed from few solutions that are not much farther than the nearest, until its
-# steps are this part of the distance (the remaining gain is then about the square of it); and to
-# the end from the nearest.
+# Self-motion is followed from at most `MOST_FOLLOWED` solutions within `FOLLOW_WITHIN` times the
+# minimum distance, until steps are `ROUGHLY` times the distance (the remaining gain is about the
+# square of it); and from the nearest one to the end.
 MOST_FOLLOWED = 8
 FOLLOW_WITHIN = 1.5
 ROUGHLY = 0.1
@@ -50,7 +50,7 @@ ROUGHLY = 0.1
 
 @dataclass(frozen=True, eq=False)
 class IKSolution:
-    """Joint positions for a pose, with what forward kinematics makes of them.
+    """Joint positions for a pose, with their errors by forward kinematics.
 
     >>> robot = kw.load_robot("ur5")
     >>> home = robot.configurations["home"]
@@ -62,12 +62,12 @@ class IKSolution:
         q: Joint positions, inside the limits [rad or m], shape (d,), read-only.
         position_error: Distance of the TCP from the pose, by forward kinematics of `q` [m].
         orientation_error: Angle of the tool from the pose [rad].
-        distance: Distance of `q` from the configuration it should be near: the Euclidean norm over
-            the joints, one metre counting as one radian.
+        distance: Euclidean distance of `q` from the preferred configuration, one metre counting as
+            one radian.
         iterations: Steps of all local searches, without those of the search for all solutions.
         restarts: Local searches beyond the first, without those of the search for all solutions.
         converged: Whether both errors are within the tolerances.
-        reason: How the search ended.
+        reason: Text of how the search ended.
     """
 
     q: FloatArray
@@ -96,27 +96,28 @@ def solve_pose_ik(
 ) -> IKSolution:
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
-    Three steps: a local search from the start; where that fails or ends far away, the nearest of
-    all solutions, which is not proved; where there is none, a diagnosis. Joints are taken by whole
-    turns to where they are nearest, and a redundant arm along its self-motion.
+    Three steps: a local search from the start; if that fails or ends far away, the nearest of all
+    solutions found, without proof; if there is none, a diagnosis. Joints are moved by whole turns
+    towards the start, and a redundant arm along its self-motion.
 
     Args:
         robot: The robot.
         pose: Pose of the TCP in the base frame, `pin.SE3`.
         start: Joint positions to search from [rad or m], shape (d,).
-        position_tolerance: [m].
-        orientation_tolerance: [rad].
-        max_restarts: With `nearest=False`, further local searches at most for a first solution.
-        near: Configuration to be near [rad or m], shape (d,); by default the start.
-        nearest: Look for the nearest solution; otherwise the first one found is the answer.
+        position_tolerance: Position tolerance [m].
+        orientation_tolerance: Orientation tolerance [rad].
+        max_restarts: With `nearest=False`, maximum number of restarts for a first solution.
+        near: Preferred configuration [rad or m], shape (d,); by default the start.
+        nearest: Search for the nearest solution; otherwise return the first one found.
         waypoint: Name of the waypoint, for errors.
-        where: Where it is defined, for errors.
-        units: What errors say lengths and angles in.
+        where: Location of its definition, for errors.
+        units: Units of lengths and angles in errors.
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: It is not reachable; by how much, and if in another orientation.
-        WaypointDataError: An array isn't finite or of another shape; a tolerance is too fine.
+        UnreachablePoseError: The pose is not reachable; with the error, and whether another
+            orientation is.
+        WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
     >>> robot, home = kw.load_robot("ur5"), kw.load_robot("ur5").configuration("home")
@@ -143,7 +144,7 @@ def solve_pose_ik(
 
 
 class _Nearest:
-    """Keeps the nearest of the solutions found, and counts the work."""
+    """The nearest solution found so far, and the work spent."""
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
         self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
@@ -162,7 +163,7 @@ class _Nearest:
             self._stuck = math.dist(found.q.tolist(), self.goal.tolist())
 
     def find_any(self, max_restarts: int) -> bool:
-        """Search on from other starts until there is a solution; whether there is."""
+        """Search from other starts until there is a solution, and give whether there is one."""
         robot = self.search.robot
         for start in starts(robot, self.limits, max_restarts) if self.best is None else ():
             self.search_from(start, HASTY)
@@ -171,9 +172,9 @@ class _Nearest:
         return self.best is not None
 
     def take(self, q: FloatArray) -> None:
-        """Keep a solution if it is nearer than the others."""
+        """Keep a solution if it is nearer than the best one."""
         distance = math.dist(q.tolist(), self.goal.tolist())
-        if distance > np.pi:  # else no joint is more than half a turn away
+        if distance > np.pi:  # otherwise no joint is more than half a turn away
             q = nearest_turns(self.search.robot, q, self.goal)
             distance = math.dist(q.tolist(), self.goal.tolist())
         if self._follow and distance < FOLLOW_WITHIN * self.distance:
@@ -184,23 +185,23 @@ class _Nearest:
             self.best, self.distance = q, distance
 
     def take_all(self, solutions: FloatArray) -> None:
-        """Keep the nearest of some solutions, those first that look nearest."""
+        """Keep the nearest of some solutions, starting with the apparently nearest."""
         turned = [nearest_turns(self.search.robot, q, self.goal) for q in solutions]
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
         for q in turned[: MOST_FOLLOWED if self._follow else 1]:
             self.take(q)
-        if self._follow:  # samples are not all, and another solution may be next to it
+        if self._follow:  # samples are incomplete: another solution may be close
             self.is_nearest()
 
     def is_nearest(self) -> bool:
-        """Whether the solution found is taken for the nearest, after a search next to it.
+        """Whether the solution counts as the nearest, after a search around it.
 
         Take a step t along a right-singular vector whose singular value is σ, and let κ be the
         acceleration of the tool along the left-singular vector. To second order the tool moves by
-        σt + κt²/2, which is zero again at t = −2σ/κ. Next to that there is a second solution.
+        σt + κt²/2, which is zero again at t = −2σ/κ. Near there is a second solution.
         """
         if self.best is None and self._follow and self._stuck < NEAR:
-            # Held at a limit that another way along the self-motion may go round.
+            # Held at a limit that another path of the self-motion may avoid.
             for start in self._around(NEAR):
                 self.search_from(start, HASTY)
         if self.best is None or self.distance > NEAR:
@@ -219,7 +220,7 @@ class _Nearest:
         return True
 
     def _beside_singularity(self, q: FloatArray, within: float) -> Iterable[FloatArray]:
-        """Starts for the search for other solutions next to a singularity."""
+        """Starts of searches for other solutions near a singularity."""
         if len(q) == 6:
             return near_singular_solutions(self.search, [q], 2 + int(within / STEP))
         return self._around(self.distance)

@@ -1,4 +1,4 @@
-"""Many poses at once, each from a start of its own."""
+"""Inverse kinematics of many poses at once, each from its own start."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 MAX_RESTARTS = 600
-# Searches that are made at once where few poses are left.
+# Size to which batches are filled when few poses are left.
 FILLED_BATCH = 200
 
 
@@ -31,22 +31,22 @@ def solve_pose_ik_batch(
 ) -> BatchSolution:
     """Find joint positions inside the limits for many poses, in one batch.
 
-    Faster than one pose after the other from some ten poses on. What fails from its start is
-    searched for again from other points, the same ones every time. Any solution is an answer;
-    from a start close by that is the one close by.
+    Faster than single poses from about ten poses on. A pose that fails from its start is searched
+    for again from other starts, the same ones every time. Any solution is accepted; a close start
+    gives a close solution.
 
     Args:
         robot: The robot.
         poses: Poses of the TCP in the base frame, n of `pin.SE3`.
         start: Joint positions to search from [rad or m], shape (n, d), or (d,) for all.
-        tolerance: Of the position [m] and of the orientation [rad].
-        max_restarts: Further searches for a pose at most.
+        tolerance: Tolerance of position [m] and orientation [rad].
+        max_restarts: Maximum number of further searches for a pose.
 
     Returns:
-        Joint positions and errors; `converged` says which poses are solved.
+        Joint positions and errors; `converged` has whether each pose is solved.
 
     Raises:
-        WaypointDataError: An array is not finite or of another shape, or the tolerance is not
+        WaypointDataError: An array is not finite or has a wrong shape, or the tolerance is not
             positive.
         RobotError: The robot has no tool frame.
 
@@ -80,7 +80,7 @@ def _solved(
     tolerance: float,
     max_restarts: int,
 ) -> BatchSolution:
-    """Search from the starts, and again for what failed; arguments as of `solve_pose_ik_batch`."""
+    """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
     (n, d), limits, targets = start.shape, limits_of(robot), Targets.of(poses)
     q = clipped(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
@@ -99,7 +99,7 @@ def _solved(
             group=group,
         )
         iterations += found.iterations
-        # Of the searches for a pose the first that converged, or else the one that came nearest.
+        # The first converged search of each pose, or else the one with the smallest error.
         off = np.where(found.converged, 0.0, found.position_error + found.orientation_error)
         best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
         better = found.converged[best] | (off[best] < position[todo] + orientation[todo])

@@ -1,4 +1,4 @@
-"""Solutions of an arm that moves freely at a pose: configurations spread over its self-motion."""
+"""Solutions of a redundant arm at a pose: configurations spread over its self-motion."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def sample_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
 
 
 def farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> FloatArray:
-    """Choose configurations one by one, each as far as can be from those chosen before.
+    """Choose configurations one by one, each as far as possible from those chosen before.
 
     Args:
         robot: The robot.
-        solutions: To choose from, shape (n, d); the first is chosen first.
-        count: How many at most.
+        solutions: Candidates, shape (n, d); the first is chosen first.
+        count: Maximum number of configurations.
     """
     revolute, chosen = joint_axes(robot).revolute, np.zeros(0, dtype=int)
     apart = np.full(len(solutions), np.inf)

@@ -7,6 +7,20 @@ import numpy as np
 from knotwork.waypoints import FloatArray, PoseFreedom, TorchRanges
 
 
+def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
+    """What is free, by name and unit, from what to what [rad or m], as the file gives it."""
+    spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
+    if freedom.torch is not None:
+        (low, high), own = freedom.torch.travel, freedom.torch.own
+        spans["travel angle", "rad"] = (own + low, own + high)
+        (low, high), own = freedom.torch.work, freedom.torch.own_work
+        spans["work angle", "rad"] = (own + low, own + high)
+    else:
+        spans["tilt", "rad"] = (0.0, freedom.tilt)
+    spans |= {(axis, "m"): span for axis, span in zip("xyz", freedom.box, strict=True)}
+    return {key: (low, high) for key, (low, high) in spans.items() if low < high}
+
+
 def turned_beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> FloatArray:
     """Angle by which single poses are beyond their ranges [rad], negative inside; shape (k,).
 

@@ -132,6 +132,8 @@ def _turns(
     beyond = beyond_ranges(freedom, angles)
     most = 0.5 * (beyond[:-1] + beyond[1:] + change) + sizes.rounding
     furthest = beyond_ranges(freedom, np.array([[ends[0], 0.0, 0.0]]))[0] + change.sum()
+    if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
+        furthest = np.inf  # any turn by itself would be within
     return beyond, np.where(known, most, np.maximum(most, furthest)), ends
 
 

@@ -18,7 +18,16 @@ function show() {
     const line = Object.assign(document.createElement("i"), { style: colour(i) });
     row.append(line, `${name}: ${value[at].toPrecision(3)} ${unit}, at most ${value[most].toPrecision(3)} at ${data.time[most].toFixed(2)} s`);
     return row;
-  }));
+  }), ...fails());
+}
+
+// Whose failures the stretches on the time line are
+function fails() {
+  const words = data.names.map((name, i) => (data.broken[i].length ? `${["above", "below"][i]}: ${name}` : "")).filter(Boolean);
+  if (!words.length) return [];
+  const row = document.createElement("span");
+  row.append(Object.assign(document.createElement("i"), { style: "background: var(--bad)" }), `fails, ${words.join(", ")}`);
+  return [row];
 }
 
 // Where each curve has its greatest value, and zero, in the canvas
@@ -44,6 +53,15 @@ function draw() {
     Object.assign(pen, { fillStyle: paint, font: "11px system-ui, sans-serif", textAlign: side });
     pen.fillText(text, x, y);
   };
+  data.broken.forEach((spans, i) => spans.forEach(([from, to]) => {
+    const top = i ? (up(0) + up(1)) / 2 : up(1);
+    const [left, wide, high] = [across(from), across(to) - across(from), (up(0) - up(1)) / 2];
+    pen.fillStyle = colour("--bad");
+    pen.globalAlpha = 0.22;
+    pen.fillRect(left, top, wide, high);
+    pen.globalAlpha = 1;
+    pen.fillRect(left, i ? top + high - 3 : top, wide, 3);
+  }));
   for (const share of [0, 1]) line([[KNOB, up(share)], [width - KNOB, up(share)]], colour(share ? "--line" : "--ink"), 1);
   const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => across(one) - KNOB >= 60) ?? data.duration;
   for (let k = 0; k * step <= data.duration; k++) {
@@ -118,6 +136,8 @@ function prepare(frame) {
   frame.contentWindow.dispatchEvent(new Event("resize"));
   if (frames.every(ready)) {
     shareCamera();
+    const asked = /[#&]t=([\d.]+)/.exec(location.hash);
+    if (asked) seek(Number(asked[1]) - data.starts[0]);
     document.documentElement.dataset.ready = "true";
   }
   return show();

@@ -35,7 +35,8 @@ function layout() {
 }
 
 function colours() {
-  const values = data.figures[byId("colour").value];
+  const name = byId("colour").value;
+  const values = data.figures[name];
   if (!values) return { of: (i) => data.palette[data.kind[i]] };
   const known = values.filter((one) => one !== null);
   const [low, high] = [Math.min(...known), Math.max(...known)];
@@ -45,7 +46,7 @@ function colours() {
     const k = Math.min(Math.floor(at), SCALE.length - 2);
     return `rgb(${SCALE[k].map((part, j) => Math.round(part + (at - k) * (SCALE[k + 1][j] - part))).join()})`;
   };
-  return { of, low, high };
+  return { of, low, high, name };
 }
 
 function draw() {
@@ -97,7 +98,7 @@ function ticks(pen, { x, y, share, width, height }, ink) {
   pen.restore();
 }
 
-function legend({ low, high }) {
+function legend({ low, high, name }) {
   const entry = (style, text) => {
     const span = document.createElement("span");
     span.append(Object.assign(document.createElement("i"), { style }), text);
@@ -105,7 +106,7 @@ function legend({ low, high }) {
   };
   if (low !== undefined) {
     const scale = `width: 120px; background: linear-gradient(to right, ${SCALE.map((one) => `rgb(${one})`).join()})`;
-    return byId("legend").replaceChildren(entry(scale, `${low.toPrecision(3)} to ${high.toPrecision(3)}; grey: does not pass`));
+    return byId("legend").replaceChildren(entry(scale, `${name}: ${low.toPrecision(3)} to ${high.toPrecision(3)}; grey: does not pass`));
   }
   const kinds = Object.entries(data.palette).map(([kind, colour]) => [kind, colour, data.kind.filter((one) => one === kind).length]);
   return byId("legend").replaceChildren(...kinds.filter(([, , count]) => count).map(([kind, colour, count]) => entry(`background: ${colour}`, `${kind} (${count})`)));

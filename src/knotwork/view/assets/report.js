@@ -224,6 +224,12 @@ function seek(time, more = {}) {
   if (scene) scene.contentWindow.postMessage({ knotworkSeek: time, ...more }, "*");
 }
 
+// What is under the pointer is shown everywhere, until it leaves.
+function peek(time) {
+  showTime(clock.time, time);
+  if (scene) scene.contentWindow.postMessage({ knotworkPeek: time }, "*");
+}
+
 // A window of time, within the whole; null for all of it
 function zoom(from, to) {
   const [start, end] = AXES.whole;
@@ -247,9 +253,9 @@ for (const plot of document.querySelectorAll(".plot")) {
   plot.addEventListener("pointermove", (event) => {
     const time = timeAt(event);
     if (time !== null && event.buttons) seek(time);
-    else showTime(clock.time, time);
+    else peek(time);
   });
-  plot.addEventListener("pointerleave", () => showTime(clock.time));
+  plot.addEventListener("pointerleave", () => peek(null));
   plot.addEventListener("dblclick", () => zoom(null, null));
   plot.addEventListener("wheel", (event) => {
     const time = timeAt(event);

@@ -65,6 +65,7 @@ class Editing {
     byId("file").textContent = draft.file;
     if (draft.handled >= this.sent || this.wrong) this.show(draft.handles);
     if (!before && draft.handles.length) this.choose(draft.handles[0].at);
+    if (!before) this.stage.camera.resized(); // the panel is there now
     else if (draft.data && (!before || before.revision !== draft.revision)) this.fill();
   }
 
@@ -196,13 +197,20 @@ class Editing {
       this.part = null;
       this.gizmo.choose(null);
       this.fill();
-      return;
+      return this.hold();
     }
     const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
     this.part = at.slice(0, size);
     const handle = this.gizmo.handles.find((one) => same(one, { at })) ?? this.gizmo.handles.find((one) => String(one.at.slice(0, size)) === String(this.part));
     this.gizmo.choose(handle);
     if (at[0] !== "jog") this.fill();
+    this.hold();
+  }
+
+  // What is held is in view, beside the panels.
+  hold() {
+    const { held, hand } = this.gizmo;
+    if (!hand) this.stage.camera.hold(held && { position: held.position, reach: this.gizmo.reach() });
   }
 
   fill() {
@@ -281,7 +289,7 @@ class Jog {
       this.ask({});
     });
     show();
-    const row = made("label", { className: "row" }, made("span", { className: "key", textContent: name, title: name }), field, number);
+    const row = made("label", { className: "row" }, made("span", { className: "key", textContent: name.replaceAll("_", "_\u200b"), title: name }), field, number);
     row.show = () => { field.value = factor * this.q[i]; show(); };
     return row;
   }
@@ -290,6 +298,7 @@ class Jog {
     this.editing.stage.viewer.delete_path(["Jogged"]);
     Object.assign(this, { arm: null, handle: null });
     this.editing.show(this.editing.draft.handles);
+    this.editing.hold();
   }
 
   // The arm is drawn anew with each scene.
@@ -342,6 +351,7 @@ class Jog {
       this.handle = { at: ["jog"], name: "jogged tool", kind: "jog", position, quaternion, axes: [0, 0, 0, 1], turns: true };
       this.editing.show(this.editing.draft.handles);
       if (first) gizmo.choose(this.handle);
+      this.editing.hold();
     }
     this.asking = false;
   }

@@ -60,14 +60,14 @@ function parts(taken, pane) {
 }
 
 // The nearest of the places for the camera from which no panel hides anything; if there is none,
-// the one at which the whole pane is filled.
+// the one that fills the largest part without a panel.
 function nearest(points, taken, pane, fov) {
   const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov)).sort((one, other) => one.distance - other.distance);
   const free = ({ outline }) => {
     const polygon = outline();
     return !taken.some((box) => touches(polygon, box));
   };
-  return choices.find(free) ?? fit(points, [0, 0, pane.width, pane.height], pane, fov);
+  return choices.find(free) ?? fit(points, roomiest(taken, pane), pane, fov);
 }
 
 // The largest part of the pane without a panel in it, or all of it

@@ -3,7 +3,7 @@
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 const PULLS = [0xd8343a, 0x2e9e44, 0x2f6fe0]; // along and about x, y, z
 const HANDLES = { waypoint: 0x2f6fe0, via: 0xe08a00, object: 0x7a6a45, frame: 0x5b7f9c, jog: 0xd2671e };
-const REACH = 0.13; // of an arrow, as a part of the distance from the camera
+const REACH = 0.13; // of an arrow, as a part of the distance from the camera; less in a narrow pane
 const HOLD = 90; // a hand that has not moved for so long rests [ms]
 
 const onTop = (colour, opacity = 1) => new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true, opacity });
@@ -65,6 +65,10 @@ class Gizmo {
     this.viewer.set_dirty();
   }
 
+  reach() {
+    return REACH * Math.min(1, 1.5 * this.viewer.camera.aspect);
+  }
+
   choose(handle) {
     this.held = handle ? this.handles.find((one) => same(one, handle)) ?? null : null;
     this.viewer.set_dirty();
@@ -84,7 +88,7 @@ class Gizmo {
     if (!held) return;
     tool.position.set(...held.position);
     tool.quaternion.set(...(this.own && held.turns ? held.quaternion : held.axes));
-    tool.scale.setScalar(REACH * far(held.position));
+    tool.scale.setScalar(this.reach() * far(held.position));
     for (const part of tool.children) part.visible = part.userData.use === "pull" || held.turns;
   }
 

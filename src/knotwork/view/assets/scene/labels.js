@@ -17,11 +17,18 @@ const FAR = 100;
 // Number of failures that have labels at once: those nearest to the time shown, within a part of the motion.
 const MISSES = 3;
 const SOON = 0.12;
+const GRID = 24; // between further places [pixels]
 
 // Area that two boxes [left, top, right, bottom] have in common
 function overlap(a, b) {
   const [width, height] = [0, 1].map((i) => Math.max(Math.min(a[i + 2], b[i + 2]) - Math.max(a[i], b[i]), 0));
   return width * height;
+}
+
+// Boxes of a size, all over the pane
+function spread(pane, width, height) {
+  const along = (most, size) => [...Array(Math.max(Math.floor((most - size) / GRID) + 1, 1)).keys()].map((k) => 2 + k * GRID);
+  return along(pane.height, height).flatMap((top) => along(pane.width, width).map((left) => [left, top, left + width, top + height]));
 }
 
 const SIDES = [-1, 0, 1].flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => [x, y, z]))).filter((side) => side.some(Boolean));
@@ -177,19 +184,23 @@ class Labels {
       taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
     const onArm = (at) => this.arm.filter((part) => touches(part, at)).length;
     let choice = choices.find((one) => (miss ? free(moved(one)) && !onArm(moved(one)) : free(boxAt(one))));
-    // A failure has its label even without a free place: where it covers the least.
-    if (choice === undefined && shown && (miss || label === this.called) && label.visible) {
-      const covered = (at) => taken.reduce((sum, t) => sum + overlap(at, t), 0) + 0.3 * width * height * onArm(at);
-      const costs = choices.map((one) => covered(moved(one)));
-      choice = choices[costs.indexOf(Math.min(...costs))];
+    let at = choice === undefined ? null : moved(choice);
+    // A failure has its label even without a free place near it: further off, or where it covers the least.
+    if (!at && shown && (miss || label === this.called) && label.visible) {
+      const boxes = [...choices.map(moved), ...spread(pane, width, height)];
+      const covered = (one) => taken.reduce((sum, t) => sum + overlap(one, t), 0);
+      const least = Math.min(...boxes.map(covered));
+      const away = (one) => Math.hypot((one[0] + one[2]) / 2 - x, (one[1] + one[3]) / 2 - y);
+      const costs = boxes.map((one) => (covered(one) > least ? Infinity : away(one) + 100 * onArm(one)));
+      const best = costs.indexOf(Math.min(...costs));
+      [choice, at] = [choices[best] ?? 0, boxes[best]];
     }
     label.at = choice ?? -1;
-    box.style.visibility = line.style.visibility = choice === undefined ? "hidden" : "visible";
-    if (choice === undefined) return;
-    const at = moved(choice);
+    box.style.visibility = line.style.visibility = at ? "visible" : "hidden";
+    if (!at) return;
     taken.push([at[0] - 2, at[1] - 1, at[2] + 2, at[3] + 1]);
     box.style.transform = `translate(${at[0]}px, ${at[1]}px)`;
-    const edge = PLACES[choice][0] < 0 ? at[2] : at[0];
+    const edge = x > (at[0] + at[2]) / 2 ? at[2] : at[0];
     const ends = { x1: x, y1: y, x2: edge, y2: (at[1] + at[3]) / 2 };
     for (const [name, value] of Object.entries(ends)) line.setAttribute(name, value);
   }

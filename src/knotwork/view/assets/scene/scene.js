@@ -10,7 +10,7 @@ async function showScene(data, options) {
   const stage = new Stage(viewer, options);
   const ready = stage.show(data);
   const { player, camera, labels } = stage;
-  if (byId("legend")) byId("legend").open = window.innerWidth > 600 && window.innerHeight > 440;
+  if (byId("legend")) byId("legend").open = window.innerWidth > 700 && window.innerHeight > 440;
   camera.look();
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
   if (asked) player.seek(Number(asked[1]) - player.start);
@@ -93,7 +93,8 @@ class Stage {
     this.joints.set(data);
     this.switches.set(data, labels);
     this.camera.set(data);
-    if (this.data && !before && !this.camera.touched) this.camera.look(); // another robot
+    const first = !before || before.revision === -1; // another robot, or its first motion, of which the head says more
+    if (this.data && first && !this.camera.touched) this.camera.look();
     this.data = data;
     this.uncovered = null;
     this.editing?.shown();
@@ -256,15 +257,27 @@ function givePictures(viewer, picture) {
 // The page around this one has plots over the same time: they share the cursor.
 function shareTime(stage) {
   const { player } = stage;
+  let before = null; // what was shown before the pointer was over a plot
+  const peek = (time) => {
+    if (time !== null) before ??= { time: player.time, running: player.running };
+    else if (!before) return;
+    player.seek(time === null ? before.time : time - player.start);
+    if (time !== null) return;
+    if (before.running) player.toggle();
+    before = null;
+  };
   window.addEventListener("message", ({ source, data }) => {
-    if (source !== window.parent || !Number.isFinite(data?.knotworkSeek)) return;
+    if (source !== window.parent || !data) return;
+    if ("knotworkPeek" in data) peek(data.knotworkPeek);
+    if (!Number.isFinite(data.knotworkSeek)) return;
+    before = null;
     player.seek(data.knotworkSeek - player.start);
     if (data.knotworkFrame) stage.goTo(data.knotworkSeek);
   });
   let sent = null;
   const tell = () => {
     const time = player.start + player.time;
-    if (time !== sent) window.parent.postMessage({ knotworkTime: time }, "*");
+    if (time !== sent && !before) window.parent.postMessage({ knotworkTime: time }, "*");
     sent = time;
     requestAnimationFrame(tell);
   };

@@ -1,0 +1,43 @@
+"""Docstrings say first what a thing is, or what a function does: a noun or an imperative verb."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
+ROOMS = ("kinematics", "task_to_joint", "tool_paths")
+CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
+NO_NOUN = re.compile(
+    r"\b(?<![Tt]here )(is|are|be) (no|none)\b(?! (more|less|longer|later|shorter|\w+er)\b)"
+)
+ENTRY = re.compile(r"\s*[\w*, ]+: (\S.*)")
+
+
+def heads(text: str) -> Iterator[str]:
+    """The summary of a docstring, and what it says first of each argument, attribute and error."""
+    yield text
+    section = False
+    for line in text.splitlines():
+        section = line.strip() in {"Args:", "Attributes:", "Raises:"} or (
+            section and bool(line.strip())
+        )
+        if section and (entry := ENTRY.match(line)):
+            yield entry[1]
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_docstrings_begin_with_nouns_and_verbs(room: str) -> None:
+    wrong = []
+    for path in sorted((SOURCE / room).rglob("*.py") if "." not in room else [SOURCE / room]):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+                text = str(node.value.value)
+                found = [head.splitlines()[0] for head in heads(text) if CLAUSE.match(head)]
+                found += [match[0] for match in NO_NOUN.finditer(" ".join(text.split()))]
+                wrong += [f"{path.name}:{node.lineno}: {head}" for head in found]
+    assert not wrong, "\n".join(wrong)
