@@ -115,8 +115,7 @@ def solve_pose_ik(
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: The pose is not reachable; with the error, and whether another
-            orientation is.
+        UnreachablePoseError: The pose is not reachable; by how much, or only otherwise turned.
         WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
