@@ -1,4 +1,4 @@
-"""The motion of a plan at another speed."""
+"""Speed overrides: the motion of a plan at another speed."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
 TOLERANCE = 1e-6
-"""Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
+"""Largest deviation of a joint from the planned path [rad or m]."""
 
 NEAR = 1e-9
-"""Moments that are nearer to one another [s] are one."""
+"""Times nearer to one another than this [s] are the same."""
 
 CAPS, STRETCHES = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
-"""Greatest overrides, and factors of the durations of changes, tried where limits are exceeded."""
+"""Maximum overrides, and factors of the durations of changes, tried where limits are exceeded."""
 
 
 def run_by(
@@ -36,19 +36,19 @@ def run_by(
     times: FloatArray,
     limits: tuple[FloatArray, FloatArray],
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial, list[Finding]]:
-    """A motion at another speed, which keeps limits where the override is at most 1.
+    """A motion at another speed, within limits if the override is at most 1.
 
     Args:
         profile: Speed override by time [s].
         trajectory: The motion.
-        times: Those of its waypoints [s].
-        limits: Of acceleration and jerk, shape (d,) each; infinite where there is none.
+        times: Waypoint times [s].
+        limits: Limits of acceleration and jerk, shape (d,) each; infinite without one.
 
     Returns:
-        The motion, its clock, and a finding if another override is run than the one asked for.
+        The motion, its clock, and a finding if another override than requested is executed.
 
     Raises:
-        InputError: The profile means nothing.
+        InputError: The profile is invalid.
     """
     curve, asked = trajectory.polynomial, checked_profile(profile)
 
@@ -70,7 +70,7 @@ def run_by(
 
 
 def _slower(asked: Profile, cap: float, stretch: float) -> Profile:
-    """An override that is nowhere greater than a cap, and whose changes take longer."""
+    """An override that never exceeds a cap, with changes that take longer."""
     times, rates = [0.0], [min(float(asked.rates[0]), cap)]
     for begin, end, rate in zip(asked.times, asked.times[1:], asked.rates[1:], strict=False):
         if min(rate, cap) == rates[-1]:
@@ -84,14 +84,14 @@ def _slower(asked: Profile, cap: float, stretch: float) -> Profile:
 
 
 def passed_times(times: FloatArray, clock: PiecewisePolynomial) -> FloatArray:
-    """Those times that a clock shows."""
+    """Waypoint times that the retimed motion reaches."""
     first, last = clock(clock.x[[0, -1]])
     passed: FloatArray = times[(times >= first - NEAR) & (times <= last + NEAR)]
     return passed
 
 
 def _told(asked: Profile, found: Profile, end: float) -> Finding:
-    """What override is run, until some time, in place of the one that was asked for."""
+    """Finding on the override executed until a time, in place of the requested one."""
 
     def said(profile: Profile) -> str:
         count = int(np.searchsorted(profile.times, end)) + 1  # with the end of its last change
@@ -105,5 +105,5 @@ def _told(asked: Profile, found: Profile, end: float) -> Finding:
         "override",
         "warning",
         f"the override {{{said(asked)}}} changes faster than limits of acceleration and jerk "
-        f"allow; run instead: {{{said(found)}}}",
+        f"allow; executed instead: {{{said(found)}}}",
     )
