@@ -13,8 +13,26 @@ SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
 ROOMS = (
     *("choosing", "cli", "comparison", "documents", "editing", "errors", "foreign"),
     *("interpolation", "joint_quantities.py", "kinematics", "metrics", "polynomial"),
-    *("pytest_plugin.py", "recording", "retiming", "scenario", "scene", "storage", "sweeps"),
-    *("task", "task_to_joint", "tool_paths", "trajectory", "units.py", "verification", "view"),
+    *(
+        "pytest_plugin.py",
+        "recording",
+        "retiming",
+        "robot",
+        "scenario",
+        "scene",
+        "storage",
+        "sweeps",
+    ),
+    *(
+        "task",
+        "task_to_joint",
+        "timing",
+        "tool_paths",
+        "trajectory",
+        "units.py",
+        "verification",
+        "view",
+    ),
     *("waypoints.py", "ways"),
 )
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")

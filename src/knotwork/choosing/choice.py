@@ -26,7 +26,7 @@ from knotwork.errors import together
 from knotwork.scenario import FreeTimes, Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.timing.budget import Watch
+from knotwork.timing.budget import SolverBudget
 from knotwork.timing.infeasible import impossible
 from knotwork.timing.motion import Status, status_of
 
@@ -117,7 +117,7 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    watch = Watch(progress, budget)
+    watch = SolverBudget(progress, budget)
     try:
         paths, found = _found(scenario, free, solution, watch)
     except NoMotionsError as failed:
@@ -158,7 +158,7 @@ def _found(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
-    watch: Watch,
+    watch: SolverBudget,
 ) -> _Found:
     """Speeds along paths and all motions.
 
@@ -198,7 +198,9 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]])
     return outside + sum(motion.duration for _, motion in motions)
 
 
-def _motions(paths: TimedPaths, free: FreeTimes, watch: Watch) -> list[tuple[Segment, TimedMotion]]:
+def _motions(
+    paths: TimedPaths, free: FreeTimes, watch: SolverBudget
+) -> list[tuple[Segment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
     Raises:

@@ -27,7 +27,7 @@ from knotwork.waypoints import JointWaypoints
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
     from knotwork.timing import Progress
-    from knotwork.timing.budget import Watch
+    from knotwork.timing.budget import SolverBudget
     from knotwork.view.page import Page
 
 MOST_SEQUENCES = 12
@@ -206,11 +206,13 @@ def _with_chosen_times(
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.choosing import with_times_met
-    from knotwork.timing.budget import Watch
+    from knotwork.timing.budget import SolverBudget
 
     names = [one.name for one in scenario.waypoints]
     met = tuple(names[i] for i in free.meets if free.duration[i - 1])
-    timed = _TimedPlanner(scenario, free, planner, knots, Watch(budget=budget), progress, met)
+    timed = _TimedPlanner(
+        scenario, free, planner, knots, SolverBudget(budget=budget), progress, met
+    )
     if not free.meets:
         return best_of_sequences(timed)
     scenario = with_times_met(scenario, lambda one: timed.at(one).chosen_times(None))
@@ -288,7 +290,7 @@ class _TimedPlanner:
     free: FreeTimes
     planner: str | None
     knots: Knots
-    time: Watch
+    time: SolverBudget
     progress: Callable[[Progress], None] | None
     met: tuple[str, ...]
     most: ClassVar[int] = MOST_TIMED

@@ -1,4 +1,4 @@
-"""The robot: forward kinematics (eq 1) and Jacobian (eq 2) of a chain, and what it may do."""
+"""The robot: forward kinematics (eq 1) and Jacobian (eq 2) of a chain, and its limits."""
 
 from __future__ import annotations
 
@@ -27,44 +27,45 @@ _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
 class Robot(Variants):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
-    A joint position is one number, also for a joint that turns without limit. All poses are of
-    the TCP in the base frame. All arrays over joints have shape (d,) and are read-only. A robot
-    may be shared by threads: each has working memory of its own.
+    A joint position is one number, also for an unbounded joint. All poses are of the TCP in the
+    base frame. All arrays over joints have shape (d,) and are read-only. A robot may be shared by
+    threads: each has its own working memory.
 
     Attributes:
         name: Name of the robot.
-        description: What it is.
-        source: File that describes it.
+        description: Description of the robot.
+        source: File of the description.
         urdf: File with its links, masses and shapes.
-        urdf_files: This one and those of positioners, each with the links that it gives.
-        package_paths: Folders that its meshes are also looked for in.
+        urdf_files: URDF files of the robot and of positioners, each with its links.
+        package_paths: Additional folders with meshes.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
-        lower_position_limit, upper_position_limit: [rad or m], infinite where there is none.
-        velocity_limit: [rad/s or m/s], infinite where none is given.
-        acceleration_limit: [rad/s² or m/s²], infinite where none is given.
-        jerk_limit: [rad/s³ or m/s³], infinite where none is given.
-        effort_limit: [N m or N], infinite where none is given.
+        lower_position_limit, upper_position_limit: Position limits [rad or m], infinite where there
+            are none.
+        velocity_limit: Velocity limits [rad/s or m/s], infinite where not given.
+        acceleration_limit: Acceleration limits [rad/s² or m/s²], infinite where not given.
+        jerk_limit: Jerk limits [rad/s³ or m/s³], infinite where not given.
+        effort_limit: Effort limits [N m or N], infinite where not given.
         limits: The limits from `velocity_limit` on, by name of the quantity.
-        base_frame: Link that poses are given in.
-        standing_frame: Link that stands still: the same, but where the base frame moves.
-        base_moves: Whether joints move the base frame; efforts are not known then.
+        base_frame: Link of the frame of poses.
+        standing_frame: Link of the world frame: the base frame, unless joints move that.
+        base_moves: Whether joints move the base frame; then efforts are unknown.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
-        payload: `Payload` that the tool frame carries, or `None`.
-        held: What the tool holds, in the axes of the TCP.
-        gravity: In the axes of the base frame [m/s²], shape (3,).
-        virtual: Which joints are those of a freedom, shape (d,).
-        virtual_joints: These joints, which are the last.
-        weights: How much the motion of each joint counts where there is a choice, shape (d,).
-        tool_candidates: Links that carry no other, which a tool frame may be.
-        configurations: Those named configurations that place every joint [rad or m].
+        payload: `Payload` of the tool frame, or `None`.
+        held: Objects held by the tool, in the axes of the TCP.
+        gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
+        virtual: Whether each joint is a virtual one, shape (d,).
+        virtual_joints: The virtual joints, which are the last.
+        weights: Weight of each joint's motion, shape (d,).
+        tool_candidates: Links without children, possible tool frames.
+        configurations: Named configurations with all joints [rad or m].
         locked: Positions of the joints that do not move [rad or m].
-        followers: Joints among those that mimic one that moves, and which.
-        ignored_pairs: Pairs of links that its file has not checked for collisions.
-        srdf: File that names more such pairs, or `None`.
+        followers: Locked joints that mimic a moving joint, with that joint.
+        ignored_pairs: Pairs of links that are not checked for collisions.
+        srdf: SRDF file with more such pairs, or `None`.
         model: Pinocchio model of the chain, nq = nv = d.
-        data: Its working memory, another for each thread.
+        data: Pinocchio's working memory, one per thread.
 
     >>> from knotwork import load_robot
     >>> arm = load_robot("planar2")
@@ -144,12 +145,12 @@ class Robot(Variants):
 
     @property
     def joined_links(self) -> frozenset[frozenset[str]]:
-        """Pairs of links that a joint of the URDF joins, its parent and its child."""
+        """Pairs of parent and child links of the joints of the URDF."""
         return frozenset(map(frozenset, self._given.urdf.parents.items()))
 
     @property
     def external_axes(self) -> tuple[str, ...]:
-        """Names of joints that the robot's file adds to its URDF, by themselves or in others.
+        """Names of the joints that the robot's file adds to its URDF.
 
         >>> kw.load_robot("ur5_rail").external_axes
         ('rail',)
@@ -158,7 +159,7 @@ class Robot(Variants):
 
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
-        """For each joint of its URDF, planned or not, itself and those that carry it.
+        """For each joint of its URDF, planned or not, the joints that carry it, including itself.
 
         >>> sorted(kw.load_robot("ur5_rail").carrying_joints["shoulder_pan_joint"])
         ['rail', 'shoulder_pan_joint']
@@ -171,7 +172,7 @@ class Robot(Variants):
         }
 
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
-        return type(self), (self._given,)  # made anew: each copy has working memory of its own
+        return type(self), (self._given,)  # each copy gets its own working memory
 
     def __repr__(self) -> str:
         return (
@@ -182,14 +183,14 @@ class Robot(Variants):
     def with_tool(
         self, frame: str | None = None, offset: Any = None, payload: Payload | None = None
     ) -> Robot:
-        """Choose the tool, which decides which joints are planned for.
+        """Choose the tool, which determines the planned joints.
 
         Args:
-            frame: Link that carries the tool; by default as before.
-            offset: TCP in the tool frame, `pin.SE3`; by default as before, or none for a new
+            frame: Link that carries the tool; by default unchanged.
+            offset: TCP in the tool frame, `pin.SE3`; by default unchanged, or none for a new
                 frame.
-            payload: What the tool frame carries, in its axes, besides the masses of the URDF; by
-                default as before, or none for a new frame. It counts in `torque`.
+            payload: Payload of the tool frame, in its axes, in addition to the masses of the URDF;
+                by default unchanged, or none for a new frame. It counts in `torque`.
 
         Raises:
             UnknownNameError: There is no such link.
@@ -218,17 +219,17 @@ class Robot(Variants):
         return robot
 
     def with_base(self, link: str) -> Robot:
-        """Give poses in a link that joints move, such as a turntable.
+        """Use a moving link, such as a turntable, as the frame of poses.
 
-        The chain then leads from that link through its joints, turned round, to what stands still,
-        and on through the arm to the tool; all of these joints are planned for.
+        The chain then consists of the inverse joints from that link to the world frame and the
+        joints of the arm; all of these joints are planned.
 
         Args:
-            link: One of the URDF, or made by an external axis.
+            link: Link of the URDF or of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.
-            RobotError: No joint moves the tool relative to it, or a joint can't be planned for.
+            RobotError: No joint moves the tool relative to it, or a joint is not supported.
 
         >>> arm = kw.load_robot("ur5_turntable")
         >>> arm.dof, arm.with_base("table").joint_names[0]
@@ -244,20 +245,20 @@ class Robot(Variants):
         return self.with_base(self.standing_frame) if self.base_moves else self
 
     def seen(self, *, standing: bool) -> tuple[Robot, list[int]]:
-        """The robot seen from its base, or from what stands still, and its joints among these.
+        """The robot with poses in the base or the world frame, and the indices of its joints.
 
         Args:
-            standing: Whether the second is meant.
+            standing: Whether poses are in the world frame.
         """
         robot = self._at_rest if standing else self
         return robot, [self.joint_names.index(name) for name in robot.joint_names]
 
     def tool_seen(self, q: FloatArray, *, standing: bool) -> Any:
-        """Pose of the TCP in the base frame, or in the axes of what stands still, `pin.SE3`.
+        """Pose of the TCP in the base or the world frame, `pin.SE3`.
 
         Args:
             q: Joint positions [rad or m], shape (d,).
-            standing: Whether the second is meant.
+            standing: Whether the pose is in the world frame.
         """
         robot, own = self.seen(standing=standing)
         return robot.forward(q[own])
@@ -266,8 +267,8 @@ class Robot(Variants):
         """A named configuration [rad or m], shape (d,).
 
         Raises:
-            UnknownNameError: There is none of this name.
-            RobotError: It does not place every joint of the chain.
+            UnknownNameError: There is no configuration of this name.
+            RobotError: The configuration has no position for a joint of the chain.
         """
         if name not in self._given.configurations:
             raise UnknownNameError(
@@ -290,7 +291,7 @@ class Robot(Variants):
             pose: Pose of the TCP in the base frame, `pin.SE3`.
             options: See `knotwork.solve_pose_ik_all`.
         """
-        # kinematics knows robots, so robots must not know it but when they are asked
+        # imported on call: `kinematics` imports `robot`
         return tuple(importlib.import_module(_KINEMATICS).solve_pose_ik_all(self, pose, **options))
 
     solve_all = old_method("knotwork.Robot.solve_all")

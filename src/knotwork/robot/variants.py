@@ -1,4 +1,4 @@
-"""What is made of a robot: the same arm with other limits, loads, weights or gravity."""
+"""Variants of a robot: other limits, loads, weights or gravity."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Variants(ChainKinematics):
-    """Robots that differ from one in a single thing; its attributes are those of `Robot`."""
+    """Methods that make variants of a robot; the attributes are those of `Robot`."""
 
     locked: Mapping[str, float]
 
@@ -31,26 +31,26 @@ class Variants(ChainKinematics):
         return type(self)(replace(self._given, **changes))
 
     def with_held(self, *held: Payload) -> Self:
-        """The arm while its tool holds these, in the axes of the TCP; they count in `torque`."""
+        """The arm with objects held by its tool, in the axes of the TCP; they count in `torque`."""
         self.require_tool()
         return self._made(held=held)
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Self:
-        """The chain with joints of a task after the TCP, which move its frame on.
+        """The chain with virtual joints after the TCP, which move its frame.
 
-        They come last in all arrays, have no mass, and no limits but those of their positions.
+        They are last in all arrays, and have no mass and only position limits.
         """
         self.require_tool()
         return self._made(virtual=joints)
 
     def with_weights(self, weights: Mapping[str, float]) -> Self:
-        """Have the motion of joints count more or less where there is a choice.
+        """Weight the motion of joints where there is a choice.
 
-        Of a redundant arm's joint velocities for a twist those of least norm are taken, and of
-        several solutions those of least travel: a joint of weight 0.2 moves more readily.
+        A redundant arm's joint velocities have minimum norm, and solutions are chosen by minimum
+        travel: a joint of weight 0.2 moves more.
 
         Args:
-            weights: By joint; 1 for others.
+            weights: Weight of each joint; 1 for others.
 
         Raises:
             UnknownNameError: There is no such joint.
@@ -77,13 +77,13 @@ class Variants(ChainKinematics):
         return self._made(weights=dict(weights))
 
     def with_rest(self, name: str) -> Self:
-        """Have joints that are not planned for stand where a named configuration has them.
+        """Set the joints that are not planned to a named configuration.
 
-        Those that its file names under `locked`, and those that mimic others, stay.
+        Joints under `locked` in its file, and joints that mimic others, are unchanged.
 
         Raises:
-            RobotError: Another configuration that was asked for has one elsewhere, or a joint
-                can't stand there.
+            RobotError: Another configuration of the task has a joint at another position, or a
+                position is outside the limits.
         """
         given, rest = self._given, dict(self._given.rest)
         for joint, value in given.configurations[name].items():
@@ -100,13 +100,13 @@ class Variants(ChainKinematics):
         return self if rest == given.rest else self._made(rest=rest)
 
     def with_gravity(self, gravity: ArrayLike) -> Self:
-        """Mount the robot another way: on a wall, on a ceiling, or where nothing has weight.
+        """Mount the robot differently: on a wall, on a ceiling, or without gravity.
 
         Args:
-            gravity: In the axes of the base frame [m/s²], shape (3,).
+            gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
 
         Raises:
-            WaypointDataError: It is not three finite numbers.
+            WaypointDataError: The value is not three finite numbers.
 
         >>> hanging = kw.load_robot("ur5").with_gravity([0, 0, 9.81])
         >>> still = np.zeros(6)
@@ -120,7 +120,7 @@ class Variants(ChainKinematics):
         position: Mapping[str, tuple[float, float]] | None = None,
         **magnitudes: float | Mapping[str, float] | None,
     ) -> Self:
-        """Replace limits, each given by joint, or as one number for all joints.
+        """Override limits, each by joint or as one number for all joints.
 
         Args:
             position: Joint to lower and upper limit [rad or m].

@@ -1,4 +1,4 @@
-"""One section solved: from a few starts, until a motion keeps every limit exactly."""
+"""Solution of one section: from a few starts, until a motion keeps every limit exactly."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.timing.budget import Watch
+from knotwork.timing.budget import SolverBudget
 from knotwork.timing.exact_curve import ExactCurve, rebuilt
 from knotwork.timing.initial_guess import (
     Guess,
@@ -22,10 +22,10 @@ from knotwork.timing.stop_to_stop import SLOWER, resting_knots
 from knotwork.timing.tightening import first_tightening, keeps_limits, tightened
 
 MOST_TIMES = 12
-"""How often a start is solved again, with more tightening, before it has failed."""
+"""Maximum number of solutions from a start, each with more tightening."""
 
 NEARLY = 1.001
-"""A motion with rests is not improved on if it takes at most this many times as long."""
+"""Maximum ratio of the duration of a motion with rests to the optimum for which it is kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,23 +34,23 @@ class Attempt:
 
     Attributes:
         found: The motion.
-        status: As of a `TimedMotion`.
+        status: Status, see `TimedMotion`.
     """
 
     found: ExactCurve
     status: Status
 
 
-def solved_section(problem: TimingProblem, watch: Watch) -> Attempt | None:
-    """Solve a section: the first start that leads to a solution decides.
+def solved_section(problem: TimingProblem, watch: SolverBudget) -> Attempt | None:
+    """Solve a section from the first start that converges.
 
     Args:
         problem: The section.
-        watch: Follows the steps and holds the budget.
+        watch: Progress and budget.
 
     Returns:
-        The motion; where no start led to a solution, or the budget ended before, one that rests
-        in each interval; `None` if there is none.
+        The motion; if no start converges within the budget, one that rests in each interval;
+        `None` if there is none.
     """
     given = float(np.nansum(problem.duration))
     if problem.objective.only_time and problem.free.any() and given:
@@ -66,17 +66,17 @@ def solved_section(problem: TimingProblem, watch: Watch) -> Attempt | None:
 
 
 def _starts(problem: TimingProblem) -> Iterator[Guess]:
-    """Where to start."""
+    """Initial guesses."""
     if (short_durations(problem) < float("inf")).any():
         yield plain_guess(problem, hurried=True)
     yield plain_guess(problem)
 
 
 def resting(problem: TimingProblem, status: Status) -> Attempt | None:
-    """The fastest motion that rests in every interval and keeps every limit, if there is one."""
+    """The fastest motion that rests in every interval and keeps every limit, or `None`."""
     moving = bool(problem.velocity[problem.velocity_known].any())
     for slower in SLOWER:
-        # a moving arm may have to brake at once, and may go slowly from there
+        # a moving arm may have to brake at once, and may move slowly after that
         for braking in sorted({1.0, slower} if moving else {slower}):
             knots = resting_knots(problem, slower, braking)
             if knots is None:
@@ -87,14 +87,16 @@ def resting(problem: TimingProblem, status: Status) -> Attempt | None:
     return None
 
 
-def _run(guess: Guess, problem: TimingProblem, watch: Watch, *, found: bool) -> Attempt | None:
-    """Solve from one start, with more tightening each time that the exact check finds an excess.
+def _run(
+    guess: Guess, problem: TimingProblem, watch: SolverBudget, *, found: bool
+) -> Attempt | None:
+    """Solve from one start, with more tightening whenever the exact check finds an excess.
 
     Args:
         guess: The start.
         problem: The section.
-        watch: Holds the budget.
-        found: Whether there is a motion already.
+        watch: Progress and budget.
+        found: Whether there is already a motion.
     """
     tightening = first_tightening(problem)
     last: Solution | None = None
@@ -109,14 +111,14 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, *, found: bool) -> 
         if not solution.solved:
             if last is None or again:
                 return None
-            last, again = None, True  # what was near to a solution is none any more
+            last, again = None, True  # the previous solution is too far away
             continue
         made = section.rebuild(solution.x)
         more = tightened(problem, tightening, made.curve)
         if more is None:
             return Attempt(made, "optimal")
         if more.margin >= 1.0:
-            return None  # nothing is left of the limits
+            return None  # no margin is left
         # with further equations the solution is a poor start
         last = solution if more.same_equations(tightening) else None
         tightening = more

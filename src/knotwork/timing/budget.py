@@ -1,4 +1,4 @@
-"""Progress reported, and the budget shared among the parts of a solution."""
+"""Progress of a solution, and its time budget, shared among its parts."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from knotwork.timing.motion import Progress
 
 
 @dataclass(eq=False)
-class Watch:
-    """Follows a solution over all its parts, and shares the budget among them.
+class SolverBudget:
+    """Progress and time budget of a solution over all its parts.
 
-    A part whose turn is over stops as soon as it has a motion; without one it goes on until the
-    whole budget has ended.
+    A part whose share has ended stops as soon as it has a motion; without one it continues until
+    the whole budget has ended.
 
     Raises:
         InputError: The budget is not positive.
 
     Attributes:
         progress: Called after each run of the solver, or `None`.
-        budget: Time that there is for all parts [s], or `None`.
-        work: Intervals of all parts together.
+        budget: Time for all parts [s], or `None`.
+        work: Number of intervals of all parts.
         now: The clock [s].
-        begun: When the solution began, by this clock.
-        iterations: Steps so far.
-        solved: Intervals of the parts that are solved.
+        begun: Start of the solution by this clock [s].
+        iterations: Number of steps so far.
+        solved: Number of intervals of solved parts.
     """
 
     progress: Callable[[Progress], None] | None = None
@@ -48,7 +48,7 @@ class Watch:
         self.begun = self.now()
 
     def left(self, *, found: bool = False) -> float:
-        """Time left [s]: of the turn if there is a motion, else of the whole; or infinite.
+        """Remaining time [s]: of the share if there is a motion, otherwise of the whole budget.
 
         Args:
             found: Whether there is a motion.
@@ -60,7 +60,7 @@ class Watch:
 
     @contextmanager
     def part(self, intervals: int) -> Iterator[None]:
-        """Give a part its turn: the budget left, shared by the intervals left."""
+        """Give a part its share of the remaining budget, by its intervals."""
         before = self._turn
         if self.budget is not None:
             self._turn = self.now() + self.left() * intervals / max(
@@ -71,7 +71,7 @@ class Watch:
         self.solved += intervals
 
     def late(self, *, found: bool) -> bool:
-        """Whether to stop: the budget has ended, or the turn has and a motion was found.
+        """Whether to stop: the budget has ended, or the share has and there is a motion.
 
         Args:
             found: Whether there is a motion.
@@ -87,7 +87,7 @@ class Watch:
     ) -> None:
         """Count steps and report them; other arguments as the attributes of `Progress`.
 
-        `part` is done of the interval at hand, from 0 to 1.
+        `part` is the finished fraction of the current interval.
         """
         self.iterations += count
         if self.progress is not None:

@@ -1,7 +1,7 @@
-"""Tasks without a motion, by closed forms: infeasible values, short durations, sufficient ones.
+"""Infeasible tasks in closed form: infeasible values, short durations, and sufficient ones.
 
-None of it takes a search: values beyond limits, the least time of each interval under the limits
-of velocity, acceleration and tool speed, and the motion that rests in each interval.
+No search is needed: values beyond limits, lower bounds on the duration of each interval under
+limits of velocity, acceleration and tool speed, and the motion that rests in each interval.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ NOTHING = "no motion was found that keeps all limits"
 
 
 def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
-    """An error for each thing that is given and that no motion within the limits has.
+    """Make an error for each given value that no motion within the limits has.
 
     Args:
         problem: The task.
-        direct: The motion may lead straight through its waypoints; else no longer duration is known
-            to suffice where one is too short.
+        direct: Whether the motion may be straight between its waypoints; otherwise no sufficient
+            duration is known where one is too short.
     """
     outside, faults = list(outside_limits(problem)), value_faults(problem)
     errors = sorted([*outside, *faults.values()], key=lambda one: one.waypoint or 0)
@@ -40,7 +40,7 @@ def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingErr
     if outside:
         return errors
     for (name, i), one in faults.items():
-        # the checks that follow are for the nearest feasible value
+        # later checks use the nearest feasible value
         changed: Any = np.array(getattr(problem, name))
         changed[i] *= feasible_part(one) * (1.0 - ROUNDING)
         problem = replace(problem, **{name: changed})
@@ -48,17 +48,17 @@ def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingErr
 
 
 def unsolved(problem: TimingProblem) -> list[TimingError]:
-    """What keeps a problem from a motion, where `impossible` finds nothing, and what suffices."""
+    """Causes and sufficient values for a problem without a motion, after `impossible`."""
     return _overloads(problem, certain=False) or _too_short(problem) or [_not_found(problem)]
 
 
 def _overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
-    """The joints that can't hold the arm still, each where it takes most effort.
+    """Joints that can't hold the arm at rest, each at the waypoint with its largest effort.
 
     Args:
         problem: The task.
-        certain: Whether only what proves that there is no motion is an error: where the
-            acceleration is chosen the arm may pass while it falls, and else it may not stop.
+        certain: Whether only proofs of infeasibility are errors: with an unknown acceleration the
+            arm may fall through a waypoint, and elsewhere it may not stop.
     """
     limits, unit = problem.limits, JOINT_QUANTITIES["effort"].units
     rests = (problem.velocity == 0.0).all(axis=1)
@@ -97,21 +97,21 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
 
 
 def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
-    """Every joint must be limited, or durations would shrink to nothing."""
+    """Refuse joints without limits, for which the minimum duration would be zero."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isinf(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         joints = [problem.joint_names[k] for k in np.flatnonzero(unlimited)]
         yield TimingError(
             f"joint {', '.join(map(repr, joints))}: no limit of acceleration, jerk or effort, so "
-            "there is no least time; give one",
+            "there is no minimum time; give one",
             joint=joints[0],
             limit="acceleration",
         )
 
 
 def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
-    """Durations that are too short, that no joint can wait for, or that have no least value."""
+    """Durations that are too short, that a joint can't wait for, or that have no minimum."""
     least = least_durations(problem)
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])
@@ -119,7 +119,7 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
     for i in np.flatnonzero(still).tolist():
         yield TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} nothing moves, so there is no "
-            "least duration; give one, or a lower bound",
+            "minimum duration; give one, or a lower bound",
             waypoint=i,
             interval=True,
             limit="duration",
@@ -145,7 +145,7 @@ def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
 
 
 def _no_wait(problem: TimingProblem, i: int) -> str:
-    """Why a given duration is none that a joint can take, because it may not stop."""
+    """Text of why a joint can't take a given duration, because it may not stop."""
     if problem.velocity_known[i] and problem.velocity_known[i + 1]:
         h = problem.duration[i]
         _, last, later = problem.possible_durations(i)
@@ -159,7 +159,7 @@ def _no_wait(problem: TimingProblem, i: int) -> str:
 
 
 def _resting_durations(problem: TimingProblem) -> FloatArray:
-    """Durations no shorter than those given in which the arm can rest [s]; infinite if it can't."""
+    """Durations, at least the given ones, in which the arm can rest [s]; infinite if it can't."""
     rest = resting(with_longer(problem), "resting")
     if rest is None:
         return np.full(problem.duration.shape, np.inf)
@@ -173,9 +173,9 @@ def _given_durations(
 
     Args:
         problem: The task.
-        wrong: Which they are.
-        what: What was found of them, in words.
-        direct: As for `impossible`.
+        wrong: Whether each duration is wrong.
+        what: Text of the reason.
+        direct: See `impossible`.
     """
     takes, least = _resting_durations(problem), least_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""

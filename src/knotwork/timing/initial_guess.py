@@ -1,4 +1,4 @@
-"""Where the solver starts: plain cubics between the waypoints."""
+"""Initial guesses of the solver: plain cubics between the waypoints."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """Where the solver starts.
+    """Initial guess of the solver.
 
     Attributes:
-        duration: Of the intervals [s], shape (n-1,).
-        share: Part of each interval that each piece takes, shape (n-1, pieces).
+        duration: Durations of the intervals [s], shape (n-1,).
+        share: Duration of each piece relative to its interval, shape (n-1, pieces).
         curve: Joint positions over time from 0 to the sum of the durations.
-        velocity: At the waypoints, shape (n, d).
+        velocity: Velocities at the waypoints, shape (n, d).
     """
 
     duration: FloatArray
@@ -31,11 +31,11 @@ class Guess:
 
 
 def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
-    """Start from plain cubics.
+    """Make a guess of plain cubics.
 
     Args:
         problem: The problem.
-        hurried: Whether joints that may pass without a stop are assumed to.
+        hurried: Whether joints are assumed to pass waypoints without a stop where they may.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
@@ -75,10 +75,10 @@ def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
 
 
 def short_durations(problem: TimingProblem) -> FloatArray:
-    """Durations after which a joint that may not stop would have to go back [s], shape (n-1,).
+    """Durations that all joints can take without stopping [s], shape (n-1,).
 
-    They lie in the middle of what every joint can take without stopping; NaN where no joint is
-    limited so, or where they do not agree.
+    They are the middle of the common interval; NaN if no joint is limited in this way, or if
+    there is no common interval.
     """
     found = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known
@@ -90,7 +90,7 @@ def short_durations(problem: TimingProblem) -> FloatArray:
 
 
 def first_velocities(problem: TimingProblem) -> FloatArray:
-    """Velocities at the waypoints to start from, shape (n, d): those known, and guesses."""
+    """Initial velocities at the waypoints, given or guessed, shape (n, d)."""
     v = np.array(problem.velocity)
     known = problem.velocity_known
     if known.all():

@@ -1,4 +1,4 @@
-"""`TimedMotion`: the motion that was found, what bounds its duration, and where limits bind."""
+"""`TimedMotion`: a motion with a lower bound on its duration and its active limits."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ Status = Literal["optimal", "resting", "stopped"]
 
 
 def status_of(parts: Iterable[Status]) -> Status:
-    """The status of a motion made of parts: the least that any of them has."""
+    """The status of a motion made of parts: the worst of its parts."""
     return max(parts, key=("optimal", "resting", "stopped").index, default="optimal")
 
 
 @dataclass(frozen=True)
 class Binding:
-    """A limit that keeps an interval from being faster.
+    """An active limit of an interval.
 
     Attributes:
-        start, end: Names of the waypoints that the interval lies between.
+        start, end: Names of the waypoints at the ends of the interval.
         joint: Name of the joint; empty for the tool.
         quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
-            `"tool speed"`; of a speed along a path also what else bounds it.
-        share: For how much of the interval's duration the joint is at it, from 0 to 1: 0 where it
-            only comes near at its peak; `None` for what bounds a constant speed along a path.
+            `"tool speed"`; for a speed along a path also other bounds.
+        share: Fraction of the interval's duration in which the limit is active; 0 if a peak only
+            comes close; `None` for a bound on a constant speed along a path.
     """
 
     start: str
@@ -39,17 +39,17 @@ class Binding:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a solution has come.
+    """Progress of a solution.
 
     Attributes:
-        iterations: Steps of the solver so far.
+        iterations: Number of solver steps so far.
         seconds: Time since the start [s].
-        done: Part of the intervals that are already solved, from 0 to 1; of one whose way is
-            searched for, the part of its tries.
-        duration: How long the best motion lasts that a search for a way has so far [s], in the end
-            that of the whole motion; `None` before there is one.
-        trying: What that search tries, for example `"way 2 of 6"`; in the end `"check"`; empty
-            elsewhere.
+        done: Fraction of solved intervals, 0 to 1, including the tries of a current search for a
+            collision-free motion.
+        duration: Duration of the best motion of that search [s], finally of the whole motion;
+            `None` before there is one.
+        trying: Current step of that search, for example `"way 2 of 6"`; finally `"check"`;
+            otherwise empty.
     """
 
     iterations: int
@@ -61,26 +61,27 @@ class Progress:
 
 @dataclass(frozen=True, eq=False)
 class TimedMotion(ReadOnlyArrays):
-    """A motion that keeps every limit, with durations chosen.
+    """A motion that keeps every limit, with optimised durations.
 
     Attributes:
-        trajectory: Its joints over time: cubic, C2, from time 0 on.
+        trajectory: Joint trajectory: cubic, C2, from time 0 on.
         time: Times of the waypoints [s], shape (n,).
         velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
         acceleration: Joint accelerations at the waypoints, shape (n, d).
-        lower_bound: No motion through these waypoints that keeps the limits is shorter [s].
-        status: `"optimal"`, or `"stopped"` where the budget ended first: the motion keeps every
-            limit, but a better one may exist; or `"resting"` where no start led to a solution,
-            or hardly anything could be won, and the arm comes to rest in each interval.
-        binding: Where which limit is met, by interval, the longest first.
-        objective: Value of each term, by name, before it is weighted: `"time"` [s], and the
-            integrals that have a weight.
-        iterations: Steps of the solver.
-        seconds: What the solution took [s].
-        line: Corners of the clear polyline that it was made from, shape (m, d); `None` for a motion
-            that does not find its way.
-        tries: Number of ways that were looked for.
-        room: Clearance that a way keeps beyond the margins [m]; `None` if none was asked for.
+        lower_bound: Lower bound on the duration of motions through these waypoints within the
+            limits [s].
+        status: `"optimal"`; `"stopped"` if the budget ended first: the motion keeps every limit,
+            but a better one may exist; or `"resting"` if no start converged or hardly any gain
+            was possible, and the arm comes to rest in each interval.
+        binding: Active limits of each interval, the longest first.
+        objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
+            weight.
+        iterations: Number of solver steps.
+        seconds: Computation time [s].
+        line: Corners of the polyline from which a collision-free motion was made, shape (m, d);
+            otherwise `None`.
+        tries: Number of tries of a collision-free motion.
+        room: Clearance of a collision-free motion beyond the margins [m]; `None` if not requested.
     """
 
     trajectory: JointTrajectory

@@ -1,8 +1,8 @@
-"""Nonlinear programs made of few small functions, each repeated many times, solved by IPOPT.
+"""Nonlinear programs of a few small functions, each repeated many times, solved by IPOPT.
 
-A motion of a thousand intervals has the same equations in each. A `Kernel` holds them once, with
-their derivatives; a `Program` maps it over columns of variables and assembles the sparse Jacobian
-and Hessian by index. So it takes no longer to set up a long motion than a short one.
+All intervals of a motion have the same equations. A `Kernel` has them once, with their
+derivatives; a `Program` maps it over columns of variables and assembles the sparse Jacobian and
+Hessian by index. So the setup time does not depend on the length of the motion.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ class Kernel:
     """Constraints and cost of one repeated part, with their derivatives.
 
     Args:
-        z: Its variables, a symbolic column.
-        p: Its parameters, a symbolic column.
-        g: Its constraints, a symbolic column.
-        cost: What it adds to the objective.
-        inner: Symbols that stand in `g` and `cost` for expressions of the variables, and these
-            expressions. By the chain rule, derivatives of long expressions in few inner symbols
-            take a fraction of the operations.
+        z: Variables, a symbolic column.
+        p: Parameters, a symbolic column.
+        g: Constraints, a symbolic column.
+        cost: Term of the objective.
+        inner: Symbols in `g` and `cost` for expressions of the variables, and these expressions.
+            By the chain rule, derivatives of long expressions in few inner symbols take a
+            fraction of the operations.
     """
 
     def __init__(
@@ -72,12 +72,12 @@ class Kernel:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A kernel, and the variables it is applied to.
+    """A kernel with the variables of its repetitions.
 
     Attributes:
         kernel: The kernel.
-        index: Which variables of the program are its variables, a column for each time that it is
-            repeated; shape (variables, times).
+        index: Indices of its variables in the program, a column for each repetition, shape
+            (variables, times).
     """
 
     kernel: Kernel
@@ -85,11 +85,11 @@ class Block:
 
     @property
     def times(self) -> int:
-        """How often the kernel is repeated."""
+        """Number of repetitions of the kernel."""
         return int(self.index.shape[1])
 
     def chosen(self, size: int) -> Any:
-        """The matrix that picks its variables, repetition by repetition, from those of a program.
+        """The matrix that selects its variables, repetition by repetition, from a program's.
 
         Args:
             size: Number of variables of the program.
@@ -103,13 +103,13 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What the solver gave back.
+    """Result of the solver.
 
     Attributes:
         x: Variables.
-        multipliers: Of the bounds of the variables and of the constraints, one after the other.
+        multipliers: Multipliers of the bounds of the variables, then of the constraints.
         solved: Whether IPOPT converged.
-        iterations: Its steps.
+        iterations: Number of steps.
     """
 
     x: FloatArray
@@ -123,9 +123,8 @@ class Program:
 
     Args:
         size: Number of variables.
-        blocks: Its blocks. Constraints are numbered block by block, and in a block repetition by
-            repetition.
-        options: Options of IPOPT besides `OPTIONS`.
+        blocks: Blocks. Constraints are ordered by block, then by repetition.
+        options: IPOPT options in addition to `OPTIONS`.
     """
 
     def __init__(
@@ -192,11 +191,11 @@ class Program:
         """Solve from a start.
 
         Args:
-            start: Variables to start from, shape (size,), or a solution that was found before.
-            bounds: Least and greatest values of the variables.
-            parameters: Of each block, shape (parameters, times).
-            limits: Least and greatest values of each block's constraints, shape
-                (constraints, times) each.
+            start: Initial variables, shape (size,), or an earlier solution.
+            bounds: Lower and upper bounds of the variables.
+            parameters: Parameters of each block, shape (parameters, times).
+            limits: Lower and upper bounds of each block's constraints, shape (constraints, times)
+                each.
         """
         low, high = joined_limits(limits)
         known = {}
@@ -223,7 +222,7 @@ class Program:
 
 
 def joined_limits(limits: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest values of all constraints, in the program's order."""
+    """Lower and upper bounds of all constraints, in the program's order."""
     low, high = zip(*limits, strict=True)
     return (
         np.concatenate([np.ravel(one, order="F") for one in low]),
@@ -232,7 +231,7 @@ def joined_limits(limits: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[Floa
 
 
 def _diagonal(parts: Any, times: int) -> Any:
-    """The block diagonal matrix of n parts that stand side by side."""
+    """The block diagonal matrix of n horizontally stacked parts."""
     import casadi as ca
 
     if times == 1:

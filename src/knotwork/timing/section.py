@@ -1,4 +1,4 @@
-"""One section of a motion: from the problem to a program, and from its solution to a curve."""
+"""One section of a motion: the program of a problem, and the curve of its solution."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
 
 EVEN = 3e-4
-"""Weight of the unevenness of the pieces of an interval, where nothing else decides it."""
+"""Weight of the unevenness of an interval's pieces, if nothing else determines it."""
 
 CALM = 1e-4
 """Weight of accelerations, so that joints that are not in a hurry move no more than they must.
@@ -26,10 +26,10 @@ No motion is longer by more than this part for it.
 """
 
 SHORTEST = 1e-4
-"""No piece is shorter than this part of its first guess."""
+"""Minimum duration of a piece, relative to its first guess."""
 
 LEAST_TIME = 1e-3
-"""The solver runs for so long at least [s]."""
+"""Minimum time limit of the solver [s]."""
 
 AGAIN: dict[str, Any] = {
     "ipopt.mu_init": 1e-9,
@@ -40,7 +40,7 @@ AGAIN: dict[str, Any] = {
     "ipopt.warm_start_slack_bound_frac": 1e-8,
     "ipopt.warm_start_mult_bound_push": 1e-8,
 }
-"""Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
+"""IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
 @lru_cache(maxsize=16)
@@ -51,11 +51,11 @@ def _program(form: Form, again: bool, seconds: float) -> Program:
 
 
 class Section:
-    """A problem made ready for the solver.
+    """A problem prepared for the solver.
 
     Args:
         problem: The problem.
-        guess: Where to start; it also sets the units.
+        guess: Initial guess, which also sets the units.
         tightening: Margins of the limits.
     """
 
@@ -73,8 +73,8 @@ class Section:
         self.scale = _scale(problem, guess)
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
-        """Run the solver, from a solution found before or from the guess, for some time at most."""
-        # one with a limit of time serves once
+        """Run the solver, from an earlier solution or the guess, with a time limit."""
+        # a program with a time limit is used once
         made = _program if np.isinf(seconds) else _program.__wrapped__
         return made(self.form, start is not None, seconds).solve(
             self.start() if start is None else start,
@@ -101,7 +101,7 @@ class Section:
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest values of the variables; equal where they are known."""
+        """Lower and upper bounds of the variables; equal where they are known."""
         at, problem, scale = layout(self.form), self.problem, self.scale
         each = self.form.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
@@ -130,9 +130,9 @@ class Section:
         return low, high
 
     def _position_range(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest positions at the breaks in each interval, shape (n-1, d).
+        """Lower and upper bounds of positions at the breaks in each interval, shape (n-1, d).
 
-        They are a little inside the limits, but for a joint that stands on one.
+        They are slightly inside the limits, except for a joint that starts on one.
         """
         limits, q = self.problem.limits, self.problem.position
         width = limits.upper - limits.lower
@@ -145,10 +145,10 @@ class Section:
         )
 
     def _positions_between(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest positions at four points of each piece, shape (4, d, pieces).
+        """Lower and upper bounds of positions at four points of each piece, shape (4, d, pieces).
 
-        Next to a waypoint on a limit a piece comes up to it. Next to one at rest the points are
-        constant: no solver finds its way where such a constant is limited to what it is.
+        Next to a waypoint on a limit a piece reaches it. Next to one at rest the points are
+        constant: a solver fails if such a constant is bounded by its own value.
         """
         problem, each = self.problem, self.form.each
         q, rests = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
@@ -198,7 +198,7 @@ class Section:
         return np.asarray(np.concatenate(weights) / cost)
 
     def typical_cost(self) -> float:
-        """What the objective is divided by, so that it is near one."""
+        """Divisor of the objective, so that it is of order one."""
         objective, scale = self.problem.objective, self.scale
         h = self.guess.duration
         cost = objective.time * float(h.sum())
@@ -212,7 +212,7 @@ class Section:
         return cost or 1.0
 
     def limits(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Least and greatest values of each block's constraints."""
+        """Lower and upper bounds of each block's constraints."""
         problem, scale, form = self.problem, self.scale, self.form
         d, count = form.joints, form.pieces
         fastest = self._fastest()
@@ -239,11 +239,11 @@ class Section:
         return [*found, *held_bounds(self.tightening)]
 
     def _fastest(self) -> list[FloatArray]:
-        """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""
+        """Maximum velocities at two points of each piece, scaled, shape (d, pieces) each."""
         most = (1.0 - self.margin) * self.problem.limits.velocity
         shape = (self.form.intervals, self.form.each, self.form.joints)
         start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
-        # with no acceleration there, the point next to the waypoint has its velocity
+        # with zero acceleration, the point next to the waypoint has its velocity
         given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
         start[:, 0] = np.maximum(start[:, 0], given[:-1])
         end[:, -1] = np.maximum(end[:, -1], given[1:])
@@ -251,18 +251,18 @@ class Section:
         return [(v.reshape(self.form.pieces, -1) / unit).T for v in (start, end)]
 
     def _cruising(self) -> BoolArray:
-        """Which joints pass which waypoints at their velocity limit, so without acceleration."""
+        """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
         problem = self.problem
         most = (1.0 - 2.0 * self.margin) * problem.limits.velocity
         return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
 
     def _steady(self) -> BoolArray:
-        """Which joints have no acceleration at which waypoints, besides those where it is known."""
+        """Whether each joint has zero acceleration at each waypoint where it is not given."""
         problem = self.problem
         stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
         idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
         steady = self._cruising()
-        steady[:-1] |= idle  # or it would swing out between them
+        steady[:-1] |= idle  # otherwise it would oscillate between them
         steady[1:] |= idle
         return steady & ~problem.acceleration_known[:, None]
 
@@ -305,7 +305,7 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     largest = float(span.max()) or 1.0
     typical = np.maximum(span, 1e-3 * largest)
     if problem.objective.jerk and not problem.free.any():
-        # given times set the size of the motion, however loose the limits are
+        # given times set the scale of the motion, however loose the limits are
         peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
         room = np.minimum(room, np.maximum(typical, peak * time**2))
     return Scale(time, np.where(np.isfinite(room), room, typical))

@@ -12,7 +12,7 @@ from knotwork.errors import TimingError, together
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
-from knotwork.timing.budget import Watch
+from knotwork.timing.budget import SolverBudget
 from knotwork.timing.exact_curve import in_a_row, rebuilt_row
 from knotwork.timing.infeasible import impossible, unsolved
 from knotwork.timing.motion import Progress, TimedMotion, status_of
@@ -28,23 +28,24 @@ def solve(
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> TimedMotion:
-    """Minimise the objective of a problem over what it leaves free, every limit kept.
+    """Minimise the objective of a problem over its unknowns, within all limits.
 
-    Sections between waypoints where velocity and acceleration are both known do not depend on each
-    other, and each is solved alone; one of more than 24 intervals is solved in windows of 8, each
-    with 4 intervals ahead of it. The optimum is a local one: the solver (IPOPT) starts from plain
-    cubics, at most three. If none leads to a solution the arm comes to rest in each interval.
+    Sections between waypoints with known velocity and acceleration are independent and solved
+    separately; a section of more than 24 intervals is solved in windows of 8, each with 4 intervals
+    ahead of it. The optimum is local: the solver (IPOPT) starts from at most three plain cubics. If
+    none converges, the arm comes to rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
-        budget: Time after which the best motion so far is taken [s]; by default it is not limited.
-        progress: Called as the solver goes on.
+        budget: Time after which the best motion so far is returned [s]; by default unlimited.
+        progress: Called with the progress of the solver.
 
     Returns:
         A motion that keeps every limit, by the exact extrema of its polynomials.
 
     Raises:
-        TimingError: No motion was found that keeps the limits; it says where, and what suffices.
+        TimingError: No motion within the limits was found; the error has the place and sufficient
+            values.
 
     >>> from knotwork.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0], jerk=[100.0])
@@ -53,16 +54,16 @@ def solve(
     ('optimal', True)
     """
     try:
-        return solved(problem, Watch(progress, budget, len(problem.position) - 1))
+        return solved(problem, SolverBudget(progress, budget, len(problem.position) - 1))
     except NoMotionError as error:
         raise together(error.causes) from None
 
 
 class NoMotionError(Exception):
-    """No motion was found that keeps the limits.
+    """No motion within the limits was found.
 
     Attributes:
-        causes: What may be the cause, each with its place; at least one.
+        causes: Possible causes with their places, at least one.
     """
 
     def __init__(self, causes: Sequence[TimingError]) -> None:
@@ -70,15 +71,15 @@ class NoMotionError(Exception):
         self.causes = list(causes)
 
 
-def solved(problem: TimingProblem, watch: Watch) -> TimedMotion:
-    """As `solve`, for one of several problems that share a budget.
+def solved(problem: TimingProblem, watch: SolverBudget) -> TimedMotion:
+    """Solve one of several problems that share a budget, see `solve`.
 
     Args:
         problem: The waypoints and the limits.
-        watch: What follows the solution of all of them.
+        watch: Progress and budget of all problems.
 
     Raises:
-        NoMotionError: No motion was found that keeps the limits.
+        NoMotionError: No motion within the limits was found.
     """
     begun, iterations = watch.now(), watch.iterations
     wrong = impossible(problem)
@@ -88,7 +89,7 @@ def solved(problem: TimingProblem, watch: Watch) -> TimedMotion:
     return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
 
 
-def _solved_sections(problem: TimingProblem, watch: Watch) -> TimedMotion:
+def _solved_sections(problem: TimingProblem, watch: SolverBudget) -> TimedMotion:
     found: list[Attempt] = []
     failed: list[tuple[TimingProblem, int]] = []
     for first, last in sections(problem):
@@ -106,7 +107,7 @@ def _solved_sections(problem: TimingProblem, watch: Watch) -> TimedMotion:
 
 
 def _causes(part: TimingProblem, before: int) -> list[TimingError]:
-    """What keeps a section from a motion, with waypoints counted from the first of all."""
+    """Causes of a section without a motion, with waypoints counted from the first of all."""
     found = unsolved(part)
     for one in found:
         if one.waypoint is not None:
@@ -115,7 +116,7 @@ def _causes(part: TimingProblem, before: int) -> list[TimingError]:
 
 
 def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
-    """Put sections together."""
+    """Concatenate sections."""
     parts = in_a_row([one.found.knots for one in found])
     curve = rebuilt_row(parts)
     time = np.concatenate(([0.0], *(one.time[1:] for one in parts)))
@@ -140,7 +141,7 @@ def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
     )
 
 
-def _out_of_time(watch: Watch) -> TimingError:
+def _out_of_time(watch: SolverBudget) -> TimingError:
     return TimingError(
         "no motion that keeps every limit was found within the budget of "
         f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",
@@ -149,10 +150,10 @@ def _out_of_time(watch: Watch) -> TimingError:
 
 
 def sections(problem: TimingProblem) -> list[tuple[int, int]]:
-    """First and last waypoints of what can be solved alone.
+    """First and last waypoints of independent sections.
 
     A motion is divided where position, velocity and acceleration are known, unless its total
-    duration ties its intervals together.
+    duration is given.
     """
     known = problem.velocity_known & problem.acceleration_known
     known &= problem.total is None

@@ -1,8 +1,8 @@
-"""Long motions solved window by window, so that the time it takes grows linearly.
+"""Solution of long motions window by window, in linear time.
 
-What happens at a waypoint matters less and less to those farther away: a disturbance of the C2
-curve shrinks some twelve times a waypoint. So each window is solved with some intervals ahead of
-it, whose solution is thrown away, and the next window starts from the state that is kept.
+The influence of a waypoint decays with distance: a disturbance of the C2 curve shrinks about
+twelvefold per waypoint. So each window is solved with some intervals ahead of it, whose solution
+is discarded, and the next window starts from the state that is kept.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.timing.attempts import Attempt, resting, solved_section
-from knotwork.timing.budget import Watch
+from knotwork.timing.budget import SolverBudget
 from knotwork.timing.exact_curve import ExactCurve, Knots, joined, rebuilt
 from knotwork.timing.motion import status_of
 from knotwork.timing.objective_terms import terms, weighted
@@ -22,18 +22,18 @@ KEPT = 8
 """Intervals of each window that are kept."""
 
 AHEAD = 4
-"""Intervals after these that are solved with them."""
+"""Additional intervals ahead that are solved with them."""
 
 LONGEST = 24
-"""Motions of up to as many intervals are solved at once."""
+"""Maximum number of intervals of a motion that is solved at once."""
 
 
-def solved_windows(problem: TimingProblem, watch: Watch) -> Attempt | None:
+def solved_windows(problem: TimingProblem, watch: SolverBudget) -> Attempt | None:
     """Solve a section, window by window if it is long.
 
     Args:
         problem: The section.
-        watch: Follows the steps and holds the budget.
+        watch: Progress and budget.
 
     Returns:
         The motion, or `None` if there is none.
@@ -53,7 +53,7 @@ def solved_windows(problem: TimingProblem, watch: Watch) -> Attempt | None:
         with watch.part(count):
             found = solved_section(part_of(given, first, end), watch)
         if found is None:
-            # the state it starts from may be the reason
+            # the start state may be the reason
             watch.solved -= first + count
             with watch.part(last):
                 return solved_section(problem, watch)
@@ -66,7 +66,7 @@ def solved_windows(problem: TimingProblem, watch: Watch) -> Attempt | None:
     curve = rebuilt(knots)
     status = status_of(one.status for one in kept)
     found = Attempt(ExactCurve(knots, curve), status)
-    # parts that rest may be far slower than one motion that does
+    # one motion with rests may be far faster than its parts
     rests = resting(problem, status) if status != "optimal" else None
     if rests is None:
         return found
