@@ -116,23 +116,23 @@ class WaypointReader:
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
                 pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
-                where += self.carriers.then(i, times[i], self.length)
+                where += self.carriers.position_note(i, times[i], self.length)
                 open_here = freedoms[i]
-                rides = waypoint.wait is not None and self.carriers.of(i) is not None
+                rides = waypoint.wait is not None and self.carriers.frame_of(i) is not None
                 if open_here is not None and open_here.moves and (rides or twist.vector.any()):
                     raise self.places.error(
                         ("waypoints", i, "free"),
                         "leaves the position open where the tool moves",
                         "position where it stops: stop: true",
                     )
-                stands = bool(self.file.frames) and self.carriers.stands(i)
+                stands = bool(self.file.frames) and self.carriers.is_fixed(i)
                 made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here, stands)
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:
                 indices.append(i)
                 over = replace(made, name=_after_wait(names[i]), time=times[i] + waypoint.wait)
-                carrier = self.carriers.of(i)
+                carrier = self.carriers.frame_of(i)
                 if carrier is not None and isinstance(made, CartesianWaypoint):
                     begin = len(waypoints) - 1, made
                     held.append(self._held(i, poses[i], carrier, *begin, over.time))
@@ -173,13 +173,13 @@ class WaypointReader:
 
         A moving frame carries both: poses are given with the frame at rest.
         """
-        frame = self.carriers.of(i)
+        frame = self.carriers.frame_of(i)
         if motion is not None and not self._stops(i):
             twist = motion.twist(times[i])
             if motion.carrier is not None:
                 return motion.pose(times[i]), twist
         else:
-            near = self.carriers.alongside(i, poses, times)
+            near = self.carriers.neighbours_in_frame(i, poses, times)
             twist = self._twist(i, waypoint, inner, near, times[i])
             if frame is not None:
                 twist = frame.carried_twist(poses[i], twist, times[i])
@@ -355,7 +355,7 @@ class WaypointReader:
 
         axes = velocity.axes or self.frame(i, waypoint)
         self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-        turn = pose.rotation if axes == "tool" else self.carriers.axes(i, axes, time)
+        turn = pose.rotation if axes == "tool" else self.carriers.frame_axes(i, axes, time)
         linear, angular = np.array(velocity.linear), np.array(velocity.angular)
         return pin.Motion(turn @ linear, turn @ angular)
 
