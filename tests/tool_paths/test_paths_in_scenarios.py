@@ -192,7 +192,7 @@ def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None
         kw.plan(task(FIRST, seam, UP))
     said = str(error.value)
     assert "waypoints[1].along: the first point is 80 mm from waypoints[0]" in said
-    assert "no farther from them than 60 mm" in said
+    assert "at most this far from them: 60 mm" in said
 
 
 def test_the_least_wait_is_one() -> None:
