@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 import knotwork as kw
 from knotwork.view import view_trajectory
@@ -39,6 +40,22 @@ def volume(mesh: Any) -> float:
     """Positive if the triangles face outwards."""
     a, b, c = np.moveaxis(vertices(mesh)[faces(mesh)], 1, 0)
     return float(np.einsum("ij,ij", a, np.cross(b, c)) / 6)
+
+
+def placed(data: Any, at: int | Any) -> list[pin.SE3]:
+    """Where every joint of a page is, by hand: in a frame, or at joint positions."""
+    joints = data["joints"]
+    rows = numbers(data["arms"][0]["position"], "<f4", len(joints))
+    found = [pin.SE3.Identity()]
+    for joint, q in zip(joints, rows[at] if isinstance(at, int) else at, strict=True):
+        own = pin.SE3(pin.Quaternion(np.array(joint["quaternion"])), np.array(joint["origin"]))
+        moved, axis = pin.SE3.Identity(), float(q) * np.array(joint["axis"])
+        if joint["slides"]:
+            moved.translation = axis
+        else:
+            moved.rotation = pin.exp3(axis)
+        found.append(found[joint["parent"]] * own * moved)
+    return found
 
 
 def thing(data: Any, name: str) -> Any:

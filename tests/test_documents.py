@@ -500,5 +500,5 @@ def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.Monk
     """Each takes hundreds of bytes while it is read."""
     monkeypatch.setattr("knotwork.documents.yaml_text.MOST_VALUES", 100)
     documents.parse(f"[{'1,' * 98}]")
-    with pytest.raises(DocumentError, match="holds more than 100 values"):
+    with pytest.raises(DocumentError, match="has more than 100 values"):
         documents.parse(f"[{'1,' * 100}]")

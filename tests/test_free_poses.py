@@ -317,7 +317,7 @@ def test_normals_need_a_free_turn_and_an_axis_that_begins_along_them(tmp_path: P
         kw.load_scenario(written(task, tmp_path))
     task = dome(tmp_path)
     task["waypoints"][0]["pose"] = {"position": task["waypoints"][0]["pose"]["position"], **DOWN}
-    with pytest.raises(kw.InputError, match="at the first point the tool is turned"):
+    with pytest.raises(kw.InputError, match="at the first point the tool is rotated by"):
         kw.load_scenario(written(task, tmp_path))
 
 

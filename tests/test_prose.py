@@ -10,7 +10,11 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
-ROOMS = ("kinematics", "task_to_joint", "tool_paths")
+ROOMS = (
+    *("choosing", "cli", "comparison", "documents", "editing", "errors", "foreign", "kinematics"),
+    *("pytest_plugin.py", "recording", "scenario", "scene", "storage", "sweeps", "task"),
+    *("task_to_joint", "tool_paths", "view"),
+)
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(
     r"\b(?<![Tt]here )(is|are|be) (no|none)\b(?! (more|less|longer|later|shorter|\w+er)\b)"

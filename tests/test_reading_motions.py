@@ -89,7 +89,7 @@ def test_other_tools_files_need_to_be_told_their_joints(name: str, run: Command)
     for command in (("plot", "-o", "a.png"), ("view", "--html", "a.html")):
         ran = run(command[0], source, *command[1:])
         assert ran.code == 2
-        needs = f"error: {source} needs the scenario it is for: give it with --scenario"
+        needs = f"error: {source} needs its scenario: give --scenario"
         assert ran.err.startswith(needs)
         assert ("or its robot with --robot" in ran.err) == (command[0] == "view")
     # The robot says as much as the scenario about the joints, but not what is asked of them.
@@ -134,7 +134,7 @@ def test_knots_that_contradict_the_curve_are_said_by_every_command(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("joint_names: [shoulder, elbow]\npoints: []\n", "holds 0 points"),
+        ("joint_names: [shoulder, elbow]\npoints: []\n", "has 0 points"),
         ("trajectory: {joint_names: [shoulder], points: []}\n", "elbow"),
         ("name: a\nwaypoints: 3\n", "waypoints"),
         ("a: [", "a.yaml: line"),
@@ -184,7 +184,7 @@ def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Comman
     Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")
     ran = run(command, "arm.urdf", "-s", SCENARIO)
     assert ran.code == 2
-    assert "arm.urdf: is no trajectory" in ran.err
+    assert "arm.urdf: not a trajectory" in ran.err
     assert ".json, .csv, .tsv, .txt, .yaml, .yml" in ran.err
     assert "valid JSON" not in ran.err
 

@@ -1,4 +1,4 @@
-"""For pytest: the fixture `knotwork`, which checks scenarios and trajectories in tests.
+"""Pytest plugin: the fixture `knotwork`, which checks scenarios and trajectories in tests.
 
 def test_cell(knotwork):
     knotwork.check("*.yaml")
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class Checks:
-    """What the fixture `knotwork` gives.
+    """The object of the fixture `knotwork`.
 
     Args:
-        folder: That of the test; paths are relative to it.
+        folder: Folder of the test; paths are relative to it.
         subtests: The fixture of pytest 9, or `None`.
     """
 
@@ -40,16 +40,16 @@ class Checks:
     ) -> list[Report]:
         """Plan scenarios, or read trajectories, and check them.
 
-        Each group of requirements is a subtest, which fails with the words of the report; before
+        Each group of requirements is a subtest, which fails with the text of the report; before
         pytest 9 all of them are one failure.
 
         Args:
             patterns: Files, with `*` and `**`, or names of shipped scenarios.
-            scenario: For trajectories: what they are checked against; left out, what the report
-                next to them names.
-            robot: For trajectories without a scenario: name or file of the robot.
-            scene: For them: a scenario file of which all but the waypoints counts.
-            limits: For them: in place of those of robot and scene.
+            scenario: Scenario of trajectories; by default the one stated in the report in their
+                folder.
+            robot: Robot of trajectories without a scenario: name or file.
+            scene: Their scene: a scenario file, used without its waypoints.
+            limits: Their limits, in place of those of robot and scene.
 
         Returns:
             The reports, in the order of the files.
@@ -71,7 +71,7 @@ class Checks:
 
     @contextmanager
     def _part(self, name: str) -> Iterator[None]:
-        """A part of the test that fails by itself."""
+        """A part of the test that fails independently."""
         if self._subtests is not None:
             with self._subtests.test(msg=name):
                 yield
@@ -106,7 +106,7 @@ class Checks:
                 return pipeline.plan(file).report
             reference = scenario or stated_path(Path(file))
             if reference is None:
-                raise InputError(f"{file} needs the scenario it is for, or robot, or scene")
+                raise InputError(f"{file} needs its scenario, or robot, or scene")
             return read_checked(file, reference).report
         except InputError as error:
             fault = str(error)

@@ -314,9 +314,7 @@ def test_a_bound_of_jerk_that_nobody_gave_is_said_to_be_assumed() -> None:
     assert made.chosen is not None
     assert made.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}
     said = [str(one) for one in made.report.select(group="Chosen times")]
-    assert any(
-        "no limit of jerk is given, so one is assumed: 400 rad/s³ for a, b" in s for s in said
-    )
+    assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in said)
     assert any("a jerk (assumed) for " in s for s in said)
     given = kw.plan(swing(to(1)))
     assert not given.report.select(group="Chosen times", quantity="assumed_jerk")

@@ -199,7 +199,7 @@ def test_a_stored_trajectory_that_was_changed_is_exported_only_with_its_scenario
     file.write_text(json.dumps(data))
     ran = knotwork("export", folder, "-f", "ros2", "-o", tmp_path / "weld.yaml")
     assert (ran.code, ran.out) == (2, "")
-    assert "was changed since; give the scenario that it is for with --scenario" in ran.err
+    assert "was changed since; give its scenario with --scenario" in ran.err
     assert not (tmp_path / "weld.yaml").exists()
     assert knotwork("export", folder, "-f", "ros2", "-s", "ur10_weld").code == 1
 
@@ -294,7 +294,7 @@ def test_files_that_can_only_be_checked_are_not_exported(
     assert knotwork("export", SCENARIO, "-f", name, "-o", file).code == 0
     ran = knotwork("export", file, "-f", "ros2")
     assert (ran.code, ran.out) == (2, "")
-    assert f"{str(file)!r} holds samples or points, and export does not make others" in ran.err
+    assert f"{str(file)!r} has samples or points, which export does not convert" in ran.err
     assert "knotwork check" in ran.err
 
 
@@ -337,7 +337,7 @@ def test_pipes_are_no_files(knotwork: Command, tmp_path: Path, command: str, suf
     else:
         ran = knotwork("export", pipe, "-f", "ros2")
     assert ran.code == 2
-    assert "is no regular file" in ran.err or (command, suffix) == ("export", ".csv")
+    assert "is not a regular file" in ran.err or (command, suffix) == ("export", ".csv")
 
 
 def test_links_are_followed(tmp_path: Path) -> None:

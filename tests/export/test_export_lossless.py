@@ -105,9 +105,9 @@ def test_points_are_points_of_themselves() -> None:
     table = motion_table(points, knots_only=True)
     assert to_csv(table) == to_csv(motion("quintic"), knots_only=True, fit=1e-4)
     for options in ({"fit": 1e-3}, {"accelerations": True}):
-        with pytest.raises(InputError, match="made already"):
+        with pytest.raises(InputError, match="options already"):
             motion_points(points, **options)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="made already"):
+    with pytest.raises(InputError, match="options already"):
         to_csv(table, rate=10.0)
     with pytest.raises(InputError, match="no motion to sample"):
         to_csv(points)

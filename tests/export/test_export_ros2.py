@@ -115,12 +115,12 @@ def test_the_first_speed_is_told() -> None:
     names, ends, speeds = ["lift", "turn"], [[0, 0], [1, 1]], [[-0.4, 0], [0, 0]]
     lift = JointTrajectory.from_knots(names, [0, 1], ends, speeds)
     text = lift.to_ros2()
-    assert "must stand" not in text
+    assert "must be at rest" not in text
     assert (
         "# The motion begins at a velocity (lift -0.4; rad/s or m/s) and acceleration (lift" in text
     )
     still = JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
-    assert "# The arm must stand at the first point when this is sent." in still.to_ros2()
+    assert "# The arm must be at rest at the first point when this is sent." in still.to_ros2()
 
 
 def test_knots_within_a_nanosecond_are_refused() -> None:

@@ -312,7 +312,9 @@ def test_a_message_that_moves_more_than_its_joints_is_refused(
         if not refused:
             read(path)
             continue
-        with pytest.raises(DocumentError, match=rf"{key}: moves joints of several freedoms"):
+        with pytest.raises(
+            DocumentError, match=rf"{key}: moves joints of several degrees of freedom"
+        ):
             read(path)
 
 
@@ -359,9 +361,9 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (2, 1, "nan", "line 2: column 1 (time): the time is nan"),
         (3, 1, "0.0", "line 3: column 1 (time): the time 0 s is not after 0 s"),
         (4, 1, "0.25", "line 4: column 1 (time): the time 0.25 s is not after 0.5 s"),
-        (3, 2, "fast", "line 3: column 2 (joint_1): 'fast' is no number"),
-        (3, 2, "", "line 3: column 2 (joint_1): '' is no number"),
-        (3, 2, "1,2", "line 3: has 8 values (7, as headings)"),
+        (3, 2, "fast", "line 3: column 2 (joint_1): 'fast' is not a number"),
+        (3, 2, "", "line 3: column 2 (joint_1): '' is not a number"),
+        (3, 2, "1,2", "line 3: has 8 values (7, as in the headings)"),
         (1, 3, "joint_1", "line 1: column 3: the position of joint 'joint_1' is given twice"),
         (1, 3, "time", "line 1: column 3: time is given twice"),
         (1, 3, "joint_11", "line 1: column 3: the column 'joint_11' is neither time nor a joint"),
@@ -370,27 +372,27 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (1, 1, "tool.t", "line 1: the time is missing"),
         (1, 4, "slide [deg]", "line 1: column 4: the column 'slide [deg]' is in deg, but joint"),
         (1, 2, "joint_1 [mm]", "line 1: column 2: the column 'joint_1 [mm]' is in mm"),
-        (1, 2, "joint_1.positon", "has 'positon', which is not understood"),
+        (1, 2, "joint_1.positon", "has 'positon', which is unknown"),
         (1, 2, "joint_1.position_drive", "is in drive units, and the file does not define them"),
         (1, 5, "joint_1.velocity_rad_per_s2", "with the unit of another quantity"),
         (1, 5, "joint_1.velocity [rad]", "is a velocity with the unit of another quantity"),
         (1, 5, "joint_1.velocity [rad/s/s]", "is a velocity with the unit of another quantity"),
-        (1, 5, "joint_1.velocity [1/s]", "has '1', which is not understood"),
+        (1, 5, "joint_1.velocity [1/s]", "has '1', which is unknown"),
         (1, 5, "joint_1.velocity per s", "is per s of no unit"),
         (1, 2, "joint_1.position [Nm]", "is a position with the unit of an effort or current"),
         (1, 2, "joint_1.position [N m]", "is a position with the unit of an effort or current"),
         (1, 2, "joint_1.position [rad/s]", "is a position with the unit of another quantity"),
         (1, 2, "joint_1 rad deg", "has the units 'rad' and 'deg' (one unit)"),
         (1, 2, "joint_1 [deg] [Nm]", "has the units 'deg' and 'nm' (one unit)"),
-        (1, 2, "joint_1 [rad/s4]", "has 's4', which is not understood"),
+        (1, 2, "joint_1 [rad/s4]", "has 's4', which is unknown"),
         (1, 2, "joint_1 [rad/s3/s]", "is of no known unit"),
         (1, 2, "joint_1_current_position", "is named effort and position (one of them)"),
         (1, 2, "joint_1 [Nm]", "line 1: the position of joint 'joint_1' is missing"),
         (1, 2, "joint_1_current [A]", "line 1: the position of joint 'joint_1' is missing"),
         (1, 1, "time [min]", "column 1: the column 'time [min]' is a time in 'min' (s, ms, us"),
         (1, 1, "time_from_start [h]", "is a time in 'h' (s, ms, us or ns)"),
-        (3, 2, "0_75", "line 3: column 2 (joint_1): '0_75' is no number"),
-        (3, 2, "\u0661", "line 3: column 2 (joint_1): '\u0661' is no number"),
+        (3, 2, "0_75", "line 3: column 2 (joint_1): '0_75' is not a number"),
+        (3, 2, "\u0661", "line 3: column 2 (joint_1): '\u0661' is not a number"),
     ],
 )
 def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str, said: str) -> None:
@@ -402,15 +404,15 @@ def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str,
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "holds no rows"),
-        ("# only\n\n# comments\n", "holds no rows"),
+        ("", "has no rows"),
+        ("# only\n\n# comments\n", "has no rows"),
         (
             "0,1,2,3\n1,2,3,4\n",
             "line 1: has no headings (a line above the numbers, with time and joint_1",
         ),
-        ("time,joint_1,joint_10,slide\n", "csv: holds 0 points"),
-        ("time,joint_1,joint_10,slide,tool.x\n", "csv: holds 0 points"),
-        ("time,joint_1,joint_10,slide,tool.x\n0,0,0,0,0\n", "line 2: holds 1 points"),
+        ("time,joint_1,joint_10,slide\n", "csv: has 0 points"),
+        ("time,joint_1,joint_10,slide,tool.x\n", "csv: has 0 points"),
+        ("time,joint_1,joint_10,slide,tool.x\n0,0,0,0,0\n", "line 2: has 1 points"),
         ('time,"joint_1,joint_10,slide\n0,0,0,0\n', "is not valid CSV"),
     ],
 )
@@ -441,13 +443,13 @@ def change(data: dict, where: tuple, value: object) -> dict:
 POINT_FAULTS = [
     (("joint_names", 1), "joint_1", "joint_names[1]: joint 'joint_1' is given twice"),
     (("joint_names", 1), "joint_2", "joint_names[1]: the scenario has no joint 'joint_2'"),
-    (("joint_names", 1), 3, "joint_names[1]: 3 is no joint name"),
+    (("joint_names", 1), 3, "joint_names[1]: 3 is not a joint name"),
     (("joint_names",), ["joint_1", "slide"], "joint_names: joint 'joint_10' is missing"),
     (("joint_names",), KeyError, "joint_names: is missing"),
     (("points", 1, "positions", 2), math.nan, "points[1].positions[2]: the position of joint"),
     (("points", 1, "velocities", 0), math.inf, "points[1].velocities[0]: the velocity of joint"),
-    (("points", 1, "positions", 2), "0.1x", "points[1].positions[2]: '0.1x' is no number"),
-    (("points", 1, "positions", 2), True, "points[1].positions[2]: True is no number"),
+    (("points", 1, "positions", 2), "0.1x", "points[1].positions[2]: '0.1x' is not a number"),
+    (("points", 1, "positions", 2), True, "points[1].positions[2]: True is not a number"),
     (("points", 1, "positions"), [1.0], "points[1].positions: has 1 values (3, as joint names)"),
     (("points", 1, "positions"), KeyError, "points[1].positions: is missing"),
     (("points", 1, "positions"), [], "points[1].positions: is missing"),
@@ -455,11 +457,15 @@ POINT_FAULTS = [
     (("points", 1, "velocities"), KeyError, "points[1].accelerations: is given without"),
     (("points", 1, "time_from_start"), KeyError, "points[1].time_from_start: is missing"),
     (("points", 2, "time_from_start", "sec"), 0, "points[2].time_from_start: the time 0.25 s is"),
-    (("points", 2, "time_from_start", "sec"), 0.5, "time_from_start.sec: 0.5 is no number of sec"),
+    (
+        ("points", 2, "time_from_start", "sec"),
+        0.5,
+        "time_from_start.sec: 0.5 is not a number of sec",
+    ),
     (("points", 2, "time_from_start", "ns"), 0, "time_from_start.ns: unknown key"),
     (("points", 2), 7, "points[2]: is 7 (a mapping)"),
     (("points",), 7, "points: is 7 (a list of points)"),
-    (("points",), [], "points: holds 0 points"),
+    (("points",), [], "points: has 0 points"),
     (("pionts",), [], "pionts: unknown key (did you mean 'points'"),
     (("units",), {"joints": ["deg", "deg", "m"]}, "units.joints[0]: is 'deg'"),
 ]
@@ -486,7 +492,7 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
         (("time",), KeyError, "time: is missing"),
         (("positions", 1), [1.0, 2.0], "positions[1]: has 2 values (3, as joint names)"),
         (("positions", 1), 4.0, "positions[1]: is 4.0 (a list of 3 numbers)"),
-        (("positions", 1, 2), None, "positions[1][2]: None is no number"),
+        (("positions", 1, 2), None, "positions[1][2]: None is not a number"),
         (("velocities", 1), [1.0], "velocities[1]: has 1 values"),
         (("position",), [[0.0]], "position: is given together with 'positions'"),
         (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
@@ -516,8 +522,8 @@ def test_decimal_commas_where_commas_divide_nothing(
     ("text", "says"),
     [
         ("1" + ",1" * 2_000_000, "at most 10000 columns"),
-        ("\n" * 2_000_000, "holds no rows"),
-        ("#\n" * 1_000_000, "holds no rows"),
+        ("\n" * 2_000_000, "has no rows"),
+        ("#\n" * 1_000_000, "has no rows"),
         ('"' * 2_000_001, "not valid CSV"),
         ("time" + ",lift" * 9_000 + "\n", "is given twice"),
     ],
@@ -541,7 +547,7 @@ def test_more_numbers_than_are_read_are_refused(
     monkeypatch.setattr("knotwork.documents.csv_rows.MOST_CELLS", 20)
     monkeypatch.setattr("knotwork.storage.reading.MOST_VALUES", 20)
     (tmp_path / "a.csv").write_text("time,lift\n" + "0,0\n" * 10)
-    with pytest.raises(DocumentError, match="line 11: is too much"):
+    with pytest.raises(DocumentError, match="line 11: is too large"):
         read_trajectory(tmp_path / "a.csv", ["lift"], ["m"])
     (tmp_path / "a.json").write_text(f"[{'0,' * 20}0]")
     with pytest.raises(DocumentError, match="more than 20 values"):

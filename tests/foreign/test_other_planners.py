@@ -79,15 +79,15 @@ def test_what_planners_write_is_their_motion(
 @pytest.mark.parametrize(
     ("suffix", "text", "words"),
     [
-        ("npz", "nothing", "no npz"),
-        ("yaml", "breaks: [0, 1]\npolynomials: []", "holds 0 segments"),
+        ("npz", "nothing", "not an npz"),
+        ("yaml", "breaks: [0, 1]\npolynomials: []", "has 0 segments"),
         ("yaml", "breaks: [0, 1]\npolynomials: [[[[1]]]]", "7 rows, one for each joint"),
         ("yaml", "breaks: [0, x]\npolynomials: [[[[1]]]]", r"breaks\[1\]"),
         ("yaml", "breaks: [1, 0]\npolynomials: [[" + "[[1]], " * 7 + "]]", "must be later"),
-        ("yaml", "breaks: [0, 1]\npolynomials: [[]]\njoint_names: [a]", "not those of"),
+        ("yaml", "breaks: [0, 1]\npolynomials: [[]]\njoint_names: [a]", "differs from that of"),
         ("json", '{"joint_names": NAMES, "position": [[0]], "dt": -1}', "positive number"),
-        ("json", '{"joint_names": NAMES, "position": [[0]], "dt": "fast"}', "no number"),
-        ("json", '{"trajectory": [{}, {}]}', "holds 2 trajectories"),
+        ("json", '{"joint_names": NAMES, "position": [[0]], "dt": "fast"}', "not a number"),
+        ("json", '{"trajectory": [{}, {}]}', "has 2 trajectories"),
     ],
 )
 def test_what_is_none_of_their_motions_is_refused(

@@ -125,9 +125,6 @@ def _in_the_way(rng: Rng, far: float, near: float = 0.3) -> tuple[np.ndarray, np
     return place, np.array([-0.6, 0.0, 0.0]), motion
 
 
-Made = Callable[[np.ndarray], dict[str, Any]]
-
-
 def standing(make: Callable[[Rng, Shelf, np.ndarray, Motion], dict[str, Any]], far: float) -> Any:
     """A right case and its spoiled one: the same thing behind the arm, or in its way."""
 

@@ -196,7 +196,7 @@ IN_PART = {
     "a unit that is no number": (
         "a.dae",
         collada().replace('meter="1.0"', 'meter="0,001"'),
-        "its unit of length is '0,001', no number of metres",
+        "its unit of length is '0,001', not a number of metres",
     ),
     "triangle strips": ("a.ply", binary_ply(kind="tristrips"), "4 of 'tristrips'"),
     "OFF cut": (
@@ -210,7 +210,7 @@ IN_PART = {
     "corners before the first": ("a.obj", relative_obj().replace("-4", "-9"), "line 6 is 'f -9"),
     "no such corner": ("a.obj", obj().replace("f 1", "f 5"), "not in 0 to 3"),
     "a point of two numbers": ("a.obj", obj().replace("v 2.0 ", "v "), "line 2 is 'v 0.0 0.0'"),
-    "glTF cut": ("a.glb", glb()[:-20], "its header says .* bytes, and it has"),
+    "glTF cut": ("a.glb", glb()[:-20], "its header states .* bytes, and it has"),
     "lines of glTF": ("a.glb", changed_glb(mode=1), "primitives that are not triangles"),
     "a skin of glTF": ("a.glb", changed_glb(skin=0), "has a skin"),
     "no such mesh in glTF": ("a.glb", changed_glb(mesh=7), "a node shows mesh 7"),

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+import knotwork as kw
 from verification.collision_truth import Truth
 
 Array = NDArray[np.float64]
@@ -37,6 +38,19 @@ def links(motion: Any, base: pin.SE3, name: str = "ur5") -> Bodies:
         }
 
     return at
+
+
+class OfArm:
+    """The part of a motion that an arm's own joints have."""
+
+    def __init__(self, plan: kw.Plan, arm: str = "ur5") -> None:
+        self.start_time, self.end_time = plan.trajectory.start_time, plan.trajectory.end_time
+        names = plan.trajectory.joint_names
+        self._motion = plan.trajectory
+        self._columns = [names.index(name) for name in kw.load_robot(arm).joint_names]
+
+    def position(self, t: float) -> Array:
+        return np.asarray(self._motion.position(t)[self._columns])
 
 
 def distance(first: Placed, second: Placed) -> float:

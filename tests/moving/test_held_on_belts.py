@@ -125,11 +125,11 @@ def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_pa
     plan = kw.plan(on_table(limits={"acceleration": 5}, scene=post, waypoints=[way]))
     assert plan.report.ok, plan.report
     (found,) = plan.report.select(quantity="way")
-    assert "least clearance" in found.message
+    assert "minimum clearance" in found.message
     task = two_arms(tmp_path, delay=0.5)
     task["limits"] = {"acceleration": 5}
     task["waypoints"] = [{**way, "pose": {"position": [0.4, 0.3, 0.3], **DOWN}}]
-    assert "finds no way among what moves by itself, and that does left; accepted" in refused(task)
+    assert "does not support moving obstacles (left); accepted" in refused(task)
 
 
 def test_a_frame_that_moves_nothing_is_in_no_way() -> None:

@@ -142,12 +142,15 @@ def test_what_can_not_be_met_is_refused() -> None:
     task["frames"]["belt"]["position"] = [0.4, -3.0, 0.1]
     message = refused(task)
     assert "(at 1 s frame 'tray' is at" in message
-    assert "after: {fastest: true, at_least: seconds} waits until they are in reach" in message
+    assert (
+        "after: {fastest: true, at_least: seconds} delays the arrival until they are in reach"
+        in message
+    )
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.2, 0]}
     task["waypoints"][0]["after"] = {"fastest": True, "at_least": 13.0}
     plan = kw.plan(task)
     assert plan.report.ok
     assert plan.scenario.waypoints[1].time == pytest.approx(13.0, abs=1e-9)
-    assert "duration: is given, and when frame 'tray', which moves, is met is chosen" in refused(
+    assert "duration: is given, and the time in moving frame 'tray' is chosen" in refused(
         {**picking({"after": "fastest"}), "duration": 9.0}
     )

@@ -16,10 +16,11 @@ import yaml
 import drawn
 import knotwork as kw
 from command_line import Command
-from moving.moving_truth import distance, links
+from drawn import placed
+from moving.moving_truth import OfArm, distance, links
 from moving.test_moving_things import refused
 from moving.test_positioners import CELL
-from moving.test_shown import placed, scene_of, times
+from moving.test_shown import scene_of, times
 
 HERE = Path(__file__).parent
 PLACE, TURNED = [0.62, 0.05, 0.06], [0.02, 0.0, 0.4]
@@ -216,18 +217,7 @@ def test_the_arm_is_kept_from_it(folder: Path, higher: float) -> None:
     turner = {**TURNER, "position": both.place.translation.tolist()}
     path = write(folder / "higher.yaml", cell(turner=turner))
     report = kw.check(plan.trajectory, kw.load_scenario(task(folder, robot=str(path))))
-    arm = [plan.space.joint_names.index(name) for name in kw.load_robot("ur5").joint_names]
-
-    class Arm:
-        """The six joints alone."""
-
-        start_time, end_time = plan.trajectory.start_time, plan.trajectory.end_time
-
-        @staticmethod
-        def position(t: float) -> np.ndarray:
-            return np.asarray(plan.trajectory.position(t)[arm])
-
-    arms, least = links(Arm, pin.SE3.Identity()), dict[frozenset[str], float]()
+    arms, least = links(OfArm(plan), pin.SE3.Identity()), dict[frozenset[str], float]()
     for t in np.linspace(0.0, plan.trajectory.end_time, 150).tolist():
         here, there = arms(t), shapes(both, named(plan, t))
         for one, first in here.items():

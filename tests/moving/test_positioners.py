@@ -219,7 +219,7 @@ def test_what_can_not_carry_poses_is_refused() -> None:
     assert "no joint moves tool frame 'tool0' relative to base frame 'tool0'" in on({"on": "tool0"})
     mixed = on_table()
     mixed["waypoints"][1]["frame"] = "base"
-    assert "is the end of a path that touches the base, and other poses are on link 'plate'" in (
+    assert "ends a path with poses in the base, and other poses are on link 'plate'" in (
         refused(mixed)
     )
     axes = on_table()

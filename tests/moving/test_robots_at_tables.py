@@ -11,10 +11,11 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from moving.moving_truth import Bodies, links
+from drawn import placed
+from moving.moving_truth import Bodies, OfArm, links
 from moving.test_moving_things import LEFT, check_pairs, refused
 from moving.test_placed_urdfs import Composed, folder, named, shapes, task, write
-from moving.test_shown import placed, scene_of, times
+from moving.test_shown import scene_of, times
 from sweeps import mostly_exhaustive
 
 __all__ = ["folder"]
@@ -23,20 +24,7 @@ DELAY = 0.5
 
 def at_table(plan: kw.Plan, both: Composed, base: pin.SE3) -> Bodies:
     """Links of an arm and its positioner over time, by name."""
-    names = kw.load_robot("ur5").joint_names
-    motion = plan.trajectory
-
-    class Arm:
-        """The six joints alone."""
-
-        start_time, end_time = motion.start_time, motion.end_time
-
-        @staticmethod
-        def position(t: float) -> np.ndarray:
-            q = named(plan, t)
-            return np.array([q[name] for name in names])
-
-    arm = links(Arm, base)
+    motion, arm = plan.trajectory, links(OfArm(plan), base)
 
     def at(t: float) -> dict[str, Any]:
         q = named(plan, float(np.clip(t, motion.start_time, motion.end_time)))

@@ -11,6 +11,7 @@ import pytest
 
 import drawn
 import knotwork as kw
+from drawn import placed
 from moving.moving_truth import links
 from moving.test_moving_things import LEFT, belt, in_tray, tool, tray, two_arms
 
@@ -22,24 +23,6 @@ def scene_of(plan: kw.Plan) -> dict[str, Any]:
 
 def times(scene: dict[str, Any]) -> Any:
     return drawn.numbers(scene["arms"][0]["time"], "<f4", 1)[:, 0]
-
-
-def placed(scene: dict[str, Any], frame: int) -> list[pin.SE3]:
-    """Where every joint of a scene is in one of its frames, as the page places them."""
-    joints, arm = scene["joints"], scene["arms"][0]
-    q = drawn.numbers(arm["position"], "<f4", len(joints))[frame].astype(float)
-    found = [pin.SE3.Identity()]
-    for joint, angle in zip(joints, q, strict=True):
-        turn = pin.Quaternion(*np.array(joint["quaternion"])[[3, 0, 1, 2]]).matrix()
-        axis = np.array(joint["axis"])
-        moved = (
-            pin.SE3(np.eye(3), angle * axis)
-            if joint["slides"]
-            else pin.SE3(pin.exp3(angle * axis), np.zeros(3))
-        )
-        at = pin.SE3(turn, np.array(joint["origin"]))
-        found.append(found[joint["parent"]] * at * moved)
-    return found
 
 
 def middles(scene: dict[str, Any], name: str, frame: int) -> np.ndarray:

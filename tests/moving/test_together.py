@@ -77,7 +77,7 @@ def test_what_is_found_is_the_least_of_all_times(cell: kw.Plan) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (("--delay", "0s"), "where its robot stands is not given, and both motions are of the"),
+        (("--delay", "0s"), "its robot has no placement, and both motions are of the"),
         (("--in", "left", "--delay", "-1s"), "'-1s' is not accepted; give a time from 0 on"),
         (("--in", "lift"), "scene.robots.b.in: unknown frame 'lift' (did you mean 'left'"),
         (("--in", "belt"), "scene.robots.b.in: frame 'belt' moves"),

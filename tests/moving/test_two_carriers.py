@@ -11,11 +11,12 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from moving.moving_truth import links, sampled
+from drawn import placed
+from moving.moving_truth import OfArm, links, sampled
 from moving.test_held_on_belts import SIZE
 from moving.test_moving_things import refused
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, task
-from moving.test_shown import middle_of_held, placed, scene_of, times
+from moving.test_shown import middle_of_held, scene_of, times
 
 __all__ = ["folder"]
 PICK, PLACE = 4.5, 10.0
@@ -172,19 +173,8 @@ def test_the_part_that_is_fetched_is_where_it_lies(folder: Path) -> None:
     plan, both = kw.plan(fetch(folder)), Composed(folder)
     known = {one.name: one.time for one in plan.scenario.waypoints}
     assert (known["pick"], known["place"]) == (PICK, PLACE)
-    arm = [plan.space.joint_names.index(name) for name in kw.load_robot("ur5").joint_names]
-
-    class Arm:
-        """The six joints alone."""
-
-        start_time, end_time = plan.trajectory.start_time, plan.trajectory.end_time
-
-        @staticmethod
-        def position(t: float) -> np.ndarray:
-            return np.asarray(plan.trajectory.position(t)[arm])
-
     rows = sampled(
-        links(Arm, pin.SE3.Identity()),
+        links(OfArm(plan), pin.SE3.Identity()),
         lambda t: {"box": [(coal.Box(*SIZE), box(plan, both, t))]},
         np.linspace(0.0, plan.trajectory.end_time, 150),
     )
@@ -217,21 +207,17 @@ def test_what_is_not_possible_beside_it_is_said(folder: Path) -> None:
     given = fetch(folder)
     given["waypoints"][5]["frame"] = "base"
     said = refused(given)
-    assert (
-        "waypoints[5]: is the end of a path that touches the base, and other poses are on link"
-        in (said)
-    )
+    assert "waypoints[5]: ends a path with poses in the base, and other poses are on link" in (said)
     given = fetch(folder)
     given["frames"]["belt"] = {"position": BESIDE, "moves": {"linear": [0, 0.1, 0]}}
     given["waypoints"][0]["frame"] = "belt"
-    assert (
-        "waypoints[0]: is in frame 'belt', which moves, while other poses are on link 'plate'"
-        in (refused(given))
+    assert "waypoints[0]: is in frame 'belt', which moves, and other poses are on link 'plate'" in (
+        refused(given)
     )
     given = fetch(folder)
     given["frames"]["cradle"] = {"on": "cradle", "position": [0, 0, 0.2]}
     given["waypoints"][6]["frame"] = "cradle"
-    assert "is in frame 'cradle', on link 'cradle', and poses before it are in frame 'part'" in (
+    assert "is in frame 'cradle', on link 'cradle', and earlier poses are in frame 'part'" in (
         refused(given)
     )
 

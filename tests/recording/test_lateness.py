@@ -116,6 +116,6 @@ def test_tolerances_of_a_tool_need_a_robot(
     (tmp_path / "plan" / "report.json").unlink()
     log = write(tmp_path / "log.csv", delayed(deburring, paused(20, 0)))
     line = ("check", log, "--against", tmp_path / "plan", "--tolerance")
-    assert "needs the robot" in knotwork(*line, "1mm").err
+    assert "needs the scenario's robot" in knotwork(*line, "1mm").err
     assert knotwork(*line, "joints=0.1deg").code == 0
     assert knotwork("check", log, "-s", "ur5_deburring", "--tolerance", "1mm").code == 2

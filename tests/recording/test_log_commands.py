@@ -44,7 +44,7 @@ def test_a_log_is_checked_and_its_clock_set_by_planning(knotwork: Command, log: 
 def test_without_log_the_same_file_is_taken_at_its_word(knotwork: Command, log: Path) -> None:
     ran = knotwork("check", log, "--scenario", "ur5_deburring")
     assert ran.code != 0
-    assert "recording of a robot, with noise, check it with --log" in ran.err
+    assert "recording of a robot, which has noise, use --log" in ran.err
 
 
 def test_log_is_proposed_where_its_headings_are_not_a_plans(
@@ -55,7 +55,7 @@ def test_log_is_proposed_where_its_headings_are_not_a_plans(
     ran = knotwork("check", strange, "--scenario", "ur5_deburring")
     assert ran.code == 2
     assert "is neither time nor a joint" in ran.err
-    assert "check it with --log" in ran.err
+    assert "use --log" in ran.err
 
 
 def test_a_log_against_a_plan_needs_no_scenario(
@@ -92,7 +92,7 @@ def test_a_plan_of_a_file_says_where_the_file_is(knotwork: Command, tmp_path: Pa
     task.unlink()
     ran = knotwork("check", log, "--against", tmp_path / "made")
     assert "PASSED log.csv" in ran.out
-    assert "swing.yaml, which is not there" in ran.err
+    assert "swing.yaml, which does not exist" in ran.err
 
 
 def test_all_of_it_is_in_json(knotwork: Command, log: Path, result: Path) -> None:

@@ -117,7 +117,7 @@ def test_a_hole_in_which_the_plan_moves_is_not_decided(tmp_path: Path, deburring
     assert hole[0] == "failed"
     assert hole[1].startswith(
         "the log has no sample from 3.996 s to 7.508 s: 3.512 s, 439 times its interval of 8 ms; "
-        "the plan moves there, so it is not decided what the robot did"
+        "the plan moves there, so the motion of the robot is undecided"
     )
     short = judge(tmp_path, deburring, part(whole, (whole.time < 4.5) | (whole.time > 4.53)))
     assert not holes(short)
@@ -183,7 +183,7 @@ def test_a_hole_in_which_the_plan_stands_is_warned_of(tmp_path: Path) -> None:
     assert report.ok, [str(one) for one in report.failures]
     ((verdict, said),) = holes(report)
     assert verdict == "warning"
-    assert "the plan stands there, and nothing shows that the robot did, too" in said
+    assert "the plan is at rest there, which the log does not confirm" in said
 
 
 @pytest.mark.parametrize(("first", "last"), [(0.0, 10.0), (4.0, 20.0)])

@@ -129,5 +129,5 @@ def test_nothing_is_to_be_stopped_where_the_motion_stands(on_path: bool) -> None
     plan = turns()
     there = next(one.time for one in plan.scenario.waypoints if one.name == "there")
     for at in (0.0, there, there + 0.1, plan.trajectory.end_time):
-        with pytest.raises(InputError, match="stands still"):
+        with pytest.raises(InputError, match="is at rest"):
             plan.stop(at, on_path=on_path)

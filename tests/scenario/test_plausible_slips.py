@@ -34,18 +34,18 @@ def warned(data: dict[str, Any]) -> list[str]:
 @pytest.mark.parametrize(
     ("waypoint", "largest"),
     [
-        (pose(3.14159), r"pose.rpy[0] is 3.14159 degrees, and no angle of a pose"),
-        (pose(-1.57), r"pose.rpy[0] is -1.57 degrees, and no angle of a pose"),
+        (pose(3.14159), r"pose.rpy[0] is 3.14159 degrees, the largest angle of a pose"),
+        (pose(-1.57), r"pose.rpy[0] is -1.57 degrees, the largest angle of a pose"),
         (
             joints(0.31, -1.26, 1.93, -0.7, 1.1, 0),
-            "joints.elbow_joint is 1.93 degrees, and no joint angle",
+            "joints.elbow_joint is 1.93 degrees, the largest joint angle",
         ),
     ],
 )
 def test_radians_in_a_file_in_degrees_are_suspected(waypoint: Any, largest: str) -> None:
     (said,) = warned(task("deg", waypoint))
-    assert f"waypoints[0].{largest} of the file is larger" in said
-    assert "say `units: {angle: rad}`" in said
+    assert f"waypoints[0].{largest} of the file; if they" in said
+    assert "give `units: {angle: rad}`" in said
     assert not warned(task("rad", waypoint))
 
 
@@ -91,7 +91,7 @@ def test_degrees_in_a_file_in_radians_are_suspected_where_the_pose_is_refused_to
 )
 def test_rates_in_degrees_are_suspected_in_limits(change: dict[str, Any], where: str) -> None:
     (said,) = warned(task("rad", pose(3.14), **change))
-    assert f"{where}, more than two turns a second; if it is in degrees, say" in said
+    assert f"{where}, more than two turns a second; if it is in degrees, give" in said
     assert not warned(task("deg", pose(180), **change))
 
 

@@ -20,14 +20,6 @@ LIFT: dict[str, Any] = {
 }
 """A motion of one joint, which one second is too short for."""
 
-PLACED: dict[str, Any] = {
-    "name": "placed",
-    "robot": "planar2",
-    "frames": {"part": {"position": [0, 0, 0], "rpy": [0, 0, 0]}},
-    "frame": "part",
-    "waypoints": [],
-}
-
 
 def planning(process: psutil.Process) -> list[psutil.Process]:
     """Processes below one that plan rows."""

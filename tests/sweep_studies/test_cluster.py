@@ -115,7 +115,7 @@ def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) 
     os.killpg(run.pid, signal.SIGINT)
     out, said = run.communicate(timeout=PATIENCE)
     assert (run.returncode, out) == (130, "")
-    kept = f"finished rows are kept in {folder}; go on with --resume"
+    kept = f"finished rows are kept in {folder}; continue with --resume"
     assert [line for line in said.splitlines() if line] == [kept, "interrupted"]
     assert all_end(below)
 
@@ -143,7 +143,7 @@ def check_nothing_is_lost(
             if at.done >= ROWS // 4:
                 break_it(cluster)
 
-        with pytest.raises(kw.InputError, match=f"{said}.*go on with --resume"):
+        with pytest.raises(kw.InputError, match=f"{said}.*continue with --resume"):
             kw.sweep(
                 TASK,
                 VARY,

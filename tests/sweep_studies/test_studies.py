@@ -74,13 +74,13 @@ def test_going_on_does_only_what_is_missing(lifted: Path, tmp_path: Path) -> Non
     ],
 )
 def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:
-    with pytest.raises(kw.InputError, match="holds another study") as raised:
+    with pytest.raises(kw.InputError, match="has another study") as raised:
         kw.sweep(task, vary, out=lifted, workers=0, resume=True)
     assert said in str(raised.value)
 
 
 def test_a_folder_is_not_gone_on_with_unasked(lifted: Path, tmp_path: Path) -> None:
-    with pytest.raises(kw.InputError, match="holds a study already"):
+    with pytest.raises(kw.InputError, match="has a study already"):
         kw.sweep(LIFT, VARY, out=lifted, workers=0)
     with pytest.raises(kw.InputError, match=r"is not the folder of a study"):
         kw.Study.open(tmp_path)
@@ -93,7 +93,7 @@ def test_rows_of_another_study_are_not_taken_over(lifted: Path, tmp_path: Path) 
     described = folder / "study.json"
     text = described.read_text(encoding="utf-8")
     described.unlink()
-    with pytest.raises(kw.InputError, match=r"holds rows of a study, and no study\.json"):
+    with pytest.raises(kw.InputError, match=r"has rows of a study but no study\.json"):
         kw.sweep(LIFT, {"rate": [50]}, out=folder, workers=0)
     older = {**json.loads(text), "knotwork": "0.0.1"}
     described.write_text(json.dumps(older), encoding="utf-8")
@@ -146,8 +146,8 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
     data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
     for wrong, said in (
         ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 3 is accepted"),
-        ({**data, "chunk": None}, "can't be understood"),
-        ({**data, "chunk": 0}, r"can't be understood \(ValueError: its chunks have 0 rows"),
+        ({**data, "chunk": None}, "is invalid"),
+        ({**data, "chunk": 0}, r"is invalid \(ValueError: its chunks have 0 rows"),
         ([], "is not the description of a study"),
     ):
         (folder / "study.json").write_text(json.dumps(wrong), encoding="utf-8")
@@ -351,7 +351,7 @@ def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
         lambda: kw.sweep(LIFT, {"rate": [100]}, workers=1),
         lambda: kw.plan_many([LIFT], workers=1),
     ):
-        with pytest.raises(kw.InputError, match=r"do not know your own checks \(broken\)"):
+        with pytest.raises(kw.InputError, match=r"do not have your own checks \(broken\)"):
             planned()
 
 

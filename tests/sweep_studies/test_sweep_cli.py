@@ -85,7 +85,7 @@ def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> No
     knotwork("sweep", task, "--vary", "rate=100", "--workers", 0, "--out", "study")
     ran = knotwork("sweep", "study", "--vary", "rate=1")
     assert ran.code == 2
-    assert "--vary: study is the folder of a study, whose rows are only shown" in ran.err
+    assert "--vary: study is the folder of a study, which is not planned again" in ran.err
     for option in (
         ["--workers", "0"],
         ["--scheduler", "tcp://nowhere:1"],

@@ -180,7 +180,7 @@ def test_the_tool_turns_through_the_orientations_of_a_file(
     if any(tilt):
         del line["orientation_in"]
         file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
-        with pytest.raises(InputError, match="at the first point the tool is turned"):
+        with pytest.raises(InputError, match="at the first point the tool is rotated by"):
             kw.plan(file)
 
 
@@ -191,7 +191,7 @@ def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None
     with pytest.raises(InputError) as error:
         kw.plan(task(FIRST, seam, UP))
     said = str(error.value)
-    assert "waypoints[1].along: the first of its points is 80 mm from waypoints[0]" in said
+    assert "waypoints[1].along: the first point is 80 mm from waypoints[0]" in said
     assert "no farther from them than 60 mm" in said
 
 

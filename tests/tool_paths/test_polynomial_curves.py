@@ -188,19 +188,3 @@ def test_points_from_a_file(tmp_path):
     file.write_text("x,y,z\n0,0,0\n1,0,0\n", encoding="utf-8")
     assert tp.ThroughPoints.from_csv(file).quaternions is None
     assert tp.ThroughPoints.from_csv(file).rotations is None
-
-
-HEAD = "x,y,z\n"
-WRONG = [
-    ("", "holds no rows"),
-    ("0,0,0\n1,0,0\n", r"line 1: has no headings .*\(x, y, z"),
-    ("x,y\n0,0\n1,0\n", "line 1: no column is named z"),
-    ("x,y,z,qx,qy,qz\n0,0,0,0,0,0\n", "no column is named qw"),
-    ("x,Y,z\n0,0,0\n", r"line 1: column 2 .Y.: unknown heading 'Y' .did you mean"),
-    ("x,y,z,x\n0,0,0,0\n", "line 1: column 4 .x.: is column 1, too"),
-    (HEAD + "0,0,0\n# a note\n1,a,0\n", r"line 4: column 2 \(y\): 'a' is no number"),
-    (HEAD + "0,0,nan\n1,0,0\n", r"line 2: column 3 \(z\): is nan"),
-    (HEAD + "0,0\n1,0,0\n", r"line 2: has 2 values \(3, as headings\)"),
-    (HEAD + "0,0,0\n", r"has one point \(two or more\)"),
-    ("x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,1\n1,0,0,0,0,1,1\n", r"line 3: .* has length 1\.41421 \(1\)"),
-]

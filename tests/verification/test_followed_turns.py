@@ -109,9 +109,12 @@ def test_from_one_end_of_the_range_it_may_wind_to_the_other(axis: int) -> None:
     assert np.abs(np.abs(ends) - 180).max() < 5
 
 
-@pytest.mark.parametrize("at_ends", [{"stop": True}, {"wait": 0.5}])
+@pytest.mark.parametrize(
+    ("at_ends", "more"),
+    [({"stop": True}, {}), ({"wait": 0.5}, {}), ({"stop": True}, {"tilt": 5})],
+)
 def test_an_end_of_the_range_is_no_door_to_the_other_between_two_paths(
-    at_ends: dict[str, Any],
+    at_ends: dict[str, Any], more: dict[str, Any]
 ) -> None:
     """Half a turn each, both within the range if the second began anew at its other end."""
     plan = kw.plan(rim(parts=2, at_ends=at_ends))
@@ -120,7 +123,9 @@ def test_an_end_of_the_range_is_no_door_to_the_other_between_two_paths(
     found = turns(plan)
     halfway = float(np.interp(part, np.linspace(0, 1, len(found)), found))
     task = rim(parts=2, at_ends=at_ends, yaw=180 + float(np.degrees(halfway)))
-    report = judged(plan.trajectory, task, HALF)
+    for waypoint, free in zip(task["waypoints"], (HALF, HALF, HALF | more), strict=True):
+        waypoint["free"] = free
+    report = kw.check(plan.trajectory, kw.load_scenario(task))
     first_half, second_half = report.select(quantity="path_turn")
     assert first_half.ok
     assert first_half.value == pytest.approx(0.0, abs=1e-3)

@@ -212,7 +212,7 @@ def test_times_that_are_chosen_without_a_limit_of_acceleration_are_warned_of() -
     del task["waypoints"][0]["after"]
     (found,) = kw.plan(task).report.warnings
     assert str(found).startswith(
-        "times are chosen, but no limit of acceleration is known for bare: only torque bounds it"
+        "times are chosen, but no acceleration limit is known for bare: only torque bounds it"
     )
     given = kw.plan(task | {"limits": {"acceleration": 10}})
     assert not given.report.warnings

@@ -53,7 +53,7 @@ def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
         assert len(styles) == 6  # told apart without colour, too
     assert figure.axes[-1].get_xlabel() == "time [s]"
     assert set(deburring.trajectory.joint_names) <= set(legend_words(figure))
-    assert {"waypoint", "asked for", "knot"} <= set(legend_words(figure))
+    assert {"waypoint", "given", "knot"} <= set(legend_words(figure))
     assert heading(figure) == "ur5_deburring · modified-hermite"
 
 
@@ -151,10 +151,10 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     assert line.get_color() not in {one.get_color() for one in curves}
     worst_time, worst = data(lines(figure.axes[1], "worst")[0])
     assert (worst_time[0], worst[0]) == pytest.approx((0.45, np.pi / 0.6))
-    assert {"limit broken", "worst", "limit"} <= set(legend_words(figure))
+    assert {"limit exceeded", "worst", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")
     said = notes(figure)[1]  # and of the others, which stand still
-    assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s breaks limit ±3.15 rad/s")
+    assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s exceeds limit ±3.15 rad/s")
 
 
 @pytest.mark.parametrize("kind", ["acceleration", "jerk", "velocity"])

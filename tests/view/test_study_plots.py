@@ -46,7 +46,7 @@ def test_figures_are_drawn_in_the_units_of_the_file(monkeypatch: pytest.MonkeyPa
     table = made.table.set_column(made.table.column_names.index("clearance"), "clearance", values)
     monkeypatch.setitem(vars(made), "table", table)
     figure = made.plot(["clearance"])
-    assert scales(figure) == ["clearance to what stands around [mm]"]
+    assert scales(figure) == ["clearance to the surroundings [mm]"]
     (cells,) = figure.axes[0].collections
     assert cells.get_clim() == (1000, 2000)
 

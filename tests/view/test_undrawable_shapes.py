@@ -194,7 +194,7 @@ def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
     with_images(tmp_path, names)
     shapes = mesh_visuals(f"{name}.dae" for name in names)
     said = "\n".join(shape_warnings(arm(tower(shapes))))
-    assert "3600 pixels; of all images at most 6000 are read" in said
+    assert "3600 pixels; at most 6000 are accepted" in said
     assert "6400 pixels; at most 5000" in said
     assert "cannot identify" in said
     assert "a.png" not in said

@@ -55,11 +55,11 @@ def nearest(plan: kw.Plan) -> Finding:
 def test_the_report_says_of_a_way_how_near_it_leads_past_what() -> None:
     (found,) = made().report.select(quantity="way")
     assert found.verdict == "information"
-    assert found.message.startswith("here to there: way found in ")
+    assert found.message.startswith("here to there: clear motion found in ")
     assert nearest(made()).name in found.message
     assert found.value == pytest.approx(nearest(made()).value, abs=1e-3)
     assert found.interval == pytest.approx((0.0, made().trajectory.duration))
-    assert "here to there: least clearance" in " ".join(str(made().report).split())
+    assert "here to there: minimum clearance" in " ".join(str(made().report).split())
 
 
 def test_only_ways_are_told_as_ways() -> None:

@@ -90,13 +90,13 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
 @pytest.mark.parametrize(
     ("action", "asked", "words"),
     [
-        ("edit", b"[1]", "not understood"),
-        ("edit", b"{", "not understood"),
+        ("edit", b"[1]", "invalid request"),
+        ("edit", b"{", "invalid request"),
         ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "no number"),
         ("edit", {}, "needs changes"),
         ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),
         ("edit", {"changes": [{"at": ["waypoints", 99, "time"], "value": 1}]}, "waypoints[99]"),
-        ("move", {"at": ["waypoints", 0, "pose"], "name": "approach"}, "no longer the one"),
+        ("move", {"at": ["waypoints", 0, "pose"], "name": "approach"}, "the task has changed"),
         ("jog", {"q": [0, 0]}, "shape"),
         ("jog", {"time": 0, "position": [9, 9, 9], "quaternion": [0, 0, 0, 1]}, "reach"),
     ],

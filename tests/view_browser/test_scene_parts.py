@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from drawn import at_rest, faces, numbers, scene, thing, vertices
+from drawn import at_rest, faces, numbers, placed, scene, thing, vertices
 from knotwork.errors import InputError
 from knotwork.view import view_trajectory
 from knotwork.view.page import Page
@@ -139,14 +139,7 @@ def test_the_joints_on_a_page_are_the_robot_s(name: str) -> None:
     """Chained by hand, they put the last joint where Pinocchio's forward kinematics does."""
     robot = kw.load_robot(name)
     q = np.random.default_rng(1).uniform(-1, 1, robot.dof)
-    places = [pin.SE3.Identity()]
-    for joint, value in zip(scene(at_rest(robot))["joints"], q, strict=True):
-        own = pin.SE3(pin.Quaternion(np.array(joint["quaternion"])), np.array(joint["origin"]))
-        axis = np.array(joint["axis"])
-        moved = pin.SE3(np.eye(3), value * axis) if joint["slides"] else pin.SE3.Identity()
-        if not joint["slides"]:
-            moved = pin.SE3(pin.AngleAxis(value, axis).matrix(), np.zeros(3))
-        places.append(places[joint["parent"]] * own * moved)
+    places = placed(scene(at_rest(robot)), q)
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, q)
     for place, true in zip(places[1:], list(data.oMi)[1:], strict=True):
@@ -323,7 +316,7 @@ def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None
     picture.unlink()
     (missing,) = shape_warnings(at_rest(textured_robot))
     assert "image 'two%20colours.png' does not exist below" in missing
-    assert missing.endswith("what it colours is drawn grey")
+    assert missing.endswith("its surfaces are drawn grey")
 
 
 def test_a_wait_has_one_label_where_it_begins() -> None:

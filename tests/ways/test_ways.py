@@ -197,7 +197,7 @@ def test_a_way_may_take_a_least_time() -> None:
 @pytest.mark.parametrize(
     ("seconds", "said"),
     [
-        (0.72, "shorter than the fastest way found"),  # enough without a wall
+        (0.72, "shorter than the fastest motion found"),  # enough without a wall
         (0.5, "without a time, the motion finds its way"),
     ],
 )
@@ -390,7 +390,7 @@ def test_room_beyond_the_margin_is_kept_or_a_part_of_it_and_told(
     for one in (made, again):
         (way,) = one.report.select(quantity="way")
         for text in (way.message, way.brief):
-            assert (f"with {said} of room, least clearance" in text) == bool(said)
+            assert (f"with {said} of extra clearance, minimum clearance" in text) == bool(said)
 
 
 def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:
@@ -411,7 +411,7 @@ CRATE = {"crate": box([100, 100, 100], [-400, 400, 50])}
 def test_where_no_way_is_found_the_objects_to_blame_are_named() -> None:
     """Few of many, without which there is a way."""
     objects = CRATE | TILES
-    with pytest.raises(NoWayFoundError, match="this is no proof that there is none") as caught:
+    with pytest.raises(NoWayFoundError, match="one may exist all the same") as caught:
         kw.plan(past(objects))
     blamed = set(caught.value.names)
     assert 0 < len(blamed) <= 3
@@ -445,7 +445,7 @@ def test_an_end_in_something_names_the_pair_and_the_depth() -> None:
     assert caught.value.end == "goal"
     assert "block" in caught.value.names
     assert caught.value.depth > 0.02
-    assert " mm too near to " in str(caught.value)
+    assert " mm too close to " in str(caught.value)
     assert ", and none of 12 solutions is clear;" in str(caught.value)
 
 

@@ -1,4 +1,4 @@
-"""What a scenario leaves free is chosen: durations, speeds and knots, and numbers put in place."""
+"""Choice of the unknowns of a scenario: durations, speeds and knots, as numbers in its place."""
 
 from knotwork.choosing.choice import ChosenTimes, choose_times
 from knotwork.choosing.freezing import frozen_text, saved_text

@@ -1,4 +1,4 @@
-"""The choice of what a scenario leaves free, segment by segment."""
+"""Choice of a scenario's unknowns, segment by segment."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ from knotwork.timing.motion import Status, status_of
 
 @dataclass(frozen=True, eq=False)
 class ChosenTimes:
-    """What was chosen, and how good it is.
+    """The choice of a scenario's unknowns, and its quality.
 
     Attributes:
         asked: The scenario with free times.
-        scenario: The scenario with numbers in place of all that was free.
-        solution: How the solutions of the poses were chosen, before the times were.
-        duration: Of the whole motion [s].
-        lower_bound: No motion that does what is asked within the limits is shorter [s]; where
-            speeds along tool paths were chosen, none with these speeds.
-        status: `"optimal"`; `"stopped"` where the budget ended first; or `"resting"` where no
-            start led to a solution and the arm comes to rest between waypoints.
-        binding: Where which limit is met.
-        met: Names of waypoints whose times were chosen before, as frames that move are met there.
-        assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
+        scenario: The scenario with numbers in place of its unknowns.
+        solution: The choice of the solutions of the poses, made before the times.
+        duration: Duration of the whole motion [s].
+        lower_bound: Lower bound of the duration of any such motion within the limits [s]; if
+            speeds along tool paths were chosen, for these speeds.
+        status: `"optimal"`; `"stopped"` if the budget ended first; or `"resting"` if no start
+            led to a solution and the arm comes to rest between waypoints.
+        binding: Limiting constraints by interval.
+        met: Names of waypoints in moving frames, whose times were chosen before.
+        assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
-        objective: Value of each term that has a weight, by name.
-        segments: What was found for each segment.
+        objective: Value of each weighted term, by name.
+        segments: Result for each segment.
     """
 
     asked: Scenario
@@ -66,11 +66,11 @@ class ChosenTimes:
 
     @property
     def gap(self) -> float:
-        """How much longer it is than the lower bound, as a part of that."""
+        """Duration above the lower bound, as a fraction of it."""
         return self.duration / self.lower_bound - 1.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give what was chosen as plain data, ready for JSON."""
+        """Convert to plain data, ready for JSON."""
         names = [waypoint.name for waypoint in self.scenario.waypoints]
         return {
             "duration": self.duration,
@@ -102,22 +102,22 @@ def choose_times(
     solution: TaskSolution | None = None,
     warm: ChosenTimes | None = None,
 ) -> ChosenTimes:
-    """Choose what a scenario leaves free.
+    """Choose the unknowns of a scenario.
 
-    Constant speeds of tool paths come first: each is the greatest that the limits allow. Then the
-    segments between tool paths and waits are solved, each by itself, because position, velocity and
-    acceleration are known where they meet.
+    Constant speeds along tool paths come first: each is the maximum within the limits. Then the
+    segments between tool paths and waits are solved independently, because position, velocity
+    and acceleration are known where they meet.
 
     Args:
         scenario: The task.
-        free: What it leaves to be chosen.
-        budget: Time after which the best motion so far is taken [s].
-        progress: Called as the solver goes on.
+        free: Its unknowns.
+        budget: Computing time after which the best motion so far is taken [s].
+        progress: Callback of the solver.
         solution: Solutions of the poses, if not the best.
-        warm: What was chosen for a task that differs little, to start from where it fits.
+        warm: Choice for a similar task, as the start where it fits.
 
     Raises:
-        InputError: The task can't be solved, or no motion that keeps the limits was found.
+        InputError: The task can't be solved, or no motion within the limits was found.
     """
     watch = Watch(progress, budget)
     try:
@@ -149,7 +149,7 @@ def choose_times(
 
 
 SPEED_FRACTIONS = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
-"""Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
+"""Fractions of the maximum speeds along paths that are tried if these are infeasible."""
 
 
 _Found = tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]
@@ -165,11 +165,11 @@ def _found(
 ) -> _Found:
     """Speeds along paths and all motions.
 
-    Where the arm can't go on from the greatest speeds, lower ones are tried until the whole takes
-    longer again.
+    If the maximum speeds are infeasible, lower ones are tried until the total duration
+    grows again.
 
     Raises:
-        NoMotionsError: There are none.
+        NoMotionsError: No motions were found.
     """
     before = () if warm is None else warm.segments
     paths = with_greatest_speeds(scenario, free, solution)
@@ -180,7 +180,7 @@ def _found(
     best: _Found | None = None
     for part in SPEED_FRACTIONS if lower else ():
         if watch.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
-            continue  # at the lowest speeds there is a motion, if there is any
+            continue  # the lowest speeds are feasible if any are
         caps = {i: part * paths.speeds[i] for i in lower}
         slower = with_greatest_speeds(scenario, free, solution, caps)
         try:
@@ -197,7 +197,7 @@ def _found(
 
 
 def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]]) -> float:
-    """Of the whole motion [s]."""
+    """Duration of the whole motion [s]."""
     outside = duration_outside(paths.task, [one for one, _ in motions])
     return outside + sum(motion.duration for _, motion in motions)
 
@@ -205,11 +205,11 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]])
 def _motions(
     paths: TimedPaths, free: FreeTimes, watch: Watch, before: Sequence[TimedMotion]
 ) -> list[tuple[Segment, TimedMotion]]:
-    """The motions of all segments of a task with speeds along its paths.
+    """The motions of all segments of a task with given speeds along its paths.
 
     Raises:
-        NoMotionsError: Some have none.
-        InputError: Something is given beyond a limit.
+        NoMotionsError: Some segments have no motion.
+        InputError: A given value is beyond a limit.
     """
     segments = find_segments(paths.task)
     _check_given(paths.task, free, segments)
@@ -217,7 +217,7 @@ def _motions(
 
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:
-    """The waypoints at the ends of stretches with chosen speeds, of paths that segments meet."""
+    """The waypoints at the ends of stretches with chosen speeds, on paths next to segments."""
     ends = {i for one in segments for i in (one.waypoints[0], one.waypoints[-1])}
     return {
         i
@@ -229,13 +229,13 @@ def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[i
 
 
 def _check_given(task: FreeTask, asked: FreeTimes, segments: Sequence[Segment]) -> None:
-    """Refuse what is given beyond a limit or in too short a time, whatever it is and wherever.
+    """Refuse given values beyond a limit, and too short times.
 
-    Segments that meet a path along which a limit is exceeded are left out: it is not known
-    how fast they may begin or end.
+    Segments next to a path that exceeds a limit are left out: their velocity at the path
+    is not known.
 
     Raises:
-        InputError: There is something.
+        InputError: A given value is infeasible.
     """
     paths = task.scenario.paths
     beyond = paths_beyond_limits(task, asked)

@@ -1,4 +1,4 @@
-"""A task with the chosen values in place of everything that is free."""
+"""Tasks with the chosen values in place of the unknowns."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from knotwork.timing import TimedMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 STANDING = 1e-9
-"""A chosen speed below this is a stop [m/s]."""
+"""Chosen speeds below this are stops [m/s]."""
 
 
 def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]]) -> Scenario:
-    """The scenario with numbers in place of everything that is free.
+    """The scenario with numbers in place of its unknowns.
 
     Args:
         task: The task.
-        found: The segments and what was found for them.
+        found: The segments and their motions.
     """
     scenario, free, units = task.scenario, task.free, _Units(task)
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
     for segment, motion in found:
-        if segment.way is not None:  # it has chosen where it ends
+        if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
     for k, near in _solutions(task, positions, units):
         waypoints[k]["near"] = near
@@ -58,7 +58,7 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
 
 
 class _Units:
-    """Converts values of joints and the tool to the units of the task."""
+    """Converts values of joints and tool to the units of the task."""
 
     def __init__(self, task: FreeTask) -> None:
         space = task.space
@@ -76,9 +76,9 @@ class _Units:
 def _solutions(
     task: FreeTask, positions: FloatArray, units: _Units
 ) -> Iterator[tuple[int, dict[str, float]]]:
-    """The solutions of the poses, by waypoint of the task, so that they are the same ones again."""
+    """The solutions of the poses, by waypoint of the task, to select them again."""
     index, paths = task.scenario.index, task.scenario.paths
-    # in the task, where the end of a path and of the wait there are one waypoint
+    # in the task, the end of a path and of the wait there are one waypoint
     done = {index[i] for path in paths for i in range(path.first + 1, path.last + 1)}
     for i, waypoint in enumerate(task.scenario.waypoints):
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in done:
@@ -87,7 +87,7 @@ def _solutions(
 
 
 def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:
-    """Speed or velocity at a waypoint where it was chosen."""
+    """Speed or velocity at a waypoint where it is chosen."""
     kind, robot, there = task.free.speed[i], task.space.robot, task.scenario.waypoints[i]
     if kind == "given":
         return {}
@@ -96,9 +96,9 @@ def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) 
     robot, own = robot.seen(standing=there.standing)
     twist = robot.twist(q[own], v[own])
     if kind == "free":
-        twist -= there.twist  # that of its frame: a velocity of the file is seen from there
+        twist -= there.twist  # velocity of its frame: the file gives relative velocities
         scenario, axes, turn = task.scenario, "base", np.eye(3)
-        if scenario.on and not there.standing:  # the base of the file moves, seen from there
+        if scenario.on and not there.standing:  # the base of the file moves relative to it
             given = scenario.task.waypoints[scenario.index[i]]
             axes = getattr(given, "frame", None) or scenario.task.frame or "base"
             turn = scenario.frames[axes].rotation.T
@@ -111,7 +111,7 @@ def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) 
 def _chosen(
     timed: Scenario, kinds: tuple[str, ...], segment: Segment, motion: TimedMotion, units: _Units
 ) -> ChosenMotion:
-    """A segment as the task has it; knots begin where the waypoint before them is in the task."""
+    """A segment for the task; its knots begin at the preceding waypoint of the task."""
     x = motion.trajectory.breaks
     a = motion.trajectory.acceleration(x)
     times = x.copy()

@@ -1,4 +1,4 @@
-"""Motions of segments that find their own way past everything that they may not touch."""
+"""Collision-free motions of segments with `way: clear`."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from knotwork.ways.problem import NoWayError, Way, WayProblem
 from knotwork.ways.search import find_way, lasting
 
 MOST_SOLUTIONS = 12
-"""Solutions of a pose that a way may begin or end at."""
+"""Largest number of solutions of a pose at either end of a motion."""
 
 STOP_TOLERANCE = 1e-6
-"""Greatest deviation of a joint from the path that it stops on [rad or m]."""
+"""Largest deviation of a joint from its path during a stop [rad or m]."""
 
 BLAMED_CHECKS = 20_000
-"""Configurations looked at, at most twice, to see which objects are in the way."""
+"""Number of configurations, at most twice, tested for the objects that block."""
 
 
 def clear_motion(
@@ -45,21 +45,21 @@ def clear_motion(
     watch: Watch,
     start: FloatArray | None = None,
 ) -> TimedMotion:
-    """The fastest motion found for a segment that keeps clear of everything, proved.
+    """The fastest collision-free motion found for a segment, proved.
 
     Args:
         task: The task.
-        segment: A segment that finds its way.
-        problem: What is known of it.
-        watch: What follows the solution of all segments.
-        start: Joint positions where the way before it has ended, shape (d,), or `None`.
+        segment: A segment with `way: clear`.
+        problem: Its timing problem.
+        watch: Budget and progress of all segments.
+        start: Joint positions at the end of the previous motion, shape (d,), or `None`.
 
     Raises:
-        NoWayFoundError: None was found, or one of its ends is not clear.
+        NoWayFoundError: No motion was found, or an end is not clear.
     """
     asked, robot = segment.way, task.space.robot
     if asked is None or robot is None:
-        raise TypeError("the segment does not find its way")
+        raise TypeError("the segment has no way: clear")
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     wanted = WayProblem(
@@ -102,7 +102,7 @@ def clear_motion(
 def _timed(
     way: Way, curve: PiecewisePolynomial, problem: TimingProblem, wanted: WayProblem
 ) -> TimedMotion:
-    """The motion along a way as that of any other segment."""
+    """The timed motion of a found one, like that of any segment."""
     least = min(
         lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
         for first in wanted.starts
@@ -132,7 +132,7 @@ def _timed(
 
 
 def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> PiecewisePolynomial | None:
-    """How the motion that this one goes on from would stop on its path, or else end."""
+    """The previous motion, stopped on its path or at its end."""
     if task.scenario.under_way is None or segment.waypoints[0]:
         return None
     motion, at = task.scenario.under_way
@@ -145,10 +145,10 @@ def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> Piecewise
 
 
 def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
-    """What is there during a segment, by provisional times; it has to be the same all along.
+    """Bodies present during a segment, at provisional times; they must not change.
 
     Raises:
-        InputError: It is not, or something moves by itself.
+        InputError: The bodies change during the segment, or an obstacle moves.
     """
     times = task.waypoints.time[segment.rows]
     middles = (0.5 * (times[:-1] + times[1:])).tolist()
@@ -167,8 +167,8 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
     if moving := dict.fromkeys(one.name.split("/")[0] for one in bodies if one.joint >= own):
         raise task.located(
             InputError(
-                f"finds no way among what moves by itself, and that does {', '.join(moving)}; "
-                "accepted: no way here, and waypoints past it with times or after: fastest"
+                f"does not support moving obstacles ({', '.join(moving)}); "
+                "accepted: no way here, and waypoints around them with times or after: fastest"
             ),
             segment.waypoints[-1],
         )
@@ -178,11 +178,11 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
 def _solutions(
     task: FreeTask, segment: Segment, problem: TimingProblem, robot: Robot, end: int
 ) -> FloatArray:
-    """Joint positions that a way may have at its start, 0, or its end, -1, shape (m, d).
+    """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
-    They are all solutions of the pose, the nearest to the other end first, where nothing else
-    depends on which it is: the arm stops there, nothing comes before the start, and what follows
-    the end, if anything, is a way as well.
+    All solutions of the pose, nearest to the other end first, if nothing depends on
+    the choice: the arm stops there, nothing precedes the start, and a motion after the end is
+    collision-free as well.
     """
     scenario, i = task.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
@@ -210,7 +210,7 @@ def _solutions(
 def _slowed(
     way: Way, wanted: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
-    """The way in the time that is given for it, if one is."""
+    """The motion stretched to the given time, if there is one."""
     given = float(problem.total or problem.duration.sum())
     least = float(problem.at_least.sum())
     duration = max(way.duration, least) if np.isnan(given) else given
@@ -219,11 +219,11 @@ def _slowed(
     curve = lasting(wanted, way, duration) if duration > way.duration else None
     if curve is None:
         error = InputError(
-            f"{duration:g} s is shorter than the fastest way found, which lasts "
+            f"{duration:g} s is shorter than the fastest motion found, which takes "
             f"{rounded_up(way.duration):.6g} s; accepted: {with_room(way.duration):.6g} s or more, "
             "or no time"
             if duration < way.duration
-            else f"the arm can't take {duration:g} s for its way with the velocities at its ends; "
+            else f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
         raise task.located(error, segment.waypoints[-1])
@@ -233,22 +233,20 @@ def _slowed(
 def _reported(
     none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment
 ) -> NoWayFoundError:
-    """The error for a way that was not found, at the waypoint where the fault is."""
+    """The error for a missing motion, at the waypoint of the fault."""
     # the fault is at an end, or at a waypoint in between, by index
     k = int(none.end) if none.end.isdigit() else {"start": 0}.get(none.end, -1)
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
     fault = segment.waypoints[k]
-    message = f"no way from {names[0]!r} to {names[-1]!r}"
+    message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"
     if not none.end:
         blamed = to_blame(wanted, BLAMED_CHECKS)
-        message += (
-            f" was found among {none.checks} configurations; this is no proof that there is none"
-        )
+        message += f" was found among {none.checks} configurations; one may exist all the same"
         if blamed is None:
-            message += ", nor any without the objects"
+            message += ", and none without the objects"
         elif blamed:
             several = "all of " if len(blamed) > 1 else ""
-            message += f". There is one without {several}{', '.join(map(repr, blamed))}"
+            message += f". A motion exists without {several}{', '.join(map(repr, blamed))}"
         message += "; accepted: more space, a waypoint in between, or a smaller scene.margin"
         return task.located(NoWayFoundError(message, names=tuple(blamed or ())), fault)
     depth, unit = none.depth, "m"
@@ -267,7 +265,7 @@ def _reported(
         count = none.solutions
         all_of_them = f", and none of {count} solutions is clear" if count > 1 else ""
         message += (
-            f": {where}, {second} comes {much} too near to {first}{all_of_them}; accepted: "
+            f": {where}, {second} is {much} too close to {first}{all_of_them}; accepted: "
             f"{'a lower velocity or ' if none.moving else ''}another pose there, a smaller "
             "scene.margin, or objects elsewhere"
         )

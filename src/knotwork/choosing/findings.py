@@ -1,4 +1,4 @@
-"""What the report says of chosen times: duration, lower bound, gap, and what binds where."""
+"""Findings on chosen times: duration, lower bound, gap and limiting constraints."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ GROUP = "Chosen times"
 
 
 def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
-    """Say how long the chosen motion is, how far above the lower bound, and what binds where.
+    """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
-        chosen: What was chosen.
+        chosen: The chosen times.
         space: The joints and their limits.
     """
     yield _of_motion("duration", _duration(chosen), chosen.duration)
     shortest = f"{chosen.lower_bound:.6g} s{_met(chosen)}"
-    what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "that does this"
+    what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
     message = f"no motion {what} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
@@ -60,7 +60,7 @@ def _of_motion(
     seconds: float | None = None,
     verdict: Verdict = "information",
 ) -> Finding:
-    """Say something of the motion as a whole, with a time if there is one [s]."""
+    """A finding on the whole motion, with a time if there is one [s]."""
     unit = "s" if seconds is not None else ""
     return Finding(GROUP, "motion", "", quantity, verdict, message, value=seconds, unit=unit)
 
@@ -80,7 +80,7 @@ def _duration(chosen: ChosenTimes) -> str:
             f"(lower bound {chosen.lower_bound:.6g} s)"
         )
     if chosen.gap < 1e-6:
-        least = "which was given or can't be less"
+        least = "as given, or the minimum"
         return f"times chosen: {chosen.duration:.6g} s in all, {least}{_met(chosen)}"
     return (
         f"times chosen: {chosen.duration:.6g} s, {100 * chosen.gap:.1f} % above the lower bound "
@@ -89,32 +89,32 @@ def _duration(chosen: ChosenTimes) -> str:
 
 
 def _met(chosen: ChosenTimes) -> str:
-    """When frames that move are met, in words: the lower bound takes that as it is."""
+    """Given times at moving frames, in words, on which the lower bound depends."""
     at = {one.name: one.time for one in chosen.scenario.waypoints}
     met = [f"{name!r} met at {at[name]:.6g} s" for name in chosen.met]
     return f" with {', '.join(met)}" if met else ""
 
 
 def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
-    """Whether speeds along paths were chosen: the lower bound takes them as they are."""
+    """Whether speeds along paths were chosen, on which the lower bound depends."""
     return chosen.asked.free is not None and bool(chosen.asked.free.path_speed)
 
 
 def _unlimited(space: JointSpace) -> str:
-    """Warn of joints without a limit of acceleration, in words; empty where all have one."""
+    """Warning on joints without an acceleration limit; empty if all have one."""
     missing = np.isinf(space.limits["acceleration"])
     if space.robot is None or not missing.any():
         return ""
     names = ", ".join(name for name, one in zip(space.joint_names, missing, strict=True) if one)
     of = space.robot.name if missing.all() else f"{names} of {space.robot.name}"
     return (
-        f"times are chosen, but no limit of acceleration is known for {of}: only torque bounds it; "
-        "limits: {acceleration: …} gives one"
+        f"times are chosen, but no acceleration limit is known for {of}: only torque bounds it; "
+        "accepted: limits: {acceleration: …}"
     )
 
 
 def _assumed(chosen: ChosenTimes) -> str:
-    """The bounds of jerk that nobody gave, in words."""
+    """The assumed jerk limits, in words."""
     motion = chosen.segments[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
@@ -122,7 +122,7 @@ def _assumed(chosen: ChosenTimes) -> str:
         said = chosen.scenario.units.text(bound, rate_unit(units[name], 3))
         joints.setdefault(said, []).append(name)
     said = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
-    return f"no limit of jerk is given, so one is assumed: {said}"
+    return f"no jerk limit is given, so one is assumed: {said}"
 
 
 def _how_long(share: float | None) -> str:
@@ -132,7 +132,7 @@ def _how_long(share: float | None) -> str:
 
 
 def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float | None]]]:
-    """Limits that bind, by interval: which, and for what part of the time."""
+    """Limiting constraints by interval, each with its share of the time."""
     found: dict[tuple[str, str], list[tuple[str, float | None]]] = {}
     text = chosen.scenario.units.text
     for one in chosen.binding:
@@ -147,7 +147,7 @@ def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float
 
 
 def _most(limits: list[tuple[str, float | None]]) -> str:
-    """The limit that binds for most of the time, and how many others bind."""
+    """The constraint that limits for most of the time, and the number of others."""
     what, share = max(limits, key=lambda one: one[1] or 0.0)
     others = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
     return f"{what} {_how_long(share).removeprefix('for ')}{others}"

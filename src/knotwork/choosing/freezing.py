@@ -1,4 +1,4 @@
-"""The text of a scenario file that says what a task does."""
+"""Text of a scenario file for a task."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from knotwork.task.places import moved_paths
 
 
 def frozen_text(scenario: Scenario, folder: Path) -> str:
-    """YAML of a scenario's task: its file's text with other values; made anew without a file.
+    """YAML of a scenario's task: its file's text with other values, or new text without a file.
 
     Args:
         scenario: The scenario.
-        folder: Where the text will be, for the paths in it.
+        folder: Folder of the new file, for relative paths.
 
     Raises:
-        InputError: The file can't be read any more, or the values can't be put into its text.
+        InputError: The file can't be read any more, or the values can't be written into its text.
     """
     made = _data(scenario, folder)
     if scenario.source is None:
@@ -30,13 +30,13 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
 
 
 def saved_text(scenario: Scenario, folder: Path) -> str:
-    """The same, but where the text of the file can't be kept it is made anew, and says so."""
+    """Frozen text, written anew with a comment where the text of the file can't be kept."""
     try:
         return frozen_text(scenario, folder)
     except InputError as error:
         why = str(error).replace("\n", " ")
         text = block(_data(scenario, folder))
-        return f"# Written anew, without the comments of the file it came from: {why}\n{text}"
+        return f"# Written anew, without the comments of the original file: {why}\n{text}"
 
 
 def _data(scenario: Scenario, folder: Path) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""The share of each limit that joints use: in given states, and along a path at any speeds.
+"""Used share of each limit: in given states, and along a path at any speeds.
 
 Along a path q(s) and its derivatives are computed once. With q̇ = q' ṡ, q̈ = q'' ṡ² + q' s̈ and
 q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every share then follows from ṡ, s̈ and s⃛.
@@ -21,25 +21,25 @@ from knotwork.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.waypoints import FloatArray
 
 PLACES = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
-"""Where each piece of a curve is evaluated: at both ends, which may jump, and between them."""
+"""Evaluation points in each piece of a curve: both ends, where it may jump, and between them."""
 
 ON_RAMP = np.linspace(1e-6, 1.0 - 1e-6, 33)
-"""Where each change of speed is evaluated."""
+"""Evaluation points in each change of speed."""
 
 TOOL_MARGIN = 1e-3
-"""Along a path the tool stays below its limit by this part of it, so that it can be approached."""
+"""Fraction by which the tool stays below its limit along a path, so that it can be approached."""
 
 MIDDLE = 0.25
-"""The middle of a stretch reaches so far to both sides, as a part of its length."""
+"""Half width of the middle of a stretch, as a fraction of its length."""
 
 
 class Limit(NamedTuple):
     """A limit.
 
     Attributes:
-        name: Of a joint or a frame; empty for the tool.
-        quantity: What is limited.
-        order: The power of the speed along a path with which it grows.
+        name: Name of a joint or a frame; empty for the tool.
+        quantity: Limited quantity.
+        order: Power of the speed along a path with which it grows.
         size: Number of components of the quantity.
     """
 
@@ -50,11 +50,11 @@ class Limit(NamedTuple):
 
 
 class LimitShares:
-    """The shares of all limits of a task that states of its joints use.
+    """Shares of all limits of a task that joint states use.
 
     Args:
         task: The task.
-        path: The path along which they are.
+        path: The path of these states.
 
     Attributes:
         limits: The limits, length m: velocity, acceleration and jerk of each joint come first.
@@ -63,7 +63,7 @@ class LimitShares:
 
     def __init__(self, task: FreeTask, path: ScenarioPath) -> None:
         space, asked = task.space, task.scenario.motion_limits
-        self.robot = robot = cast(Robot, space.robot)  # nothing else follows paths
+        self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
         self._bounds = space.limits
         joints, frames = space.joint_names, []
         quantities = ("velocity", "acceleration", "jerk")
@@ -119,19 +119,19 @@ class LimitShares:
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
     def of_curve(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
-        """The greatest shares that a motion uses between times, shape (k - 1, m), for k times."""
+        """Largest shares that a motion uses between times, shape (k - 1, m), for k times."""
         t, q, v, a, j = _states(curve)
         return greatest_of_each(self.shares(self.components(q, v, a, j)), t, times)
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
-    """Parameters at the places of all pieces of a curve, its value and three derivatives there."""
+    """Parameters of the evaluation points of a curve, its value and three derivatives there."""
     x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PLACES).ravel()
     return x, *(curve(x, order) for order in range(4))
 
 
 def greatest_of_each(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
-    """The greatest of shares (n, m) at places x (n,) on each of the intervals between k ends."""
+    """Largest shares (n, m) at parameters x (n,) on each of the intervals between k ends."""
     found = np.zeros((len(ends) - 1, shares.shape[1]))
     index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(found) - 1)
     np.maximum.at(found, index, shares)
@@ -139,7 +139,7 @@ def greatest_of_each(shares: FloatArray, x: FloatArray, ends: FloatArray) -> Flo
 
 
 def parts(timing: Timing) -> FloatArray:
-    """When the parts of n stretches begin, and the last one ends [s], shape (3n + 1,).
+    """Start times of the parts of n stretches, and the end time of the last [s], shape (3n + 1,).
 
     A stretch has a change of speed at its start, its own speed, and a change of speed at its end.
     """
@@ -147,19 +147,19 @@ def parts(timing: Timing) -> FloatArray:
 
 
 def of_stretches(shares: FloatArray) -> FloatArray:
-    """The greatest shares on each of n stretches, shape (n, m), from those of their parts."""
+    """Largest shares on each of n stretches, shape (n, m), from those of their parts."""
     return np.asarray(shares.reshape(-1, 3, shares.shape[1]).max(axis=1))
 
 
 class SharesAlongPath:
-    """The shares of limits that joints use along a path, at any speeds.
+    """Shares of limits along a path, at any speeds.
 
     Args:
         task: The task.
         path: One of its paths.
-        shares: The shares of its limits.
-        full_speed: The greatest speed along the path [m/s], on which only the self-motion of a
-            redundant arm depends that is pulled to the middle of its ranges.
+        shares: Shares of its limits.
+        full_speed: Largest speed along the path [m/s], which only affects the self-motion of a
+            redundant arm pulled to the middle of its ranges.
     """
 
     def __init__(
@@ -183,7 +183,7 @@ class SharesAlongPath:
         self._ends = timing.times
 
     def at(self, timing: Timing) -> FloatArray:
-        """The greatest shares on each of the parts of n stretches under a timing, shape (3n, m)."""
+        """Largest shares on each of the parts of n stretches with a timing, shape (3n, m)."""
         curve, ends = timing.arc_length, parts(timing)
         found = np.zeros((len(ends) - 1, len(self._shares.limits)))
         for c, begin, end in zip(curve.c.T, curve.x[:-1], curve.x[1:], strict=True):
@@ -209,12 +209,12 @@ class SharesAlongPath:
         return self._shares.shares((terms * rates).sum(axis=1))
 
     def greatest_speeds(self, allowed: FloatArray) -> FloatArray:
-        """The greatest constant speed in the middle of each stretch [m/s], in closed form; (n,).
+        """Largest constant speed in the middle of each stretch [m/s], in closed form, shape (n,).
 
-        Nearer to its ends the speed may change.
+        Near its ends the speed may change.
 
         Args:
-            allowed: The share of each limit that may be used on each stretch, shape (n, m).
+            allowed: Largest permitted share of each limit on each stretch, shape (n, m).
         """
         starts = self._shares.starts
         rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]

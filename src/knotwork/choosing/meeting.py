@@ -1,8 +1,8 @@
-"""Times at which frames that move are met: where a pose is depends on when the arm gets there.
+"""Arrival times at moving frames, by fixed-point iteration: poses depend on them, and vice versa.
 
-The least times to the poses are chosen with the poses where they are at times that are expected;
-these times are expected next, until both agree. An arm is faster than what it meets, so that each
-round comes nearer. The times are then given numbers, a little longer.
+Minimum times to the poses are chosen with the frames at their expected times; the results
+are expected next, until both agree. An arm is faster than the frames, so the iteration
+converges. The times are then fixed, slightly longer.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ from knotwork.timing.rounding import rounded_up
 from knotwork.waypoints import FloatArray
 
 ROUNDS = 20
-"""Rounds in which times come to agree."""
+"""Largest number of iterations."""
 
 AGREE = 1e-3
-"""Times agree within this [s]."""
+"""Tolerance of agreement [s]."""
 
 LONGER = 1.002
-"""Times are longer than the least ones by this factor, and by `AGREE`."""
+"""Factor on the minimum times; `AGREE` is added as well."""
 
 GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
-"""The motion to the first frame that is met is expected to last one of these at first [s]."""
+"""Initial guesses of the time until the first moving frame [s]."""
 
 Choose = Callable[[Scenario], ChosenTimes]
 
 
 def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
-    """The scenario with numbers for all times and speeds up to the last that frames depend on.
+    """The scenario with numbers for times and speeds up to the last moving frame.
 
     Args:
-        scenario: A task whose free times are followed by poses in frames that move, or by a time
+        scenario: A task with free times before poses in moving frames, or before a time
             since 0.
-        choose: Chooses what a scenario leaves free, frames being where they are expected.
+        choose: Chooses a scenario's unknowns, with frames at their expected times.
 
     Raises:
-        InputError: A time that is given is too soon, or the times don't come to agree.
+        InputError: A given time is too early, or the iteration does not converge.
     """
     scenario, chosen = _begun(scenario, choose)
     for _ in range(ROUNDS):
@@ -60,9 +60,9 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         chosen = choose(scenario)
     i = met[0]
     error = TimingError(
-        f"{scenario.waypoints[i].name!r} moves on, and after {ROUNDS} rounds it is met at "
-        f"{found[i]:.6g} s where it is as at {expected[i]:.6g} s; accepted: time or after [s] here "
-        "and before",
+        f"{scenario.waypoints[i].name!r} moves, and after {ROUNDS} iterations the arrival at "
+        f"{found[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
+        "here and before",
         limit="rounds",
     )
     error.locate(scenario.where("waypoints", scenario.index[i]))
@@ -82,10 +82,10 @@ def _expected(scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
 
 
 def _begun(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
-    """The scenario with the first times that are expected, and what is chosen with them.
+    """The scenario with the first expected times, and the choice based on them.
 
     Raises:
-        InputError: Nothing is.
+        InputError: There is no solution for any guess.
     """
     free, (first, *_) = _free(scenario), _free(scenario).meets
     k, failed = scenario.index[first], None
@@ -106,17 +106,17 @@ def _begun(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
             return begun, choose(begun)
         except (OutOfReachError, FollowingError) as error:
             error.add(
-                "frames are where they are at the times that are expected: after: {fastest: true, "
-                "at_least: seconds} waits until they are in reach"
+                "frames are taken at their expected times: after: {fastest: true, "
+                "at_least: seconds} delays the arrival until they are in reach"
             )
             failed = failed or error
-    raise failed or TypeError("there are guesses")
+    raise failed or TypeError("GUESSES is empty")
 
 
 def _alone(scenario: Scenario, choose: Choose, first: int) -> tuple[PlainTask, dict[int, float]]:
-    """What comes before a waypoint, planned alone: the task with its speeds, and its times [s].
+    """The part before a waypoint, planned alone: the task with its speeds, and its times [s].
 
-    The task as it is, and no times, if nothing is free there, or it is no task by itself.
+    The unchanged task without times if nothing is free there, or if it is not a complete task.
     """
     free, task = _free(scenario), scenario.task
     if free.first_untimed < first:
@@ -132,12 +132,12 @@ def _alone(scenario: Scenario, choose: Choose, first: int) -> tuple[PlainTask, d
 
 
 def _by_waypoint(scenario: Scenario, times: FloatArray) -> dict[int, float]:
-    """Times [s] by waypoint of the task; of one with a wait, when it begins."""
+    """Times [s] by waypoint of the task; for one with a wait, its start."""
     return dict(zip(scenario.index[::-1], times[::-1].tolist(), strict=True))
 
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes, last: int | None = None) -> dict[int, Any]:
-    """Speeds chosen along paths up to a waypoint, or to the last that is met, for the task."""
+    """Chosen speeds along paths up to a waypoint, or to the last moving frame, for the task."""
     free, known = _free(scenario), chosen.scenario.task.waypoints
     last = free.meets[-1] if last is None else last
     places = [scenario.index[i] for i in free.path_speed if i <= last]
@@ -145,10 +145,10 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes, last: int | None = None) ->
 
 
 def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
-    """When the waypoints are passed in a motion of least times [s], shape (n,).
+    """Times of the waypoints in a minimum-time motion [s], shape (n,).
 
     Raises:
-        InputError: One is passed later than is given.
+        InputError: A waypoint is reached later than its given time.
     """
     found = np.array(chosen.scenario.times)
     for i in _free(scenario).meets:
@@ -164,7 +164,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
 
 def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputError:
     error = InputError(
-        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(least):.6g} s at the soonest "
+        f"{scenario.waypoints[i].name!r} is reached at {rounded_up(least):.6g} s at the earliest "
         f"that was found, not at {time:g} s; accepted: a later time, or after: fastest"
     )
     error.locate(scenario.where("waypoints", scenario.index[i], "time"))
@@ -172,7 +172,7 @@ def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputErr
 
 
 def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
-    """The scenario with numbers in place of what is free up to the last waypoint that is met."""
+    """The scenario with numbers for its unknowns up to the last moving frame."""
     free, task, known = _free(scenario), scenario.task, chosen.scenario.task.waypoints
     last, spans = free.meets[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)

@@ -1,4 +1,4 @@
-"""`TimedPaths`: a task whose tool paths have the greatest speeds that the limits allow."""
+"""`TimedPaths`: a task with maximum speeds along its tool paths."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from knotwork.timing import Binding
 
 @dataclass(frozen=True, eq=False)
 class TimedPaths:
-    """A task whose speeds along tool paths are chosen.
+    """A task with chosen speeds along tool paths.
 
     Attributes:
-        task: The task with these speeds; durations and the like are still to be chosen.
+        task: The task with these speeds; durations and other unknowns are still to be chosen.
         speeds: These speeds [m/s], by the waypoints at the ends of their stretches.
-        binding: What bounds each of them.
+        binding: Limiting constraint of each.
     """
 
     task: FreeTask
@@ -44,16 +44,16 @@ def with_greatest_speeds(
     solution: TaskSolution | None,
     caps: Mapping[int, float] = MappingProxyType({}),
 ) -> TimedPaths:
-    """Choose the speeds along tool paths that are free.
+    """Choose the free speeds along tool paths.
 
     Args:
         scenario: The task.
-        free: What it leaves to be chosen.
+        free: Its unknowns.
         solution: Solutions of the poses, if not the best.
-        caps: Bounds of some of the speeds [m/s], by the waypoint.
+        caps: Upper bounds of some of the speeds [m/s], by the waypoint.
 
     Raises:
-        InputError: There are none, or the task can't be solved.
+        InputError: No speeds are feasible, or the task can't be solved.
     """
     space = joint_space(scenario)
     paths = [path for path in scenario.paths if path.asked.at_most]
@@ -98,5 +98,5 @@ def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> Task:
     asked = scenario.task.with_waypoints(
         {scenario.index[i]: {"speed": rounded(unit * speed)} for i, speed in speeds.items()}
     )
-    # with these speeds every waypoint may have its time
+    # with these speeds every waypoint has a time
     return asked if task.free.duration.any() else asked.replace(times=None)

@@ -27,17 +27,17 @@ from knotwork.timing.rounding import rounded_down, rounded_up
 from knotwork.waypoints import FloatArray
 
 ROUNDING = 1e-9
-"""A limit may be exceeded by this part of it."""
+"""Tolerance of limits, as a fraction."""
 
 NO_MARGIN = 5e-4
-"""A given speed at a waypoint that leaves less of the limit is refused: the solver needs more."""
+"""Largest share of the limit for a given speed at a waypoint: the solver needs the rest."""
 
 ADVISED_MARGIN = 0.002
-"""A speed that is advised leaves this part of the limit to the motion around the waypoint."""
+"""Fraction of the limit that an advised speed leaves to the motion around the waypoint."""
 
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
-    """Errors for waypoints at which the tool is given a speed of its limit, nearly, or above it."""
+    """Errors for waypoints with a given tool speed near or above its limit."""
     scenario, free = task.scenario, task.free
     limit, robot = scenario.motion_limits.tool_speed, task.space.robot
     if limit is None or robot is None:
@@ -64,7 +64,7 @@ def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[Inpu
 
     Args:
         task: The task.
-        asked: What was to be chosen; along paths with a speed that was, those given are possible.
+        asked: The unknowns; given speeds on paths with a chosen one are feasible.
     """
     given = {
         number: path
@@ -86,7 +86,7 @@ def paths_beyond_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[Inpu
 
 
 def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray:
-    """The greatest shares of limits that the motion uses on the stretches of a path."""
+    """Largest shares of limits that the motion uses on the stretches of a path."""
     rows, known = task.rows[path.first : path.last + 1], task.waypoints
     own = slice(rows[0], rows[-1] + 1)
     time, q, v, a = (
@@ -98,13 +98,13 @@ def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray
 
 
 def no_speeds(task: FreeTask, problem: PathSpeeds, found: NoSpeedsError) -> InputError:
-    """The error for a path along which there are no speeds, with what is accepted.
+    """The error for a path without feasible speeds, with accepted values.
 
     Args:
         task: The task.
-        paths: All of its paths whose speeds are chosen.
-        problem: The problem that has no solution.
-        found: Why it has none.
+        paths: All of its paths with chosen speeds.
+        problem: The problem without a solution.
+        found: The reason.
     """
     k = found.stretch if found.stretch in problem.caps else min(problem.caps)
     if found.limit == UNBOUNDED:
@@ -123,15 +123,15 @@ def speed_errors(
     exceeded: Mapping[int, str],
     other: str = "",
 ) -> list[InputError]:
-    """Errors for a path along which limits are exceeded, with lower speeds that keep them.
+    """Errors for a path that exceeds limits, with lower speeds that keep them.
 
     Args:
         task: The task.
         path: The path.
-        exceeded: What is exceeded, in words, by index of the stretch.
-        other: What else is accepted.
+        exceeded: Exceeded limit, in words, by index of the stretch.
+        other: Other accepted changes.
     """
-    if path.motion.carrier is not None:  # a lower speed slows neither weave nor frame
+    if path.motion.carrier is not None:  # a lower speed does not slow down weave or frame
         own = next(iter(exceeded))
         woven = path.stretches[own].kind.startswith("woven")
         other = "a narrower weave, a lower frequency" if woven else "a slower frame"
@@ -170,7 +170,7 @@ def _error(task: FreeTask, path: ScenarioPath, k: int, why: str, accepted: str) 
 
 
 def _key(task: FreeTask, i: int) -> str:
-    """What gives the speed of the stretch to a waypoint."""
+    """Key of the speed of the stretch to a waypoint."""
     waypoint = task.scenario.task.waypoints[task.scenario.index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(waypoint, key) is not None)
 
@@ -197,6 +197,6 @@ def _speed(scenario: Scenario, speed: float) -> str:
 
 
 def _tool_limit(scenario: Scenario) -> str:
-    """The limit of the tool's speed, and what it is before the margin."""
+    """The limit of the tool's speed, with its value before the margin."""
     limit = scenario.motion_limits.tool_speed or math.inf
     return with_margin(partial(_speed, scenario), limit, scenario.margin)

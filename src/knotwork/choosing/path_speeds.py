@@ -1,8 +1,8 @@
-"""The greatest constant speeds along a tool path, from q(s) and its derivatives.
+"""Maximum constant speeds along a tool path, from q(s) and its derivatives.
 
 The speeds follow from the limits in closed form where the speed is constant, and are lowered until
-changes of speed keep the limits, too. The motion at these speeds is planned once. Where it uses
-other shares of the limits than those that were expected, the ratio corrects what is expected.
+changes of speed keep the limits, too. The motion at these speeds is planned once. If it uses
+other shares of the limits than expected, the ratio corrects the expectation.
 """
 
 from __future__ import annotations
@@ -35,34 +35,34 @@ Speeds = dict[int, float]
 """Speeds [m/s] by index of the stretch."""
 
 DIGITS = 4
-"""Speeds are rounded down to this number of digits."""
+"""Number of digits that speeds are rounded down to."""
 
 SLOWEST = 1e-3
-"""No speed below this is chosen [m/s]."""
+"""Lower bound of chosen speeds [m/s]."""
 
 EXPECTED, PLANNED = 0.998, 0.9995
-"""The share of each limit that may be used, as it is expected and as it is planned."""
+"""Largest used share of each limit, as expected and as planned."""
 
 NEAR = 1.02
-"""A limit bounds the speed if a greater one by this factor exceeds it."""
+"""Factor on the speed that must exceed a limit for the limit to be the binding one."""
 
 NOTEWORTHY = 0.3
-"""Smaller shares are not compared with the planned ones."""
+"""Shares below this are not compared with the planned ones."""
 
 CAREFUL = 1.001
-"""Where a limit is exceeded, what is expected then is greater by this factor."""
+"""Factor on the expectation where a limit is exceeded."""
 
 ROUNDED = 0.85
-"""Per order of a limit, the planned motion uses about this part of it where the speed changes."""
+"""Fraction of the expected share that planned changes of speed use, per order of a limit."""
 
 PLANS = 8
-"""Motions that are planned for one path at most."""
+"""Largest number of planned motions for one path."""
 
 MOST_SLOWER, LEAST_SLOWER = 0.8, 0.995
-"""Factors by which a speed is lowered in one step."""
+"""Factors on a speed that is lowered in one step."""
 
 FINER = 0.98
-"""Factor between the speeds that are tried where one was lowered together with others."""
+"""Ratio of the speeds tried for a stretch that was slowed down together with others."""
 
 RAMPS = Limit("", "room for changes of speed", 1)
 
@@ -76,11 +76,11 @@ TOLERANCES = Limit("", "the tolerance of the path", 1)
 
 
 class NoSpeedsError(Exception):
-    """There are no speeds along a path that keep the limits.
+    """No speeds along a path keep the limits.
 
     Attributes:
-        stretch: A stretch along which there are none.
-        limit: What is exceeded there.
+        stretch: A stretch without feasible speeds.
+        limit: The exceeded limit.
     """
 
     def __init__(self, stretch: int, limit: Limit) -> None:
@@ -90,12 +90,12 @@ class NoSpeedsError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ChosenSpeeds:
-    """Speeds along a path.
+    """Chosen speeds along a path.
 
     Attributes:
-        speeds: Those that were chosen [m/s], by index of the stretch.
-        limits: What bounds each of them.
-        timing: Of the path at these speeds.
+        speeds: Speeds [m/s], by index of the stretch.
+        limits: Limiting constraint of each.
+        timing: Timing of the path at these speeds.
     """
 
     speeds: Speeds
@@ -104,12 +104,12 @@ class ChosenSpeeds:
 
 
 class PathSpeeds:
-    """The problem of finding the greatest speeds along one path.
+    """The problem of the maximum speeds along one path.
 
     Args:
         task: The task.
         path: One of its paths.
-        most: Greatest speeds of the stretches whose speed is to be found [m/s], by index.
+        most: Upper bounds of the free speeds [m/s], by index of the stretch.
     """
 
     def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
@@ -125,13 +125,13 @@ class PathSpeeds:
         self._corrections[0::3] = self._corrections[2::3] = ROUNDED ** (self.shares.orders - 1.0)
 
     def greatest(self) -> ChosenSpeeds:
-        """The greatest speeds of some planned motions that keep all limits.
+        """Maximum speeds among some planned motions that keep all limits.
 
-        What is expected of the next motion is corrected by the one before, until each speed has a
-        limit that bounds it.
+        The expectation is corrected by each planned motion, until each speed has a
+        binding limit.
 
         Raises:
-            NoSpeedsError: There are none.
+            NoSpeedsError: No speeds are feasible.
         """
         best: ChosenSpeeds | None = None
         failed: NoSpeedsError | None = None
@@ -142,7 +142,7 @@ class PathSpeeds:
                 if best or failed:
                     failed = error
                     break
-                speeds = self._fitted(self.bounds)  # what is expected may be too much
+                speeds = self._fitted(self.bounds)  # the expectation may be too high
             if best and speeds == best.speeds:
                 break
             timing, used = self.asked.timed(speeds)[0], self._planned(speeds)
@@ -168,10 +168,10 @@ class PathSpeeds:
         return best
 
     def expected(self) -> Speeds:
-        """The greatest speeds that are expected to keep the limits.
+        """Maximum speeds that are expected to keep the limits.
 
         Raises:
-            NoSpeedsError: There are none.
+            NoSpeedsError: No speeds are feasible.
         """
         bounds = self.along.greatest_speeds(EXPECTED / self._corrections[1::3])
         self.bounds = {k: min(float(bounds[k]), cap) for k, cap in self.caps.items()}
@@ -183,12 +183,12 @@ class PathSpeeds:
         return speeds
 
     def _raised(self, speeds: Speeds, k: int, speed: float) -> Speeds:
-        """The speeds with a greater one of one stretch, if there is one, the others as they are.
+        """Speeds with a higher one of one stretch, if feasible, and the others unchanged.
 
         Args:
-            speeds: Speeds that keep the limits.
-            k: The stretch.
-            speed: The greatest speed that is tried [m/s].
+            speeds: Feasible speeds.
+            k: Index of the stretch.
+            speed: Largest speed to try [m/s].
         """
         while speed > speeds[k]:
             try:
@@ -204,18 +204,18 @@ class PathSpeeds:
         return speeds
 
     def _used(self, speeds: Speeds) -> FloatArray:
-        """The greatest corrected shares of what may be used, on each stretch."""
+        """Largest corrected shares on each stretch, relative to the permitted ones."""
         used = self.along.at(self.asked.timed(speeds)[0])
         return np.asarray(used * self._corrections / EXPECTED)
 
     def _factors(self, used: FloatArray) -> FloatArray:
-        """By which factors speeds may be greater until shares are used whole, shape (n, m)."""
+        """Factors on the speeds at which shares are fully used, shape (n, m)."""
         return np.asarray(np.maximum(used, 1e-9) ** (-1.0 / self.shares.orders))
 
     def _slower(self, speeds: Speeds, used: FloatArray) -> Speeds:
-        """Lower speeds where a limit is exceeded: no lower than one beside it, at first.
+        """Lower speeds where a limit is exceeded, in one step at most to that of a neighbour.
 
-        Where two stretches have the same speed it does not change.
+        Between equal speeds no ramp is needed.
         """
         used = of_stretches(used)
         factors = self._factors(used)
@@ -239,10 +239,10 @@ class PathSpeeds:
         return slower
 
     def _fitted(self, speeds: Speeds) -> Speeds:
-        """Rounded speeds that leave room for changes of speed, none above those.
+        """Rounded speeds with room for changes of speed, none above the given ones.
 
         Raises:
-            NoSpeedsError: Given ones leave no room.
+            NoSpeedsError: The given ones leave no room.
         """
         for k, speed in speeds.items():
             if math.isinf(speed):
@@ -257,11 +257,11 @@ class PathSpeeds:
                 return speeds
 
     def _rounded(self, speed: float) -> float:
-        """A speed as it is in the file."""
+        """A speed as written to the file."""
         return rounded(self.unit * speed) / self.unit
 
     def _planned(self, speeds: Speeds) -> FloatArray | None:
-        """The shares that the planned motion uses on each stretch; `None` if it can't be made."""
+        """Shares that the planned motion uses on each stretch; `None` if it is infeasible."""
         scenario, path, own = self.task.scenario, self._timed(speeds), self.shares.robot
         robot, start, pull = self.task.start(path)
         knots, times = knots_of(scenario), path.motion.start_time + parts(path.motion.timing)
@@ -274,14 +274,14 @@ class PathSpeeds:
         q, v, a = (one[:, : own.dof] for one in states)
         curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
         used = self.shares.of_curve(curve, times)
-        # where a start is chosen, velocities are compared on the way, too
+        # a chosen start depends on velocities along the path, too
         fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0]) / robot.velocity_limit
         steps = greatest_of_each(fast, 0.5 * (way.time[1:] + way.time[:-1]), times)
         np.maximum(used[:, : own.dof], steps[:, : own.dof], out=used[:, : own.dof])
         return used
 
     def _timed(self, speeds: Speeds) -> ScenarioPath:
-        """The path at these speeds."""
+        """The path with these speeds."""
         timing, found = self.asked.timed(speeds)
         start = self.path.motion.start_time
         times, full = (start + timing.times).tolist(), (start + timing.full_speed).tolist()
@@ -293,7 +293,7 @@ class PathSpeeds:
         return replace(self.path, motion=motion, stretches=stretches, asked=self.asked)
 
     def _correct(self, timing: Timing, used: FloatArray) -> None:
-        """Have what is expected agree with what was planned."""
+        """Correct the expectation by the planned shares."""
         if self.task.scenario.pull_to_middle:
             full_speed = float(timing.speeds.max())
             self.along = SharesAlongPath(self.task, self.path, self.shares, full_speed)
@@ -304,7 +304,7 @@ class PathSpeeds:
         self._corrections = np.where(compared, ratio, self._corrections)
 
     def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
-        """What bounds the speed of a stretch; `None` if nothing is known to."""
+        """Limiting constraint of a stretch's speed, or `None`."""
         if speeds[k] >= self._rounded(self.caps[k]):
             return AT_MOST if self.caps[k] == self.at_most[k] else TOLERANCES
         faster = self._fitted({**speeds, k: speeds[k] / FINER})

@@ -1,4 +1,4 @@
-"""The motions of all segments of a task, and why there are none."""
+"""Motions of all segments of a task, or the reasons of failures."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from knotwork.timing.rounding import rounded_up, with_room
 from knotwork.timing.solving import NoMotionError, solved
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)
-"""What is minimised where all times are given."""
+"""Objective if all times are given."""
 
 
 class NoMotionsError(Exception):
     """No motion was found for some segments.
 
     Attributes:
-        task: The task that has them.
-        errors: Why, by segment.
+        task: Their task.
+        errors: Reasons, by segment.
     """
 
     def __init__(self, task: FreeTask, errors: dict[Segment, NoMotionError]) -> None:
@@ -34,7 +34,7 @@ class NoMotionsError(Exception):
         self.task, self.errors = task, errors
 
     def reported(self) -> InputError:
-        """The errors of all segments together."""
+        """The combined error of all segments."""
         located = [
             located_in_segment(error.causes, self.task, one) for one, error in self.errors.items()
         ]
@@ -44,7 +44,7 @@ class NoMotionsError(Exception):
 def _starts(
     task: FreeTask, segments: list[Segment], before: Sequence[TimedMotion]
 ) -> dict[Segment, TimedMotion]:
-    """Motions to start from, by segment; none where the segments are others than before."""
+    """Initial motions by segment; empty if the segments have changed."""
     same = [len(one.waypoints) for one in segments] == [len(one.time) for one in before]
     joints = task.space.joint_names
     if not same or any(one.trajectory.joint_names != joints for one in before):
@@ -55,16 +55,16 @@ def _starts(
 def solved_segments(
     task: FreeTask, segments: list[Segment], watch: Watch, before: Sequence[TimedMotion] = ()
 ) -> list[tuple[Segment, TimedMotion]]:
-    """Motions of all segments, with the total duration that is given, if one is.
+    """Motions of all segments, with the given total duration, if there is one.
 
     Args:
         task: The task.
         segments: Its segments.
-        watch: What follows the solution of all of them.
-        before: Motions to start from, if they are of the same segments.
+        watch: Budget and progress of all of them.
+        before: Initial motions, if they are of the same segments.
 
     Raises:
-        NoMotionsError: Some have none.
+        NoMotionsError: Some segments have no motion.
         TimingError: The total is too short.
     """
     free, starts = task.free, _starts(task, segments, before)
@@ -94,7 +94,7 @@ def solved_segments(
 
 
 def duration_outside(task: FreeTask, segments: Iterable[Segment]) -> float:
-    """How long all lasts but some segments [s]."""
+    """Duration of the motion outside some segments [s]."""
     own = sum(float(np.ptp(task.waypoints.time[one.rows])) for one in segments)
     return float(np.ptp(task.scenario.provisional_times)) - own
 
@@ -126,17 +126,17 @@ def _motions(
 
 
 def _total_too_short(task: FreeTask, shortest: float, watch: Watch | None) -> InputError:
-    """The error for a duration that is shorter than the shortest motion found [s].
+    """The error for a duration below that of the shortest motion found [s].
 
     Args:
         task: The task.
         shortest: Duration of that motion [s].
-        watch: Of the budget, if it ended before a shorter one may have been found.
+        watch: Budget, if it ended before a shorter one could be found.
     """
     total, enough = task.free.total, f"{with_room(shortest):.6g} s"
     if watch is None:
         error = InputError(
-            f"{total:g} s is shorter than the least time found under the limits, "
+            f"{total:g} s is shorter than the minimum time found within the limits, "
             f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
         )
     else:

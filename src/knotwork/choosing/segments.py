@@ -1,4 +1,4 @@
-"""Segments: consecutive waypoints between which something is chosen, divided where all is known."""
+"""Segments: consecutive waypoints with unknowns between them, split where the state is known."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from knotwork.timing import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray, IndexArray
 
 SHORTEST_RAMP = 0.01
-"""Without a limit of jerk, the acceleration goes from none to its limit in no less time [s]."""
+"""Without a jerk limit, the minimum time from zero to the maximum acceleration [s]."""
 
 GREATEST_JERK = 2e4
-"""Without limits of jerk and acceleration, the greatest jerk [rad/s³ or m/s³]."""
+"""Without limits of jerk and acceleration, the largest jerk [rad/s³ or m/s³]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """Consecutive waypoints of a scenario; between them is neither a tool path nor a wait.
+    """Consecutive waypoints of a scenario, without a tool path or wait between them.
 
     Attributes:
         waypoints: Their indices in the scenario.
         rows: Their rows in its joint waypoints, shape (n,).
-        way: What is asked of it if it finds its way.
+        way: Options of a collision-free motion, or `None`.
     """
 
     waypoints: range
@@ -35,16 +35,16 @@ class Segment:
     way: FreeWay | None = None
 
     def meets(self, other: Segment) -> bool:
-        """Whether it is a way that ends where another one begins."""
+        """Whether it is a collision-free motion that ends where another one begins."""
         return self.way is not None and self.waypoints[-1] == other.waypoints[0]
 
 
 def find_segments(task: FreeTask) -> list[Segment]:
-    """The segments of a task in which something is chosen, in order of time.
+    """The segments of a task with unknowns, in order of time.
 
     Raises:
         InputError: The time between two equal stops is to be chosen, or the velocity at one of the
-            still points.
+            points with zero acceleration.
     """
     scenario, free = task.scenario, task.free
     n = len(scenario.waypoints)
@@ -54,14 +54,14 @@ def find_segments(task: FreeTask) -> list[Segment]:
             with scenario.error_context("waypoints", scenario.index[i + 1]):
                 raise InputError(
                     f"{scenario.waypoints[i].name!r} and {scenario.waypoints[i + 1].name!r} are "
-                    "the same stop, so the least time between them is none; accepted: wait: "
+                    "the same stop, so the minimum time between them is zero; accepted: wait: "
                     "seconds at the first of them, or after: seconds"
                 )
     for i, why in task.still_points.items():
         if free.speed[i] != "given":
             accepted = "stop, or a velocity"
             if i in free.ways and i + 1 in free.ways:
-                accepted += ", or velocity: free if both ways have the same options and no times"
+                accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise task.located(InputError(message), i)
     for path in scenario.paths:
@@ -80,7 +80,7 @@ def find_segments(task: FreeTask) -> list[Segment]:
 
 
 def _chosen(task: FreeTask, first: int, last: int) -> bool:
-    """Whether something is chosen between two waypoints."""
+    """Whether anything is chosen between two waypoints."""
     free = task.free
     return bool(
         task.still_points.keys() & {first, last}
@@ -93,16 +93,16 @@ def _chosen(task: FreeTask, first: int, last: int) -> bool:
 def timing_problem(
     task: FreeTask, segment: Segment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
-    """What is known of a segment, and what is to be chosen.
+    """Known and unknown values of a segment.
 
     Args:
         task: The task.
         segment: The segment.
-        objective: What is minimised.
-        total: How long the segment is to last [s], or `None`.
+        objective: Objective to minimise.
+        total: Duration of the segment [s], or `None`.
 
     Raises:
-        InputError: A joint that moves has neither a limit of acceleration nor one of effort.
+        InputError: A moving joint has neither an acceleration nor an effort limit.
     """
     free, space, waypoints = task.free, task.space, task.waypoints
     rows = segment.rows
@@ -145,14 +145,14 @@ def timing_problem(
 
 
 def jerk_limits(space: JointSpace) -> FloatArray:
-    """Limits of jerk; where there is none, what keeps changes of acceleration from being jumps."""
+    """Jerk limits; without one, a bound that avoids jumps of the acceleration."""
     jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
     ramped = np.where(np.isfinite(acceleration), acceleration / SHORTEST_RAMP, GREATEST_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, GREATEST_JERK))
 
 
 def assumed_jerk(space: JointSpace) -> dict[str, float]:
-    """Bounds of jerk of the joints that have no limit of it [rad/s³ or m/s³]."""
+    """Jerk bounds of the joints without a limit [rad/s³ or m/s³]."""
     given = np.isfinite(space.limits["jerk"])
     bounds = zip(space.joint_names, given, jerk_limits(space), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
@@ -161,8 +161,8 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
 def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
     """Accelerations at the ends of a segment.
 
-    At the ends of the motion they are as asked for; else none where times are chosen, and chosen
-    where only knots are. Where a way begins or ends there is none.
+    At the ends of the motion as given; else zero where times are chosen, and free where only
+    knots are. Zero where a collision-free motion begins or ends.
     """
     space, waypoints, rows = task.space, task.waypoints, segment.rows
     still = task.still_points
@@ -180,7 +180,7 @@ def _accelerations(task: FreeTask, segment: Segment) -> FloatArray:
 
 
 def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -> None:
-    """Refuse a joint that could move as fast as one likes."""
+    """Refuse a joint with unbounded acceleration."""
     bounded = np.isfinite(limits.acceleration)
     if space.robot is not None:
         bounded |= np.isfinite(limits.effort)
@@ -200,7 +200,7 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
             + (
                 "neither a limit of acceleration nor one of torque is known"
                 if space.robot is not None
-                else "no limit of acceleration is given"
+                else "no acceleration limit is given"
             )
             + f"; accepted: acceleration: {{{example}}}, with values for this robot "
             f"[{units}]"

@@ -1,4 +1,4 @@
-"""`FreeTask`: a scenario with something to choose, and its waypoints at the joints."""
+"""`FreeTask`: a scenario with unknowns, and its waypoints at the joints."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 
 def knots_of(scenario: Scenario) -> Any:
-    """Where the knots sit along tool paths."""
+    """Knot rule along tool paths."""
     knots = scenario.knots
     return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
 
 def with_optimal_knots(scenario: Scenario) -> Scenario:
-    """The scenario with knots that are chosen.
+    """The scenario with knots to be chosen.
 
     Raises:
         InputError: Its motion was chosen already.
@@ -50,13 +50,13 @@ def with_ways(scenario: Scenario, ends: Sequence[int]) -> Scenario:
 
 @dataclass(frozen=True, eq=False)
 class FreeTask:
-    """A scenario with something to choose, and its waypoints at the joints.
+    """A scenario with unknowns, and its waypoints at the joints.
 
     Attributes:
         scenario: The task.
-        free: What it leaves to be chosen.
+        free: Its unknowns.
         space: Its joints.
-        solution: Its waypoints at the joints, at provisional times and speeds.
+        solution: Its waypoints at the joints, with provisional times and speeds.
     """
 
     scenario: Scenario
@@ -66,26 +66,26 @@ class FreeTask:
 
     @property
     def waypoints(self) -> JointWaypoints:
-        """All waypoints at the joints, with those inserted along paths."""
+        """All waypoints at the joints, including inserted ones along paths."""
         return self.solution.waypoints
 
     @property
     def rows(self) -> IndexArray:
-        """Which of them are those of the scenario, by index, shape (n,)."""
+        """Rows of the scenario's waypoints, shape (n,)."""
         return np.array(self.waypoints.asked)
 
     def start(self, path: ScenarioPath) -> PathStart:
-        """How the arm comes onto a path, with the virtual joints of what its poses leave open."""
+        """State of the arm at the start of a path, with virtual joints for the poses' freedom."""
         known = self.solution.starts.get(path.first)
         if known is not None:
             return known
-        robot = cast("Robot", self.space.robot)  # nothing else follows paths
+        robot = cast("Robot", self.space.robot)  # only robots follow paths
         q = self.waypoints.position[self.rows[path.first]]
         return PathStart(robot, q, self.scenario.pull_to_middle)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:
-        """From each waypoint to the next; what carries the same is one, which serves all of it."""
+        """Dynamics from each waypoint to the next; one shared object for equal loads."""
         from knotwork.timing import Dynamics
 
         times, arms = self.scenario.provisional_times, self.space.carrying
@@ -94,21 +94,21 @@ class FreeTask:
         return tuple(made[id(robot)] for robot in carried)
 
     def dynamics(self, i: int) -> Dynamics | None:
-        """Of its robot, if there is one, with what it carries from waypoint i on."""
+        """Dynamics of its robot, if there is one, with the load from waypoint i on."""
         return self._dynamics[i] if self._dynamics else None
 
     @cached_property
     def still_points(self) -> Mapping[int, str]:
-        """Waypoints where the acceleration is none, and why, in words: there segments are divided.
+        """Waypoints with zero acceleration, and the reason in words: segments are split there.
 
-        Two ways with nothing given between them but a position are one.
+        Two collision-free motions with only a given position between them are one.
         """
         free = self.free
         open_time = free.duration & (free.at_least == 0.0)
         loads = enumerate(pairwise(self._dynamics), start=1)
         found = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return found | {
-            i: "a way begins or ends"
+            i: "a collision-free motion begins or ends"
             for end in free.ways
             for i in (end - 1, end)
             if not (
@@ -120,7 +120,7 @@ class FreeTask:
 
     @cached_property
     def collision_model(self) -> CollisionModel:
-        """Bodies of the robot and the scene, each there at its provisional times."""
+        """Bodies of the robot and the scene, present at provisional times."""
         from knotwork.task_to_joint.obstacles import Obstacles
 
         if self.space.robot is None:

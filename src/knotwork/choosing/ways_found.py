@@ -1,4 +1,4 @@
-"""What the report says of each way: how many were tried, and the least clearance along it."""
+"""Findings on collision-free motions: number of tries, and minimum clearance."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from knotwork.verification.collisions import motion_model
 GROUP = "Ways"
 
 SHOWN = 1e-5
-"""The least clearance is found to this [m]."""
+"""Precision of the minimum clearance [m]."""
 
 
 def ways_found(
@@ -27,13 +27,13 @@ def ways_found(
     space: JointSpace,
     trajectory: JointTrajectory,
 ) -> Iterator[Finding]:
-    """A finding for each way.
+    """A finding for each collision-free motion.
 
     Args:
-        ways: Its waypoints, by index, and its motion as the task has it.
-        scenario: The task, all times known.
+        ways: Its waypoints, by index, and its motion in the task.
+        scenario: The task, with all times known.
         space: The joints and their robot.
-        trajectory: The motion planned with it.
+        trajectory: The planned motion.
     """
     if space.robot is None:
         return
@@ -45,22 +45,21 @@ def ways_found(
     for found, run in ways:
         count = run.way
         start, end = (scenario.waypoints[found[k]] for k in (0, -1))
-        said = (
-            f"{start.name} to {end.name}: way found in {count} {'try' if count == 1 else 'tries'}"
-        )
+        tries = "1 try" if count == 1 else f"{count} tries"
+        said = f"{start.name} to {end.name}: clear motion found in {tries}"
         room = ""
         if run.room is not None:
-            room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of room"
+            room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
         said += room
         interval = (start.time, end.time)
         way = part(motion.curve, *interval), resolution, SHOWN
-        # from what stands around; of all pairs, if nothing does
+        # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None
         brief = said
         if least is not None:
             value, time = least.distance, least.time
-            clearance = f"least clearance {scenario.units.text(value, 'm', '.3g')}"
+            clearance = f"minimum clearance {scenario.units.text(value, 'm', '.3g')}"
             said += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
             brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
         yield Finding(

@@ -1,4 +1,4 @@
-"""`knotwork check` and `knotwork report`: the verdict on a motion, printed or as a page."""
+"""`knotwork check` and `knotwork report`: check a motion and print the verdict or a page."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report
 
-RECORDING = "if this is the recording of a robot, with noise, check it with --log"
-# Plans have fewer points, recordings at 100 Hz and more have more.
+RECORDING = "for a recording of a robot, which has noise, use --log"
+# Plans have fewer points; recordings at 100 Hz and more have more.
 MANY_POINTS = 200
 
 
 Alone = tuple[str | None, str | None, str | None]
-"""What a trajectory is checked against without a scenario: robot, scene and limits."""
+"""Robot, scene and limits for the check of a trajectory without a scenario."""
 
 
 def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | None:
@@ -63,19 +63,19 @@ def _alone(robot: str | None, scene: str | None, limits: str | None) -> Alone | 
 _option = functools.partial(click.option, cls=DecidingOption)
 alone_options = bundled("alone", _alone, (
     _option("--limits", metavar="YAML|FILE",
-            help="Without a scenario: limits in place of the robot's, as "
+            help="Without a scenario: limits in place of the robot's, such as "
             "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
     _option("--scene", metavar="FILE", type=GivenPath(),
-            help="Without a scenario: a file with what a scenario says but its waypoints: scene, "
+            help="Without a scenario: a scenario file without waypoints: scene, "
             "frames, tool, limits, units."),
     _option("--robot", metavar="ROBOT",
-            help="Without a scenario: the robot, a shipped one's name, a URDF or a robot file."),
+            help="Without a scenario: the name of a shipped robot, a URDF or a robot file."),
 ))  # fmt: skip
 
 
 @click.command(epilog=EXIT_CODES)
 @click.argument("trajectory", cls=DecidingArgument, type=GivenPath(path_type=Path))
-@scenario_option("which it is checked against")
+@scenario_option("to check it against")
 @alone_options
 @log_options
 @package_path_option
@@ -94,20 +94,20 @@ def check(
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
     TRAJECTORY is a trajectory.json, its folder, or another tool's file: CSV with headings,
-    JSON or NumPy's npz with joint_names, time and positions, YAML of a ROS 2 JointTrajectory or one
-    of MoveIt's messages around it, or of a PiecewisePolynomial of Drake. Joints are matched by
-    name. Another tool's points are joined as a ROS 2 controller joins them: by quintics
+    JSON or NumPy's npz with joint_names, time and positions, YAML of a ROS 2 JointTrajectory or of
+    MoveIt messages with one, or of a PiecewisePolynomial of Drake. Joints are matched by
+    name. Other tools' points are interpolated as by a ROS 2 controller: by quintics
     if they have velocities and accelerations, by cubics if they have velocities, and by straight
     lines otherwise.
 
-    With --robot or --scene in place of a scenario it is checked for limits, collisions and jumps.
+    With --robot or --scene in place of a scenario, limits, collisions and jumps are checked.
 
-    With --log or --against TRAJECTORY is the log of a robot: headings of PlotJuggler, ROS bags and
-    RTDE are understood, the noise is estimated, and failures smaller than the noise are undecided.
-    The plan given with --against sets its clock, else the scenario is planned. With --against the
+    With --log or --against, TRAJECTORY is the log of a robot: headings of PlotJuggler, ROS bags and
+    RTDE are accepted, the noise is estimated, and failures smaller than the noise are undecided.
+    The plan given with --against sets the clock, else the scenario is planned. With --against the
     scenario may be left out if the report in the plan's folder names it.
 
-    With --with it says in one line how near two motions come, as `knotwork check a.yaml --with
+    With --with, one line reports how close two motions come, as in `knotwork check a.yaml --with
     b.yaml --in left`.
     """
     if other is not None and (full or log is not None):
@@ -142,7 +142,7 @@ def _is_csv(path: Path | str) -> bool:
 def _judged(
     trajectory: Path, reference: str | None, log: LogOptions | None, alone: Alone | None
 ) -> tuple[Report, Scenario | None, int]:
-    """The report, the scenario that it is about, and of how many pieces the motion is."""
+    """The report, its scenario, and the number of pieces of the motion."""
     if alone is not None:
         try:
             motion, scenario, _, report = pipeline.check_alone(trajectory, *alone)
@@ -168,7 +168,7 @@ def _judged(
 
 
 _EPILOG = """
-Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 the input is wrong.
+Exit codes: 0 every check passes, 1 a check fails (the page is written), 2 the input is wrong.
 """
 
 
@@ -176,7 +176,7 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
 @html_option(required=True)
 @package_path_option
 @log_options
-@motion_options("which it is checked against")
+@motion_options("to check it against")
 def report(
     source: str,
     out: Path,
@@ -187,7 +187,7 @@ def report(
     """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads, and needs --scenario. The page is one file that needs
+    TRAJECTORY is any input of `knotwork check`, with --scenario. The page is one file and needs
     no network.
     """
     from knotwork.view.html_report import report_page
@@ -196,7 +196,7 @@ def report(
     checked_page_path(out)
     motion = read_motions(source, reference, options, log=log)[0]
     if isinstance(motion, JointTrajectory):
-        raise InputError(f"give the scenario that {source} is for with --scenario")
+        raise InputError(f"give the scenario of {source} with --scenario")
     page = report_page(motion)
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)

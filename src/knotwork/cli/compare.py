@@ -27,7 +27,7 @@ from knotwork.interpolation import PLANNER_SPECS, rules
 from knotwork.metrics import Peak
 from knotwork.units import readable
 
-# Columns, by figure: heading and unit. Figures of joints are in that of the joints.
+# Columns, by figure: heading and unit. "joint" is the unit of the joints.
 _COLUMNS = {
     "position_miss": ("pos.\nmiss", "joint"),
     "velocity_miss": ("vel.\nmiss", "joint"),
@@ -45,7 +45,7 @@ _COLUMNS = {
     "--planners",
     type=Listed(),
     metavar="A,B,…",
-    help="Planners to compare, separated by commas; all by default. A rule may follow after a "
+    help="Planners to compare, separated by commas; all by default. A rule may follow a "
     "colon: septic:estimated.",
 )
 @click.option(
@@ -61,11 +61,11 @@ def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json
     """Plan SCENARIO with several planners and compare the motions.
 
     A planner passes if no check fails; the exit code is 1 if none passes. Joint values are in the
-    units of the scenario, or in rad and m where both angles and lengths occur. A peak is that of
-    the joint nearest its limit, in percent of the limit, or the largest where no joint has one.
-    Where the acceleration jumps, the jerk has no bound. A star marks the best of each column among
+    units of the scenario, or in rad and m for both angles and lengths. A peak is that of
+    the joint nearest its limit, in percent of the limit, or the largest without limits.
+    Where the acceleration jumps, the jerk is unbounded. A star marks the best of each column among
     planners that pass, and those within 1 % of it. Free times are chosen once, for all planners.
-    With --json or --out there are more figures.
+    --json and --out give more figures.
     """
     with shown_progress(scenario, as_json):
         comparison = compare_planners(scenario, planners)
@@ -105,7 +105,7 @@ def planners(as_json: bool) -> int:
 
 
 def print_comparison(comparison: Comparison) -> None:
-    """Print the table of a comparison, and below why planners fail or refused."""
+    """Print the table of a comparison, followed by the failures and refusals."""
     scores = comparison.scores
     duration = f": {scores[0].duration:g} s" if scores else ""
     out = tables.console()
@@ -116,9 +116,9 @@ def print_comparison(comparison: Comparison) -> None:
     }
     tables.print_table(_table(comparison, shown, f"{comparison.scenario}{duration}"))
     out.print()
-    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of those that pass")
+    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of all that pass")
     if comparison.times_chosen:
-        out.print("Times are free here: they were chosen once, and every planner got them.")
+        out.print("Free times were chosen once, for all planners.")
         out.print("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
         if row.reason:
@@ -146,7 +146,7 @@ def _table(comparison: Comparison, shown: dict[str, tuple[str, str]], title: str
 
 
 def _labels(planners: Sequence[str]) -> list[str]:
-    """Names of planners; those with a rule stand below their planner as the rule alone."""
+    """Names of planners; under its planner a rule is shown alone."""
     labels = []
     above = ""
     for name in planners:
@@ -157,7 +157,7 @@ def _labels(planners: Sequence[str]) -> list[str]:
 
 
 def _joint_unit(comparison: Comparison) -> tuple[float, str]:
-    """Unit that figures of joints are shown in, after what one SI unit is in it."""
+    """Unit for figures of joints, and the size of an SI unit in it."""
     kinds = {unit for one in comparison.trajectories.values() for unit in one.joint_units}
     if len(kinds) != 1:
         return 1.0, "rad or m"
@@ -183,7 +183,7 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float
 
 
 def _short(value: float) -> str:
-    """Three digits, and zero for rounding."""
+    """Three digits, and zero for rounding errors."""
     if abs(value) < 1e-9:
         return "0"
     return readable(value, ".3g" if abs(value) >= 0.01 else ".1e")

@@ -17,22 +17,22 @@ from knotwork.editing.session import Session, draft_of
 from knotwork.errors import InputError
 
 _EPILOG = """
-In the page a waypoint, via point or object is clicked and then dragged, turned or given by numbers;
-the task is planned again while the hand rests. Ctrl+Z takes an edit back, Ctrl+S saves.
+In the page, click a waypoint, via point or object, then drag it, turn it or enter numbers;
+the task is planned again after each change. Ctrl+Z undoes an edit, Ctrl+S saves.
 
 Exit codes: 0 until Ctrl-C, 2 the input is wrong.
 """
 
 
 class _Edited(Files):
-    """The files of a draft, and the draft itself."""
+    """The files of a draft, and the draft."""
 
     def __init__(self, draft: Draft) -> None:
         super().__init__(())
         self._draft, self._own, self._seen = draft, Files([draft.file]), draft.revision
 
     def changed(self) -> bool:
-        """Whether the draft was edited, here or by another program, or a file that it names."""
+        """Whether the draft, its file or a file named in it was changed."""
         if self._own.changed():
             try:
                 self._draft.reread()
@@ -48,7 +48,7 @@ class _Edited(Files):
     "copy",
     metavar="FILE",
     type=NewPath(),
-    help="Edit a new copy, written here; a shipped scenario is edited in a copy alone.",
+    help="Edit a copy, written to this file; required for a shipped scenario.",
 )
 @click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
 @port_option
@@ -58,16 +58,16 @@ class _Edited(Files):
 def edit(
     scenario: str, copy: Path | None, budget: float | None, no_open: bool, port: int | None
 ) -> int:
-    """Edit a scenario by hand, in the page that shows its motion.
+    """Edit a scenario by hand, in a page that shows its motion.
 
-    Planning and check follow each edit. Saving writes the file and keeps its comments.
+    Each edit is planned and checked. Saving writes the file and keeps its comments.
 
-    The page is served to this machine alone until Ctrl-C, to whoever has the address with its
+    The page is served until Ctrl-C, on this machine only, to anyone with the address and its
     token.
     """
     if copy is None and scenario in resources.names("scenarios"):
         raise InputError(
-            f"{scenario} is a shipped scenario and stays as it is; give the file of a copy to edit "
+            f"{scenario} is a shipped scenario and can't be changed; give a copy to edit "
             f"with --copy, such as --copy {scenario}.yaml"
         )
     session = Session(draft_of(resources.find("scenarios", scenario), copy), port or 0, budget)

@@ -36,7 +36,7 @@ pp = mkpp(s.breaks, s.coefs, s.d);
 q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));
 
 Exit codes:
-0  it is exported
+0  the motion is exported
 1  a check fails, and nothing is exported
 2  the input is wrong
 """
@@ -80,14 +80,14 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     "--rate",
     metavar="HZ",
     type=click.FloatRange(min=0, min_open=True),
-    help="Samples per second, of csv, json, npz, parquet and mujoco; by default the scenario's, or "
-    "100. The last sample is at the end exactly.",
+    help="Samples per second for csv, json, npz, parquet and mujoco; by default the scenario's or "
+    "100. The last sample is exactly at the end.",
 )
 @click.option(
     "--lead",
     metavar="S",
     type=click.FloatRange(min=0),
-    help="mujoco: kv/kp of the position actuators [s], which their controls lead by; 0 by default.",
+    help="mujoco: kv/kp of the position actuators [s], lead time of their controls; 0 by default.",
 )
 @click.option(
     "--knots-only", is_flag=True, help="Points that define the whole motion, in place of samples."
@@ -95,15 +95,15 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
 @click.option(
     "--accelerations",
     is_flag=True,
-    help="Points have accelerations too; receivers then join them by quintics, not cubics.",
+    help="Include accelerations at the points; receivers then use quintics, not cubics.",
 )
 @click.option(
     "--fit",
     metavar="TOLERANCE",
     type=float,
-    help="Insert points until a motion that its knots do not define is met within this, at all "
-    "times [rad or m]; of krl, rapid and ls by straight lines, 0.001 by default. Without "
-    "--accelerations the acceleration then jumps at the points, and a check of them fails if the "
+    help="Insert points until the interpolated motion is within this of the true one at all "
+    "times [rad or m]; for krl, rapid and ls with straight lines, 0.001 by default. Without "
+    "--accelerations the acceleration then jumps at the points, and their check fails if the "
     "scenario requires continuity: 2, the default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
@@ -113,27 +113,27 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     callback=_by_joint,
     metavar="JOINT=NUMBER",
     multiple=True,
-    help="pvt: drive units a rad (deg, m) of a joint; may be repeated.",
+    help="pvt: drive units per rad (deg, m) of a joint; may be repeated.",
 )
 @click.option(
     "--offset",
     callback=_by_joint,
     metavar="JOINT=NUMBER",
     multiple=True,
-    help="pvt: the drive's position, in its units, where a joint is at 0; may be repeated.",
+    help="pvt: position of the drive, in its units, at joint position 0; may be repeated.",
 )
-@click.option("--incremental", is_flag=True, help="pvt: times since the row before.")
+@click.option("--incremental", is_flag=True, help="pvt: times since the previous row.")
 @click.option(
     "--labels",
     is_flag=True,
-    help="Names of segments: columns of text in tables, a file beside other formats. Where there "
-    "are events they come with them.",
+    help="Names of segments: text columns in tables, a separate file for other formats. Included "
+    "if there are events.",
 )
-@click.option("--without-events", is_flag=True, help="Leave out what is switched on the way.")
+@click.option("--without-events", is_flag=True, help="Leave out the switched signals.")
 @package_path_option
-@scenario_option("to check it first and to take the tool from")
+@scenario_option("for the check before export and for the tool")
 @click.option("--planner", metavar="NAME", help="For a SCENARIO: planner in place of its own.")
-@click.option("--allow-failed", is_flag=True, help="Export a motion that fails its check, too.")
+@click.option("--allow-failed", is_flag=True, help="Export a motion even if it fails its check.")
 def export(
     motion: str,
     name: str,
@@ -149,9 +149,9 @@ def export(
     """Export a motion: a stored TRAJECTORY, or a SCENARIO, planned first.
 
     TRAJECTORY is a trajectory.json or its folder, SCENARIO a shipped scenario's name
-    or the path of a file. Samples are at a rate; with a robot they have the tool's pose and twist,
-    too. Nothing is written if the motion fails its check, or if the points of --fit, joined as
-    a receiver joins them, fail it otherwise than by their acceleration.
+    or the path of a file. Samples have a fixed rate; with a robot they include the tool's pose and
+    twist. Nothing is written if the motion fails its check, or if the points of --fit, as
+    interpolated by a receiver, fail it in more than their acceleration.
     """
     form = get_format(name)
     given = {
@@ -173,7 +173,7 @@ def export(
     if aside and out is None:
         raise InputError(
             f"format {form.name!r} can't hold the events and segments of the motion; give a file "
-            "with -o FILE, and they go into one beside it, or --without-events"
+            "with -o FILE, and they go into a second file, or --without-events"
         )
     if not passes(asked, allow_failed):
         return FAILED
@@ -202,7 +202,7 @@ def _made(
     given: dict[str, Any],
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
-    """The content and a note on its accuracy, or `None` where its points fail the check."""
+    """The content and a note on its accuracy, or `None` if its points fail the check."""
     made: Any = trajectory
     note, given = "", dict(given)
     if form.straight:

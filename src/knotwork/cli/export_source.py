@@ -1,4 +1,4 @@
-"""The motion that `knotwork export` exports, its scenario if known, and the verdicts."""
+"""The motion for `knotwork export`, its scenario if known, and the verdicts."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def read_motion(
         The motion, and its scenario with the findings of the check, if known.
 
     Raises:
-        InputError: An option belongs to the other of the two, the motion is another tool's file,
+        InputError: An option does not fit the source, the motion is another tool's file,
             or it can't be planned or read.
     """
     if is_foreign(source):
         raise InputError(
-            f"{source!r} holds samples or points, and export does not make others of them: it "
+            f"{source!r} has samples or points, which export does not convert: it "
             "takes a scenario, or the trajectory.json that plan writes; such files can be "
             f"checked, with knotwork check {source} --scenario SCENARIO"
         )
@@ -43,7 +43,7 @@ def read_motion(
 
 
 def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
-    """Report a failed check, and return whether the motion is to be exported."""
+    """Report a failed check, and return whether to export the motion."""
     if asked is None or asked.report.ok:
         return True
     report = asked.report
@@ -55,10 +55,10 @@ def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
 def points_pass(
     asked: Plan | CheckedFile | None, points: Points, form: Format, allowed: bool
 ) -> bool:
-    """Report fitted points that fail the check, and return whether they are exported.
+    """Report fitted points that fail the check, and return whether to export them.
 
-    They are checked as the motion is. A fit by cubics always has errors and jumps of the
-    acceleration: these are listed, but do not stop the export.
+    The check is that of the motion. A fit by cubics always has errors and jumps of the
+    acceleration: these are listed, but do not prevent the export.
     """
     if points.exact or asked is None:
         return True
@@ -70,7 +70,7 @@ def points_pass(
     if points.with_acceleration or not cubic:
         verdict = ("not exported (--allow-failed exports them)", "exported all the same")[allowed]
     else:
-        verdict, allowed = "exported, because a fit by cubics can't do better", True
+        verdict, allowed = "exported, because a fit by cubics always has these errors", True
     notes = [f"the {points.count} points of --fit fail the check: {verdict}"]
     if not points.with_acceleration:
         if "accelerations" in form.options:

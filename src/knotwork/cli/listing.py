@@ -29,13 +29,13 @@ from knotwork.units import Units, readable
     "--collisions",
     "pairs",
     is_flag=True,
-    help="List the pairs of links checked for collisions, and those that are not, and why.",
+    help="List pairs of links checked for collisions, and excluded ones with reasons.",
 )
 @json_option
 def robots(name: str | None, pairs: bool, as_json: bool) -> int:
     """List the shipped robots, or show one: joints, limits, frames and configurations.
 
-    NAME is a shipped robot's name or the path of a robot file or URDF.
+    NAME is the name of a shipped robot or the path of a robot file or URDF.
     """
     if pairs:
         return _collisions(name, as_json)
@@ -51,7 +51,7 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
             print_entry(robot.name, about, {"": robot.description})
         for package, names in further_robots():
             echo(f"after pip install {package}: {', '.join(names)}")
-        echo("knotwork robots NAME shows one of them")
+        echo("knotwork robots NAME shows one robot")
     return PASSED
 
 
@@ -74,7 +74,7 @@ def _collisions(name: str | None, as_json: bool) -> int:
 def scenarios(as_json: bool) -> int:
     """List the shipped scenarios.
 
-    With --json the duration is null where times are free: planning chooses it.
+    With --json the duration is null if times are free.
     """
     rows = [
         {
@@ -95,7 +95,7 @@ def scenarios(as_json: bool) -> int:
             lasting = "times are free" if duration is None else f"{duration:.4g} s"
             about = f"{row['robot'] or 'no robot'}, {row['waypoints']} waypoints, {lasting}"
             print_entry(str(row["name"]), about, {"": str(row["description"])})
-        echo("knotwork plan NAME plans one of them, knotwork view NAME shows it")
+        echo("knotwork plan NAME plans one, knotwork view NAME shows it")
     return PASSED
 
 
@@ -141,23 +141,23 @@ def print_robot(robot: Robot) -> None:
 
 
 def _number(value: float, unit: str) -> str:
-    """A value in the units shown; none where there is no limit."""
+    """A value in the displayed units, or a dash without a limit."""
     if not np.isfinite(value):
         return "none"
     return readable(SHOWN.shown(value, unit)[0] + 0.0)
 
 
 def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> None:
-    """Print which pairs of links are checked for collisions, and why others are not."""
+    """Print the checked and the excluded pairs of links, with reasons."""
     out, wrapping = console(), console(wrap=True)
     wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
     _print_rows("Collision shapes", ["link", "shapes"], 1, list(data["links"].items()))
     for sentence in filter(None, notes):
         print_wrapped(sentence, "warning ", " " * 5, "yellow")
     ignored = [tuple(pair.values()) for pair in data["ignored"]]
-    _print_rows("Pairs that are not checked", ["link", "link", "why"], 3, ignored)
-    _print_rows("Pairs that are checked", ["link", "link"], 2, data["checked"])
-    out.print("Links that no joint moves to one another are not listed.")
+    _print_rows("Excluded pairs", ["link", "link", "why"], 3, ignored)
+    _print_rows("Checked pairs", ["link", "link"], 2, data["checked"])
+    out.print("Links that are fixed to each other are not listed.")
 
 
 def _print_rows(title: str, columns: list[str], left: int, rows: Sequence[Sequence[Any]]) -> None:
@@ -181,7 +181,7 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:
-    """Give a robot as plain data; `null` stands for no limit."""
+    """Give a robot as plain data, with `null` for a missing limit."""
     names = robot.joint_names
 
     def finite(values: Any) -> dict[str, float | None]:

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
     Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
 
-# How often files are looked at, and how long whoever changes one may take [s].
+# Polling interval of the files, and the longest time that writing one may take [s].
 PERIOD, REST = 0.02, 0.02
 
 Stamp = tuple[int, int, int] | None
 
 
 class Files:
-    """Files and when they were changed last.
+    """Files and the times of their last changes.
 
     >>> files = Files([Path("task.yaml")])
     >>> files.changed()
@@ -35,12 +35,12 @@ class Files:
         self._stamps = {path: _stamp(path) for path in paths}
 
     def follow(self, paths: Iterable[Path]) -> None:
-        """Follow more files, as they are now."""
+        """Follow more files, from their present state."""
         for path in paths:
             self._stamps.setdefault(path, _stamp(path))
 
     def changed(self) -> bool:
-        """Whether one was changed since it was asked last; a file that is gone has not been yet."""
+        """Whether a file was changed since the last call; a missing file counts as unchanged."""
         before = self._stamps
         if all(_stamp(path) in (None, stamp) for path, stamp in before.items()):
             return False
@@ -52,19 +52,19 @@ class Files:
 def _stamp(path: Path) -> Stamp:
     try:
         found = path.stat()
-    except OSError:  # an editor may put a new file in its place just now
+    except OSError:  # an editor may be replacing the file
         return None
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
 def follow(server: LiveServer, files: Files, made: Made) -> None:
-    """Serve a scene, and make it anew after each change of a file, until Ctrl-C.
+    """Serve a scene and rebuild it after each change of a file, until Ctrl-C.
 
     Args:
-        server: Serves it.
-        files: Its source files, as far as known before it is made.
-        made: Makes the scene; returns it with its source files and a line to print, or `None` if
-            another is to be made at once.
+        server: Server of the page.
+        files: Source files known before the first scene.
+        made: Builds the scene; returns it with its source files and a line to print, or `None` to
+            build another one at once.
     """
     serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     serving.start()

@@ -1,4 +1,4 @@
-"""Logs of robots as input of the commands: their options, and how they are read and checked."""
+"""Robot logs as input of the commands: options, reading and checking."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ class LogOptions:
     """Options of a log on the command line.
 
     Attributes:
-        against: Path of the plan that it is compared with, if one is given.
+        against: Path of the plan to compare with, if given.
         noise: Standard deviation of its positions [rad or m]; by default it is estimated.
-        unit: `"rad"` or `"deg"`: the unit of rad joints whose headings name none.
-        topic: The topic whose columns count, where several have all joints.
-        tolerances: How far it may be off its plan.
+        unit: `"rad"` or `"deg"`: the unit of revolute joints without one in their headings.
+        topic: Topic to read, if several have all joints.
+        tolerances: Tolerances of the log relative to its plan.
     """
 
     against: str | None = None
@@ -65,7 +65,7 @@ class Tolerance(click.ParamType[Any]):
     }  # fmt: skip
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Read the argument as what it is of, the SI unit and the size in it."""
+        """Read the argument as its subject, the SI unit and the size in it."""
         what, _, number = str(value).rpartition("=")
         found = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) ?([a-z]+)", number)
         try:
@@ -77,7 +77,7 @@ class Tolerance(click.ParamType[Any]):
             self.fail(
                 f"{value!r} is not accepted; give a positive number with mm, m, deg, rad or mrad, "
                 "for the tool, or for joints after joints= or the name of one; or with s or ms, "
-                "for how late the log may be: 0.5mm, 0.1deg, joints=0.1deg, 0.2s",
+                "for the delay of the log: 0.5mm, 0.1deg, joints=0.1deg, 0.2s",
                 param,
                 ctx,
             )
@@ -85,7 +85,7 @@ class Tolerance(click.ParamType[Any]):
 
 
 def _tolerances(given: Sequence[tuple[str, str, float]]) -> LogTolerances | None:
-    """LogTolerances of tool, joints and time from the options."""
+    """Tolerances of tool, joints and time from the options."""
     tool, joints, late = dict[str, float](), dict[str, float](), None
     for what, unit, size in given:
         if unit == "s":
@@ -115,39 +115,39 @@ def _log(
     }
     named = [name for name, value in given.items() if value is not None]
     if named:
-        raise InputError(f"{', '.join(named)} is for logs: give --log with it")
+        raise InputError(f"{', '.join(named)} is for logs: add --log")
     return None
 
 
 _option = functools.partial(click.option, cls=DecidingOption)
 log_options = bundled("log", _log, (
-    _option("--topic", metavar="NAME", help="For a log: the topic to read, "
-            "/joint_states for example, where several have all joints."),
+    _option("--topic", metavar="NAME", help="For a log: topic to read, "
+            "for example /joint_states, if several have all joints."),
     _option("--log-unit", type=click.Choice(["rad", "deg"]),
-            help="For a log: the unit of turning joints where headings name none."),
+            help="For a log: unit of revolute joints without one in their headings."),
     _option("--tolerance", metavar="[JOINT=]SIZE", multiple=True, type=Tolerance(),
-            help="For a log: how far it may be off its plan: 0.5mm and 0.1deg of the tool, "
+            help="For a log: tolerance relative to its plan: 0.5mm and 0.1deg of the tool, "
             "joints=0.1deg or elbow_joint=0.1deg of joints, 0.2s in time; may be repeated."),
     _option("--noise", type=float, metavar="SIGMA",
             help="For a log: standard deviation of its positions [rad or m]; by default "
             "it is estimated from the samples."),
     _option("--against", metavar="PLAN", type=GivenPath(),
             help="TRAJECTORY is a log; compare it with this plan, a trajectory.json "
-            "or the folder with one."),
+            "or its folder."),
     _option("--log", "is_log", is_flag=True,
-            help="TRAJECTORY is the log of a robot, CSV with noise: take the smooth "
+            help="TRAJECTORY is the log of a robot, CSV with noise: estimate the smooth "
             "motion behind it."),
 ))  # fmt: skip
-"""Options for logs; the command gets them as `log`, `None` where there is none."""
+"""Options for logs; the command gets them as `log`, or `None`."""
 
 
 def smoothed_log(
     path: str | Path, names: Sequence[str], units: Sequence[str], log: LogOptions
 ) -> Smoothed:
-    """Read a log and find the smooth motion behind it.
+    """Read a log and estimate the smooth motion behind it.
 
     Raises:
-        InputError: It can't be read, or the noise is no positive number.
+        InputError: The log can't be read, or the noise is not a positive number.
     """
     recorded = read_log(path, names, units, topic=log.topic, degrees=log.unit == "deg")
     return smoothed(recorded, log.noise)
@@ -156,12 +156,12 @@ def smoothed_log(
 def checked_log(
     path: str | Path, reference: str, log: LogOptions, scenario: Scenario, space: JointSpace
 ) -> tuple[JointTrajectory, Report]:
-    """Read a log, put it into the time of a plan, and check it against its scenario.
+    """Read a log, align it with the clock of a plan, and check it against its scenario.
 
     Args:
         path: The log.
         reference: The scenario as the command line names it.
-        log: Its options. Without a plan to compare with, the scenario is planned.
+        log: Its options. Without a plan, the scenario is planned.
         scenario: The scenario.
         space: Its joints and robot.
 
@@ -177,7 +177,7 @@ def checked_log(
             plan = pipeline.plan(reference).trajectory
         except InputError as error:
             raise InputError(
-                f"the clock of a log is set by a plan, and {reference} can't be planned; give a "
+                f"a log is aligned with a plan, and {reference} can't be planned; give a "
                 f"plan with --against: {error}"
             ) from error
     alignment = aligned(curve, plan)
@@ -186,32 +186,32 @@ def checked_log(
 
 
 def planned_scenario(log: LogOptions | None) -> str | None:
-    """The scenario of the plan that a log is compared with, if the plan's report names it."""
+    """The scenario of the plan that a log is compared with, if the plan's report states it."""
     return None if log is None or log.against is None else stated_path(Path(log.against))
 
 
 def stated_path(plan: Path) -> str | None:
-    """The scenario of a saved plan, if its report names it: a shipped one's name, or a path."""
+    """The scenario of a saved plan, if its report states it: a shipped name, or a path."""
     stated = stated_scenario(plan)
     if stated is None or stated in resources.names("scenarios"):
         return stated
     file = (plan if plan.is_dir() else plan.parent) / stated
     if not file.is_file():
-        echo(f"note: {plan} is a plan of {file}, which is not there", err=True)
+        echo(f"note: {plan} is a plan of {file}, which does not exist", err=True)
         return None
     return os.path.relpath(file)
 
 
 def log_beside_plan(path: str | Path, log: LogOptions) -> tuple[Alignment, JointTrajectory]:
-    """A log in the time of the plan that it is compared with, and the plan, which names its joints.
+    """A log in the time of its plan, and the plan, which names the joints.
 
     Raises:
-        InputError: No plan is given, it is another tool's, or one of the two can't be read.
+        InputError: No plan is given, the plan is another tool's, or a file can't be read.
     """
     if log.against is None or is_foreign(log.against):
         raise InputError(
-            f"{path} needs the scenario it is for: give it with --scenario, or with --against a "
-            "plan as `knotwork plan -o` stores it"
+            f"{path} needs its scenario: give --scenario, or with --against a "
+            "plan written by `knotwork plan -o`"
         )
     plan = load_trajectory(log.against)
     return aligned(smoothed_log(path, plan.joint_names, plan.joint_units, log), plan), plan

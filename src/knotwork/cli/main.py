@@ -19,9 +19,9 @@ from knotwork.cli.parameters import PASSED, WRONG_INPUT
 from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
-# No schema here is for pydantic's plugins, and looking for some takes time at every start.
+# No schema here uses pydantic's plugins, and searching for them takes time at every start.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-# NumPy's threads are made and wait in each process; matrices here are too small for them.
+# NumPy starts threads in each process; matrices here are too small for them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
@@ -29,14 +29,14 @@ INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
 # Module and summary by command.
 _COMMANDS = {
     "plan": ("plan", "Plan scenarios, check the result, print the verdict."),
-    "replan": ("replan", "Plan another task from a moment of a motion on."),
+    "replan": ("replan", "Plan another task from a time of a running motion."),
     "check": ("check", "Check a stored trajectory against a scenario."),
-    "compare": ("compare", "Plan a scenario with every planner, side by side."),
-    "sweep": ("sweep", "Plan a scenario many times, with other values."),
+    "compare": ("compare", "Plan a scenario with every planner and compare."),
+    "sweep": ("sweep", "Plan a scenario many times, with varied values."),
     "plot": ("plot", "Draw joints and tool over time."),
     "view": ("view", "Show the moving arm in a browser, or in a file."),
     "edit": ("edit", "Change a scenario by hand, in the page of its motion."),
-    "report": ("check", "Write one page to print or to send."),
+    "report": ("check", "Write a page to print or to send."),
     "export": ("export", "Export a motion: ROS 2, PVT, CSV, MATLAB, ..."),
     "robots": ("listing", "List the robots, or show one."),
     "scenarios": ("listing", "List the shipped scenarios."),
@@ -46,7 +46,7 @@ _COMMANDS = {
 
 
 class _Commands(click.Group):
-    """Loads only the command that is used; the others have their summaries here."""
+    """Loads only the requested command; the summaries of all are here."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in _COMMANDS:
@@ -64,7 +64,7 @@ class _Commands(click.Group):
 
 def main() -> NoReturn:
     """Run the command line and end the process with its exit code."""
-    # What imports make stays: to search it for cycles, again and again and at the end, takes as
+    # Imported objects stay alive: searching them for cycles, repeatedly and at exit, takes as
     # long as a short plan.
     gc.set_threshold(200_000)
     atexit.register(gc.freeze)
@@ -73,12 +73,12 @@ def main() -> NoReturn:
         sys.exit(WRONG_INPUT)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal may not know ² or a table's lines
+            stream.reconfigure(errors="replace")  # a terminal may lack ² or table lines
     try:
         code = cli.main(standalone_mode=False)
         sys.stdout.flush()
     except click.ClickException as error:
-        with contextlib.suppress(OSError):  # nothing can be written to standard error
+        with contextlib.suppress(OSError):  # standard error may be closed
             error.show()
         code = WRONG_INPUT
     except (click.Abort, KeyboardInterrupt):
@@ -91,13 +91,13 @@ def main() -> NoReturn:
         echo(f"error: {error}", err=True)
         code = WRONG_INPUT
     except BrokenPipeError:
-        _drop_output()  # whoever read it has stopped reading
+        _drop_output()  # the reader has closed the pipe
         code = UNREAD
     except MemoryError:
         echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
     except OSError as error:
-        if error.filename is not None:  # of a file, whose reader or writer should have reported it
+        if error.filename is not None:  # should have been reported with the file
             code = _internal_error(error)
         else:
             _drop_output()
@@ -111,8 +111,8 @@ def main() -> NoReturn:
 def _has_output() -> bool:
     """Whether there is a standard output.
 
-    The number of a closed stream would go to the next file that is opened, into which C code would
-    then write its messages: it is taken here.
+    The next opened file would get the number of a closed stream, and C code would
+    write its messages into it: the number is taken here.
     """
     for number, stream in ((1, sys.stdout), (2, sys.stderr)):
         if stream is None:
@@ -124,7 +124,7 @@ def _has_output() -> bool:
 
 
 def _drop_output() -> None:
-    """Give up standard output; Python would complain when it flushes it in the end."""
+    """Discard standard output; Python would report an error when flushing it at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
@@ -137,7 +137,7 @@ def _internal_error(error: Exception) -> int:
 
 @click.group(
     cls=_Commands,
-    commands={name: click.Command(name) for name in _COMMANDS},  # to be proposed for unknown ones
+    commands={name: click.Command(name) for name in _COMMANDS},  # suggested for unknown ones
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
     "fails, 2 the input is wrong, 3 an internal error.",
@@ -146,4 +146,4 @@ def _internal_error(error: Exception) -> int:
     __version__, "-V", "--version", prog_name="knotwork", message="%(prog)s %(version)s"
 )
 def cli() -> None:
-    """Tool poses and speeds in, a verified C² joint trajectory out."""
+    """Plan a verified C² joint trajectory from tool poses and speeds."""

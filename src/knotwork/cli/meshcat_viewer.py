@@ -1,4 +1,4 @@
-"""`knotwork view --meshcat`: a Meshcat server that is running, or one of its own."""
+"""`knotwork view --meshcat`: an existing Meshcat server, or a new one."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from knotwork.view.meshcat_player import play_scene
 from knotwork.view.show import scene_of
 
 OWN = "own"
-"""In place of a server's address: one is started, and ends with the command."""
+"""Stands for a new server, which ends with the command, in place of an address."""
 
-# Servers answer at once, and while they take large meshes within a second or so [s].
+# Servers answer at once, or within a second or so while they receive large meshes [s].
 PATIENCE = 10.0
 
 
 def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
-    """Play a plan in a Meshcat viewer; with a server of its own until Ctrl-C.
+    """Play a plan in a Meshcat viewer; with a new server until Ctrl-C.
 
     Args:
         motion: A plan, or a checked file.
         address: The server's ZMQ address, or `OWN`.
-        no_open: Open no browser.
+        no_open: Do not open a browser.
 
     Raises:
-        InputError: No server answers at the address, or the motion can't be shown.
+        InputError: The server does not answer, or the motion can't be shown.
     """
     scene = scene_of(motion)
     for warning in scene["warnings"]:
@@ -61,15 +61,15 @@ def _viewer(address: str | None = None) -> Any:
 
 @contextlib.contextmanager
 def _answering(address: str) -> Iterator[None]:
-    """Talk with the Meshcat server at a ZMQ address, with a time limit.
+    """Connect to the Meshcat server at a ZMQ address, with a time limit.
 
     Raises:
-        InputError: Nothing listens there, or something that does not answer.
+        InputError: No server is at the address, or it does not answer.
     """
     found = re.fullmatch(r"tcp://([^:/]+|\[[^\]]+\]):(\d{1,5})/?", address)
     if found is None:
         raise InputError(
-            f"--meshcat {address}: not the ZMQ address of a Meshcat server; accepted: one such as "
+            f"--meshcat {address}: not the ZMQ address of a Meshcat server; accepted: for example "
             "tcp://127.0.0.1:6000, which meshcat-server prints as zmq_url (give the scenario "
             "before --meshcat where no address follows)"
         )
@@ -90,5 +90,5 @@ def _answering(address: str) -> Iterator[None]:
         raise InputError(
             f"--meshcat {address}: no Meshcat server answers there"
             f"{f' within {PATIENCE:g} s' if silent else ''}; start one with meshcat-server, or "
-            "leave the address out for one that ends with this command"
+            "leave the address out to start one for this command"
         ) from error

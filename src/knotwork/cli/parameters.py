@@ -1,4 +1,4 @@
-"""Kinds of arguments that several commands take."""
+"""Parameter types that several commands share."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class GivenPath(click.Path):
-    """Path of a file or folder; an empty one, as of an unset variable, is refused."""
+    """Path of a file or folder; an empty one, as from an unset variable, is refused."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument."""
@@ -65,7 +65,7 @@ class Seconds(click.ParamType[Any]):
             kind = "a time from 0 on" if self.zero else "a positive time"
             self.fail(
                 f"{value!r} is not accepted; give {kind}: a number of seconds, or one "
-                "with ms, s, m (or min) or h after it, such as 10, 500ms, 10s, 5m or 1h",
+                "with the unit ms, s, m (or min) or h, such as 10, 500ms, 10s, 5m or 1h",
                 param,
                 ctx,
             )
@@ -88,10 +88,10 @@ class Listed(click.ParamType[Any]):
 
 
 class _Deciding(click.Parameter):
-    """A parameter that decides which motion a command is about: the commands after it need it."""
+    """A parameter that selects the motion of a command: the commands after it need it."""
 
     def consume_value(self, ctx: click.Context, opts: Mapping[str, Any]) -> tuple[Any, Any]:
-        """Take the value, and keep it as it was typed."""
+        """Take the value, and keep it as typed."""
         value, source = super().consume_value(ctx, opts)
         if source is ParameterSource.COMMANDLINE:
             ctx.meta.setdefault(_TYPED, []).append((self, value))
@@ -99,18 +99,18 @@ class _Deciding(click.Parameter):
 
 
 class DecidingOption(_Deciding, click.Option):
-    """An option that decides which motion a command is about."""
+    """An option that selects the motion of a command."""
 
 
 class DecidingArgument(_Deciding, click.Argument):
-    """An argument that decides which motion a command is about."""
+    """An argument that selects the motion of a command."""
 
 
 _TYPED = "knotwork.typed"
 
 
 def typed() -> str:
-    """Arguments and options of the command line that decide its motion."""
+    """Arguments and options of the command line that select its motion."""
     arguments: list[str] = []
     options: list[str] = []
     for parameter, value in click.get_current_context().meta.get(_TYPED, []):
@@ -135,10 +135,10 @@ budget_option = click.option(
     cls=DecidingOption,
     metavar="TIME",
     type=Seconds(),
-    help="Where times are free: take the best motion found within this time, for example 10s.",
+    help="For free times: computing time after which the best motion is taken, such as 10s.",
 )
 full_option = click.option(
-    "--full", is_flag=True, help="Print all findings, as tables; by default the tightest alone."
+    "--full", is_flag=True, help="Print all findings, as tables; by default only the tightest."
 )
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
@@ -146,7 +146,7 @@ json_option = click.option(
 
 
 def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
-    """Put folders in front of those of ROS, where every mesh is looked for."""
+    """Put folders before those of ROS in the search for meshes."""
     if folders:
         listed = [*folders, *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)
@@ -156,7 +156,7 @@ port_option = click.option(
     "--port",
     metavar="PORT",
     type=click.IntRange(1, 65535),
-    help="Port of the address; by default any that is free.",
+    help="Port of the address; by default any free one.",
 )
 
 package_path_option = click.option(
@@ -167,7 +167,7 @@ package_path_option = click.option(
     type=GivenPath(exists=True, file_okay=False, resolve_path=True),
     expose_value=False,
     callback=_look_in,
-    help="Folder that the robot's meshes are looked for in, before those of ROS_PACKAGE_PATH; "
+    help="Folder searched for the robot's meshes, before those of ROS_PACKAGE_PATH; "
     "may be repeated.",
 )
 
@@ -180,17 +180,17 @@ def scenario_option(use: str) -> Callable[[Command], Command]:
         "reference",
         cls=DecidingOption,
         metavar="SCENARIO",
-        help=f"For a TRAJECTORY: the scenario it is for, {use}.",
+        help=f"For a TRAJECTORY: its scenario, {use}.",
     )
 
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """How a scenario is planned, in place of its own options.
+    """Planning options in place of the scenario's own.
 
     Attributes:
-        planner: Name of a planner, a rule may follow.
-        budget: After which the best motion is taken where times are free [s].
+        planner: Name of a planner, optionally with a rule.
+        budget: Computing time after which the best motion so far is taken, for free times [s].
     """
 
     planner: str | None = None
@@ -198,7 +198,7 @@ class PlanOptions:
 
 
 def bundled(name: str, make: Callable[..., Any], options: Sequence[Command]) -> Command:
-    """Make a decorator that adds options; the command gets what `make` makes of them as `name`."""
+    """Make a decorator that adds options; the command gets the result of `make` as `name`."""
 
     def add(command: Command) -> Command:
 
@@ -217,7 +217,7 @@ def bundled(name: str, make: Callable[..., Any], options: Sequence[Command]) -> 
 def motion_options(use: str) -> Callable[[Command], Command]:
     """Make the argument and options of a command that shows a motion: planned, or from a file.
 
-    The command gets how to plan as `options`.
+    The command gets the planning options as `options`.
     """
     source = click.argument("source", metavar="SCENARIO|TRAJECTORY")
     given = (scenario_option(use), budget_option, planner_option, source)
@@ -233,6 +233,6 @@ def html_option(*, required: bool = False) -> Callable[[Command], Command]:
         metavar="FILE",
         required=required,
         type=NewPath(),
-        help="Page to write, one file that any browser opens without a network. An existing one is "
-        "replaced, a folder that is missing is made.",
+        help="Page to write, one file that any browser opens offline. An existing one is "
+        "replaced, a missing folder is created.",
     )

@@ -37,8 +37,8 @@ from knotwork.storage import trajectory_to_dict
     "-o",
     metavar="DIR",
     type=NewPath(),
-    help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in a "
-    "folder for each below it.",
+    help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in one "
+    "subfolder for each.",
 )
 @planner_option
 @click.option(
@@ -53,7 +53,7 @@ from knotwork.storage import trajectory_to_dict
     "--freeze",
     metavar="FILE",
     type=NewPath(),
-    help="Write the scenario there with the chosen times and speeds as numbers, comments kept; "
+    help="Write the scenario with the chosen times and speeds as numbers, comments kept; "
     "planning that file gives the same motion. For one scenario whose times are free.",
 )
 @budget_option
@@ -70,11 +70,11 @@ def plan(
 ) -> int:
     """Plan each SCENARIO, check the result, and print the verdict.
 
-    SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
+    SCENARIO is the name of a shipped scenario (listed by `knotwork scenarios`) or the path of a
     YAML file: `knotwork schema` prints its schema, and the shipped ones are examples.
     """
     if freeze is not None and len(scenarios) > 1:
-        raise InputError(f"--freeze writes one file, and there are {len(scenarios)} scenarios")
+        raise InputError(f"--freeze takes one scenario, not {len(scenarios)}")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
     taken: dict[str, str] = {}
     for i, reference in enumerate(scenarios):
@@ -113,7 +113,7 @@ def plan(
 def print_plan(
     result: Plan | KnotworkError, written: list[Path], full: bool, *, alone: bool
 ) -> None:
-    """Print the verdict on a plan, what was written, and if it is alone what may come next."""
+    """Print the verdict on a plan, the written files, and for a single plan the next commands."""
     if isinstance(result, KnotworkError):
         echo(f"error: {result}", err=True)
         return
@@ -130,16 +130,16 @@ def print_plan(
 
 
 def _folder_name(result: Plan, taken: dict[str, str], reference: str) -> str:
-    """Name of the scenario, which must be one of a kind among several."""
+    """Name of the scenario's folder, unique among several."""
     name = Path(result.scenario.name).name
     if name in ("", ".."):
         raise InputError(
-            f"no folder can be named after scenario {result.scenario.name!r}; plan it alone or "
+            f"scenario name {result.scenario.name!r} can't be a folder name; plan it alone or "
             "rename it"
         )
     if name in taken:
         raise InputError(
-            f"two scenarios are named {name!r}, the other is {taken[name]}; their files would "
+            f"two scenarios are named {name!r}, here and in {taken[name]}; their files would "
             "overwrite each other: plan them one by one or rename one"
         )
     taken[name] = reference
@@ -155,7 +155,7 @@ def _verdict(result: Plan | KnotworkError) -> int:
 def plan_to_dict(
     reference: str, result: Plan | KnotworkError, written: list[Path]
 ) -> dict[str, Any]:
-    """A plan and its files as `--json` prints them."""
+    """A plan and its files as plain data for `--json`."""
     if isinstance(result, KnotworkError):
         return {
             "scenario": reference,

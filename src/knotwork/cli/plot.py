@@ -25,7 +25,7 @@ from knotwork.view.drawn_motions import chosen_quantities
 from knotwork.view.picture_files import checked_picture_path
 
 _EPILOG = """
-The figures of the paper that the method comes from:
+Figures of the paper:
 
 \b
 12  knotwork plot paper_case --degrees -o figure12.png \\
@@ -37,8 +37,8 @@ The figures of the paper that the method comes from:
 15  knotwork plot paper_case --compare cubic,quintic --degrees \\
       --quantities acceleration -o figure15.png
 
-There the quintic has zero accelerations at the waypoints; with bad ones, as in the paper's Figure
-14c, it is the scenario paper_case_presets.
+There the quintic has zero accelerations at the waypoints; for the bad ones of the paper's Figure
+14c, use the scenario paper_case_presets.
 
 Exit codes: 0 the picture is written, also where a check fails, 2 the input is wrong.
 """
@@ -58,29 +58,29 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--quantities",
     type=Listed(),
     metavar="A,B,…",
-    help="Of position, velocity, acceleration and jerk; all by default.",
+    help="Quantities of position, velocity, acceleration and jerk; all by default.",
 )
 @click.option(
     "--compare",
     type=Listed(),
     metavar="A,B,…",
-    help="Planners to draw with it; a rule may follow after a colon: quintic:estimated.",
+    help="Planners to draw as well; a rule may follow a colon: quintic:estimated.",
 )
 @click.option(
     "--tool",
     is_flag=True,
-    help="Draw the tool: its speed, and its deviation from its path against the tolerances, or "
-    "from straight lines between poses where there is no path.",
+    help="Draw the tool: its speed, and its deviation from its path with the tolerances, or "
+    "from straight lines between poses without a path.",
 )
 @click.option(
     "--size",
     type=click.Choice(["a4", "slide"]),
-    help="Size of the picture; by default as large as its panels need.",
+    help="Size of the picture; by default from its panels.",
 )
 @click.option(
     "--degrees/--radians",
     default=None,
-    help="Unit of angles; by default as the scenario's file has them.",
+    help="Unit of angles; by default the unit of the scenario.",
 )
 @log_options
 @package_path_option
@@ -98,11 +98,11 @@ def plot(
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder (./NAME where a shipped
-    scenario has that name, too), or with --scenario another tool's CSV, JSON or ROS 2 YAML. With
-    --log it is the log of a robot; --against draws the plan, too.
+    TRAJECTORY is any input of `knotwork check`: a trajectory.json, its folder (./NAME if a shipped
+    scenario has the same name), or with --scenario another tool's CSV, JSON or ROS 2 YAML. With
+    --log it is the log of a robot; --against draws the plan as well.
 
-    Waypoints and knots are marked; parts of a curve that break a limit stand out.
+    Waypoints and knots are marked, and violations of limits highlighted.
     """
     if tool and any(look.pop(name) for name in ("joints", "quantities")):
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
@@ -119,7 +119,7 @@ def plot(
 
 
 def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
-    """A file in the current folder that is named after the motion."""
+    """A file in the current folder, named after the motion."""
     if isinstance(drawn, Plan):
         name = drawn.scenario.name
     else:
@@ -127,5 +127,5 @@ def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
         name = file.parent.name if file.stem == "trajectory" else file.stem
     stem = Path(name).name
     if stem in ("", "..") or stem != name:
-        raise InputError(f"no picture can be named after {name!r}; give one with -o FILE")
+        raise InputError(f"{name!r} can't be a file name; give one with -o FILE")
     return Path(f"{stem}_tool.png" if tool else f"{stem}.png")

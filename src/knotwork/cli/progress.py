@@ -1,4 +1,4 @@
-"""Progress of what takes long, on standard error: a bar on a terminal, else lines of a log."""
+"""Progress of long tasks, on standard error: a bar on a terminal, else lines of a log."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""What takes less shows nothing on a terminal [s]."""
+"""Nothing is shown on a terminal before this time [s]."""
 PERIOD = 0.1
-"""How often a bar is drawn [s]."""
+"""Interval between updates of a bar [s]."""
 PLAN_INTERVAL, SWEEP_INTERVAL, SHARE = 5.0, 30.0, 0.1
-"""Between lines where there is no terminal: so long [s], or a share of the time so far."""
+"""Interval between lines without a terminal: a time [s], or a share of the elapsed time."""
 
 State: TypeAlias = tuple[float | None, str]
-"""The share that is done, `None` if it is not known, and a line on what is known so far."""
+"""The completed share, `None` if unknown, and a line on the state."""
 
 
 @contextmanager
 def shown_progress(name: str, quiet: bool = False) -> Iterator[Callable[[Progress], None] | None]:
-    """Show how far planning has come, whether it tells or not.
+    """Show the progress of planning, with or without reports from it.
 
     Args:
-        name: Of the scenario.
+        name: Name of the scenario.
         quiet: Show nothing.
     """
     begun, told = time.monotonic(), list["Progress"]()
@@ -49,8 +49,8 @@ def shown_progress(name: str, quiet: bool = False) -> Iterator[Callable[[Progres
 
 
 def plan_state(at: Progress) -> State:
-    """How far the choice of times, or the search for a way, has come."""
-    share = at.done if 0.0 < at.done < 1.0 else None  # within a part nobody knows
+    """Progress of choosing times, or of the search for a collision-free motion."""
+    share = at.done if 0.0 < at.done < 1.0 else None  # unknown within a part
     words = [] if share is None else [f"{100 * share:.0f} % done"]
     if at.trying:
         exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s"
@@ -76,7 +76,7 @@ def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]
 
 @contextmanager
 def _shown(state: Callable[[], State], quiet: bool, interval: float) -> Iterator[None]:
-    """Show a state while what is inside goes on, which need not tell of it."""
+    """Show a state during the block, which need not report it."""
     if quiet or sys.stderr is None:
         yield
         return
@@ -95,7 +95,7 @@ def _shown(state: Callable[[], State], quiet: bool, interval: float) -> Iterator
 
 
 def _draw(state: Callable[[], State], ended: threading.Event, console: Console) -> None:
-    """A bar and one line, which is cleared in the end; where no share is known the bar is busy."""
+    """A bar and one line, cleared at the end; without a known share the bar is indeterminate."""
     from rich.progress import BarColumn, Progress, TextColumn
     from rich.table import Column
 
@@ -129,7 +129,7 @@ def _log(state: Callable[[], State], ended: threading.Event, interval: float) ->
 
 
 def _terminal() -> Console | None:
-    """The terminal of standard error, if it is one that lines can be changed on."""
+    """The terminal of standard error, if its lines can be overwritten."""
     if not sys.stderr.isatty():
         return None
     from rich.console import Console
@@ -139,7 +139,7 @@ def _terminal() -> Console | None:
 
 
 def progress_line(at: SweepProgress) -> str:
-    """Progress of a sweep in a line."""
+    """Progress of a sweep as a line."""
     left = "" if at.left is None else f", {timedelta(seconds=round(at.left))} left"
     share = 100.0 * at.passed / at.done if at.done else 0.0
     return (

@@ -1,4 +1,4 @@
-"""`knotwork replan`: another task, from a moment of a motion on."""
+"""`knotwork replan`: another task, from a time of a running motion."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from knotwork.trajectory import JointTrajectory
     type=Seconds(zero=True),
     required=True,
     metavar="TIME",
-    help="The moment, for example 3.2 or 3.2s.",
+    help="Time in the running motion, for example 3.2 or 3.2s.",
 )
 @click.option(
     "--out",
@@ -63,12 +63,12 @@ def replan(
     budget: float | None,
     as_json: bool,
 ) -> int:
-    """Plan SCENARIO from the state of a motion at a moment, without a jump of acceleration.
+    """Plan SCENARIO from the state of a running motion, without a jump of acceleration.
 
-    PLAN is a folder that `knotwork plan -o` wrote, a trajectory of any tool that `knotwork check`
-    reads, or a scenario, which is planned. Its state at the moment takes the place of SCENARIO's
-    start, or else of its first waypoint, if it has more than one. Times in SCENARIO are since
-    that moment.
+    PLAN is a folder written by `knotwork plan -o`, a trajectory of any tool that `knotwork check`
+    reads, or a scenario, which is planned. Its state at the given time replaces SCENARIO's
+    start, or its first waypoint if there are several and no start. Times in SCENARIO count from
+    the given time.
     """
     asked = Task.load(task)
     motion, current = _motion(source, asked)
@@ -91,14 +91,14 @@ def replan(
 
 
 def _motion(source: str, asked: Task) -> tuple[JointTrajectory, Scenario | None]:
-    """The motion that is replaced, and its scenario if that is known."""
+    """The running motion, and its scenario if known."""
     if not is_trajectory(source):
         planned = pipeline.plan(source)
         return planned.trajectory, planned.scenario
     robot, described = None, asked.robot
     if is_foreign(source):
         if described is None:
-            raise InputError(f"{source} needs the robot it is for, and the scenario names none")
+            raise InputError(f"{source} needs a robot, and the scenario names none")
         robot = load_robot(Document(described) if isinstance(described, dict) else described)
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     motion, _ = read_trajectory(source, names, units, owner="the new task")

@@ -1,4 +1,4 @@
-"""A report in full, as tables on a terminal."""
+"""Full reports, as tables on a terminal."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def print_plan(plan: Plan) -> None:
 def print_report(
     report: Report, scenario: Scenario | None, made: str = "", solution: TaskSolution | None = None
 ) -> None:
-    """Print all of a report as tables of waypoints and limits, and the verdict.
+    """Print a whole report as tables of waypoints and limits, and the verdict.
 
     Args:
-        report: Of the check.
-        scenario: That it was checked against, if any.
-        made: How the trajectory was made; by default its planner.
-        solution: How the solutions of the poses were chosen, if that is known.
+        report: Report of the check.
+        scenario: Scenario of the check, if any.
+        made: Planner and options; by default the trajectory's planner.
+        solution: Choice of the solutions, if known.
     """
     out = console()
     units = report.units
@@ -75,12 +75,12 @@ def print_report(
 
 
 def _in_words(found: Finding) -> bool:
-    """Whether a sentence says it: it has no number, or nothing is required and more is told."""
+    """Whether to print a sentence: no number, or detail without a limit."""
     return found.value is None or (found.verdict == "information" and bool(found.brief))
 
 
 def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
-    """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
+    """One row for each finding, by quantity; of those without a limit only the largest."""
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
     table.columns[0].no_wrap = False
     for quantity in dict.fromkeys(found.title for found in findings):
@@ -106,7 +106,7 @@ def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
 
 
 def _unit_names(findings: Sequence[Finding], units: Units) -> str:
-    """Units that values are shown in."""
+    """Units of the values shown."""
     names = (units.shown(0.0, found.unit)[1] for found in findings)
     return " or ".join(dict.fromkeys(name for name in names if name))
 
@@ -123,7 +123,7 @@ def _mark(found: Finding) -> str:
 
 
 def _proof(found: Finding, units: Units) -> str:
-    """Largest distance of the true value beyond a value, or `exact` or `sampled`."""
+    """Largest distance of the true value beyond the given one, or `exact` or `sampled`."""
     return found.proof if found.proof != "bounded" else _number(found.excess, found, ".1g", units)
 
 
@@ -133,12 +133,12 @@ def _cell(found: Finding, form: str, units: Units) -> str:
 
 
 def _number(value: float | None, found: Finding, form: str, units: Units) -> str:
-    """A value in the unit of a finding, in the units that are shown."""
+    """A value in the displayed unit of a finding."""
     return "" if value is None else readable(units.shown(value, found.unit)[0], form)
 
 
 def choice_table(choices: Sequence[Choice]) -> Table:
-    """Which solutions of poses were taken, and why; waypoints where all is the same share a row."""
+    """Chosen solutions of poses, with reasons; equal waypoints share a row."""
     columns = ["waypoints", "branch", "turns", "of", "why"]
     table = plain_table("Solutions chosen", columns, len(columns))
     for column in table.columns:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from knotwork.verification import Report
 
 WIDEST = 100
-"""Of lines of text, on wider terminals too."""
+"""Width of lines of text, on wider terminals too."""
 
 _WORDS: dict[str, tuple[str, dict[str, Any]]] = {
     "passed": ("PASSED", {"fg": "green", "bold": True}),
@@ -33,7 +33,7 @@ def print_short_plan(plan: Plan) -> None:
 
 
 def without(plan: Plan) -> str:
-    """Name the scenario's options that another planner than its own ignored."""
+    """Name the options of the scenario that its replaced planner ignores."""
     left = ", ".join(plan.left_out)
     return f"without the scenario's {left}, which {plan.trajectory.planner} does not take"
 
@@ -46,11 +46,11 @@ def print_short(report: Report) -> None:
 
 
 def print_next(*, with_robot: bool, with_scenario: bool = True) -> None:
-    """Print which commands show the motion that was just judged.
+    """Print the commands that show the checked motion.
 
     Args:
-        with_robot: There is an arm to show.
-        with_scenario: The motion has a task that a page can be about.
+        with_robot: Whether there is an arm to show.
+        with_scenario: Whether the motion has a task, which a page needs.
     """
     given = typed()
     first = f"next: knotwork {'view' if with_robot and with_scenario else 'plot'} {given}"

@@ -1,4 +1,4 @@
-"""Input of the commands: a scenario to plan, or a file with a trajectory of any tool."""
+"""Input of the commands: a scenario to plan, or a trajectory file of any tool."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 from knotwork.verification.worst import failure_lines
 
-# Failures that are listed; more are counted.
+# Number of listed failures; more are counted.
 MOST_FAILURES = 3
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedFile:
-    """A trajectory from a file, checked against its scenario; it can be shown as a plan can.
+    """A trajectory from a file, checked against its scenario; displayed like a plan.
 
     Attributes:
         trajectory: The motion.
         scenario: Its task.
         space: The scenario's joints and robot.
-        report: Of the check.
-        joint_waypoints: `None`, because a file does not have them.
+        report: Report of the check.
+        joint_waypoints: `None`, because files do not have them.
     """
 
     trajectory: JointTrajectory
@@ -73,25 +73,24 @@ def read_motions(
 
     Args:
         source: A scenario's name, or the path of a scenario or trajectory.
-        reference: For a trajectory, the scenario it is for.
-        options: For a scenario, how to plan it.
-        compare: For a scenario, other planners, whose plans follow the first.
-        robot: For a trajectory without a scenario, its robot, if known.
-        strict: Refuse a file that is not checked and contradicts itself or the report beside it; by
-            default that is only a note on standard error.
-        instead: What may be given in place of a trajectory's scenario, for errors.
-        log: Options of the trajectory if it is a log. The plan that it is compared with follows
-            it.
-        warm: The motion before the source was changed; a plan is a start for the next.
+        reference: Scenario of a trajectory.
+        options: Planning options of a scenario.
+        compare: Other planners for a scenario; their plans follow the first.
+        robot: Robot of a trajectory without a scenario, if known.
+        strict: Refuse an unchecked file that contradicts itself or the report in its folder; by
+            default only print a note on standard error.
+        instead: Alternatives to a trajectory's scenario, for errors.
+        log: Options of a log. The plan that it is compared with follows it.
+        warm: The motion before the source was changed; a plan is the start of the next one.
 
     Raises:
-        InputError: An option belongs to the other of the two, or the motion can't be planned or
+        InputError: An option belongs to the other kind of source, or the motion can't be planned or
             read.
     """
     options = options if options is not None else PlanOptions()
     if not _is_trajectory(source, reference):
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
-        if source in resources.names("scenarios") or Path(source).exists():  # else it is not there
+        if source in resources.names("scenarios") or Path(source).exists():  # else missing
             refuse(given, f"{source} is a scenario itself")
         return list(_planned(source, options, compare or [], warm))
     given = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
@@ -114,7 +113,7 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
     """Read a trajectory of any tool, or a log, and check it against its scenario.
 
     Raises:
-        InputError: One of them can't be read, or the trajectory is of other joints.
+        InputError: A file can't be read, or the trajectory has other joints.
     """
     scenario = load_scenario(reference)
     space = joint_space(scenario)
@@ -140,7 +139,7 @@ def _is_trajectory(source: str, reference: str | None) -> bool:
 def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) -> JointTrajectory:
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     if robot is None and is_foreign(path):
-        raise InputError(f"{path} needs the scenario it is for: give it with --scenario{instead}")
+        raise InputError(f"{path} needs its scenario: give --scenario{instead}")
     owner = f"robot {robot.name!r}" if robot is not None else "the scenario"
     trajectory, defects = read_trajectory(path, names, units, owner=owner)
     if not strict:
@@ -150,22 +149,22 @@ def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) 
             raise InputError(f"{path}: {defect}")
         echo(f"note: {path}: {defect}", err=True)
     if strict and (fault := set_disagreement(Path(path))) is not None:
-        raise InputError(f"{path} {fault}; give the scenario that it is for with --scenario")
+        raise InputError(f"{path} {fault}; give its scenario with --scenario")
     return trajectory
 
 
 def _note_change(path: str | Path) -> None:
-    """Note on standard error if a file was changed since its report was written."""
+    """Print a note on standard error if a file was changed since its report was written."""
     fault = set_disagreement(Path(path))
     if fault is not None:
         echo(f"note: {path} {fault}", err=True)
 
 
 def refuse(options: dict[str, Any], reason: str) -> None:
-    """Refuse those options that are given.
+    """Refuse given options that do not apply.
 
     Raises:
-        InputError: One is.
+        InputError: An option is given.
     """
     given = [name for name, value in options.items() if value is not None]
     if given:
@@ -175,7 +174,7 @@ def refuse(options: dict[str, Any], reason: str) -> None:
 def _planned(
     source: str, options: PlanOptions, others: list[str], warm: Motion | None
 ) -> list[Plan]:
-    """Plan a scenario with its planner and with others; each planner once."""
+    """Plan a scenario with its own planner and with others, each planner once."""
     for name in others:
         get_planner(name)
     before = warm if isinstance(warm, Plan) else None
@@ -194,7 +193,7 @@ def _planned(
 
 
 def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
-    """The motions that have been checked against a scenario."""
+    """The motions that were checked against a scenario."""
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 
 

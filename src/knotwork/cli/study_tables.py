@@ -1,4 +1,4 @@
-"""What is printed of a study: how many rows pass, why the others do not, and the best one."""
+"""Printed results of a study: passing rows, reasons of failures, and the best row."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_REASONS = 12
 
 
 def study_to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:
-    """Give what is printed of a study as plain data, ready for JSON."""
+    """The printed results of a study as plain data, ready for JSON."""
     return {
         "ok": study.passed > 0,
         "scenario": study.name,
@@ -36,7 +36,7 @@ def _plain(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def print_study(study: Study) -> None:
-    """Print how many rows pass, and why the others do not."""
+    """Print the number of passing rows, and the reasons of the others."""
     count, total = len(study), len(study.spec)
     done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
     table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
@@ -57,7 +57,7 @@ def print_study(study: Study) -> None:
 
 
 def print_best(study: Study, figure: str, best: dict[str, Any] | None) -> None:
-    """Print the best row in a figure, if there is one."""
+    """Print the best row by a figure, if there is one."""
     if best is not None:
         pairs = ((name, best[name]) for name in study.varied)
         values = ", ".join(

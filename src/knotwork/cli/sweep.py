@@ -27,7 +27,7 @@ from knotwork.sweeps.folder import is_study
 from knotwork.view.picture_files import checked_picture_path, save_figure
 
 PICTURE = "study.png"
-"""In the folder of a study, where `--plot` names no file."""
+"""Picture in the folder of a study, if `--plot` names no file."""
 
 
 @click.command(
@@ -39,14 +39,14 @@ PICTURE = "study.png"
     "--vary",
     metavar="PATH=VALUES",
     multiple=True,
-    help="A value of the file and what it is to be: a range -200:200:41, values divided by commas, "
-    "or uniform(-50, 50). May be repeated: all combinations are planned.",
+    help="A value of the file and its variation: a range -200:200:41, values separated by commas, "
+    "or uniform(-50, 50). May be repeated; all combinations are planned.",
 )
 @click.option(
     "--rows",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="CSV whose header has paths of values; a scenario for each row.",
+    help="CSV with paths of values as header; one scenario per row.",
 )
 @click.option(
     "--zip",
@@ -58,16 +58,16 @@ PICTURE = "study.png"
     "--samples",
     metavar="N",
     type=click.IntRange(min=1),
-    help="Number of random samples of what is uniform(…).",
+    help="Number of random samples of uniform(…) values.",
 )
-@click.option("--seed", metavar="N", type=int, help="Of the random samples; 0 if left out.")
+@click.option("--seed", metavar="N", type=int, help="Seed of the random samples; 0 if left out.")
 @click.option("--out", "-o", metavar="DIR", type=NewPath(), help="Folder for the study.")
-@click.option("--resume", is_flag=True, help="Go on with the study in the folder.")
+@click.option("--resume", is_flag=True, help="Continue the study in the folder.")
 @click.option(
     "--workers",
     metavar="N",
     type=click.IntRange(min=0),
-    help="Processes of this machine, by default one a processor; 0 for this process alone.",
+    help="Number of processes, by default one per processor; 0 for this process only.",
 )
 @click.option(
     "--scheduler",
@@ -78,13 +78,13 @@ PICTURE = "study.png"
     "--stop-after",
     metavar="N feasible",
     type=(click.IntRange(min=1), click.Choice(["feasible"])),
-    help="Stop once this many rows pass.",
+    help="Stop after this many passing rows.",
 )
 @click.option(
     "--time-limit",
     metavar="TIME",
     type=Seconds(),
-    help="Of one row, for example 20s; 60 s if left out.",
+    help="Time limit of a row, for example 20s; 60 s if left out.",
 )
 @click.option(
     "--plot",
@@ -99,15 +99,15 @@ PICTURE = "study.png"
     "--figures",
     metavar="A,B,…",
     type=Listed(),
-    help="Figures that are drawn next to the verdict.",
+    help="Figures to draw next to the verdict.",
 )
 @click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
 @click.option(
     "--freeze",
     metavar="FILE",
     type=NewPath(),
-    help="Write the scenario of the best row there, comments kept; with chosen times and speeds as "
-    "numbers, as plan --freeze writes it.",
+    help="Write the scenario of the best row, comments kept; with chosen times and speeds as "
+    "numbers, like plan --freeze.",
 )
 @package_path_option
 @json_option
@@ -121,12 +121,12 @@ def sweep(
     as_json: bool,
     **planning: Any,
 ) -> int:
-    """Plan and check SCENARIO many times, with other values: a row for each.
+    """Plan and check SCENARIO many times with varied values, one row each.
 
-    Values are chosen by their path in the file, as frames.block.position[0] or
-    waypoints[pick].after, in the file's units. A row says whether all checks pass, else why not,
-    and figures of the motion; all rows go into the folder of the study, as Parquet. Where STUDY is
-    such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen (--best,
+    Values are selected by their path in the file, such as frames.block.position[0] or
+    waypoints[pick].after, in the file's units. A row has the verdict, the reason of a failure,
+    and figures of the motion; all rows are saved in the folder of the study, as Parquet. If STUDY
+    is such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen (--best,
     --freeze).
     """
     target = _picture_path(picture, Path(source) if is_study(source) else out)
@@ -145,9 +145,9 @@ def sweep(
                 study = sweeps.sweep(source, vary, out=out, progress=progress, **given)
         except KeyboardInterrupt:
             if out is not None:
-                echo(f"finished rows are kept in {out}; go on with --resume", err=True)
+                echo(f"finished rows are kept in {out}; continue with --resume", err=True)
             raise
-    if not as_json:  # what was planned is shown, whatever can't be made of it
+    if not as_json:  # the planned rows are shown even if the rest fails
         print_study(study)
     figure, written = best or "duration", []
     found = study.best(figure) if study.passed else None
@@ -155,7 +155,7 @@ def sweep(
         written.append(save_figure(study.plot(figures), target))
     if freeze is not None:
         if found is None:
-            raise InputError(f"{freeze} was not written: no row passes, so there is none best")
+            raise InputError(f"{freeze} was not written: no row passes")
         written.append(study.freeze(found["row"], freeze))
     if as_json:
         echo(json.dumps(study_to_dict(study, figure, found), indent=1, allow_nan=False))
@@ -195,6 +195,6 @@ def _refuse_planning(source: str, given: dict[str, Any]) -> None:
         if value is not None and value is not False and value != ():
             option = "zip" if name == "together" else name.replace("_", "-")
             raise InputError(
-                f"--{option}: {source} is the folder of a study, whose rows are only shown; "
+                f"--{option}: {source} is the folder of a study, which is not planned again; "
                 "to plan, give the scenario"
             )

@@ -13,12 +13,12 @@ from rich.table import Table
 from knotwork.cli.short_report import WIDEST
 from knotwork.cli.terminal import cell
 
-# Numbers are never cut short: what needs more width than the terminal's takes it.
+# Numbers are never truncated: tables wider than the terminal use the width they need.
 ANY_WIDTH = 1000
 
 
 def console(*, wrap: bool = False) -> Console:
-    """Console on standard output, that wraps text at the terminal's width or not at all."""
+    """Console on standard output, with or without wrapping at the terminal's width."""
     width = ANY_WIDTH
     if wrap:
         width = shutil.get_terminal_size().columns
@@ -26,7 +26,7 @@ def console(*, wrap: bool = False) -> Console:
 
 
 def print_table(table: Table) -> None:
-    """Print a table at the terminal's width; it is wider where its numbers and names need it."""
+    """Print a table at the terminal's width, or wider if its numbers and names need it."""
     title, table.title = table.title, None
     out = console(wrap=True)
     out.print(f"[bold]{title}[/]", soft_wrap=True)
@@ -40,7 +40,7 @@ def print_table(table: Table) -> None:
 
 
 def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
-    """Make a table whose first columns are text and all others numbers."""
+    """Make a table with text in the first columns and numbers in the others."""
     table = Table(
         title=cell(title),
         header_style="dim",
@@ -57,7 +57,7 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
 
 
 def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
-    """Print a name and texts about it, which are wrapped; empty ones are left out."""
+    """Print a name with its texts, wrapped; empty ones are left out."""
     out = console(wrap=True)
     out.print(f"[bold]{cell(name)}[/]  {cell(about)}", soft_wrap=True)
     indent = max(map(len, rows), default=0) + 4
@@ -68,13 +68,13 @@ def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
 
 
 def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
-    """Print a text wrapped at the terminal's width, after what begins its first and other lines.
+    """Print a text wrapped at the terminal's width, with prefixes of the first and other lines.
 
     Args:
         text: The text.
-        first: Before its first line; if longer than `others`, it shortens that line.
-        others: Before its other lines.
-        style: Of `first`.
+        first: Prefix of the first line; if longer than `others`, it shortens that line.
+        others: Prefix of the other lines.
+        style: Style of `first`.
     """
     out = console(wrap=True)
     lines = textwrap.wrap(

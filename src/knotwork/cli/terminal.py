@@ -1,4 +1,4 @@
-"""Printing: text from files can't move the cursor, colour the screen or hide a line."""
+"""Printing without risk: text from files can't move the cursor, colour or hide anything."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from knotwork.errors.plain_text import one_line, plain
 
 
 def cell(text: str, *, lines: bool = False) -> str:
-    """Write text for a table or a line of Rich's, where brackets would be markup.
+    """Escape text for a table or line of Rich, where brackets are markup.
 
     Args:
         text: From a file.
-        lines: Line feeds stay; by default they are written out, so that a name is in one line.
+        lines: Keep line feeds; by default they are escaped, so that a name is in one line.
     """
     from rich.markup import escape
 
-    # a backslash at the end would take the markup behind it for text
+    # A backslash at the end would escape the markup after it.
     return escape(plain(text) if lines else one_line(text))
 
 
 def echo(text: str, *, err: bool = False) -> None:
-    """Print text, control characters written out.
+    """Print text, control characters escaped.
 
-    On a terminal messages are wrapped between words.
+    On a terminal, messages are wrapped between words.
 
-    Where nothing can be written to standard error, the exit code still reports the error.
+    If standard error can't be written to, the exit code still reports the error.
     """
     text = plain(text)
     try:
@@ -53,11 +53,11 @@ def _wrapped(line: str) -> str:
 
 
 def echo_line(text: str, word: str = "", **style: Any) -> None:
-    """Print one line, a word of it in a style where the output is a terminal that has colours.
+    """Print one line, one word of it in a style if the output is a terminal with colours.
 
     Args:
         text: From a file.
-        word: The first one of these has the style.
+        word: The first occurrence gets the style.
         style: As for `click.style`.
     """
     line = one_line(text)
@@ -68,7 +68,7 @@ def echo_line(text: str, word: str = "", **style: Any) -> None:
 
 
 def internal_error(error: Exception) -> str:
-    """Explain an error that is no fault of the input."""
+    """Explain an internal error."""
     return (
         f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
         "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened."
@@ -76,14 +76,14 @@ def internal_error(error: Exception) -> str:
 
 
 def echo_data(text: str | bytes) -> None:
-    """Print data for other programs as they are; for eyes, control characters are written out."""
+    """Print data for other programs unchanged; on a terminal, control characters are escaped."""
     if isinstance(text, str) and sys.stdout.isatty():
         text = plain(text)
     click.echo(text, nl=False)
 
 
 def offer(address: str, shown: str, no_open: bool) -> None:
-    """Print a line on a served page, and open its address in a browser."""
+    """Print a line about a served page, and open its address in a browser."""
     from knotwork.view.page_server import open_browser
 
     echo(f"{shown} until Ctrl-C")

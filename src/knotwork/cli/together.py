@@ -1,4 +1,4 @@
-"""`knotwork check A --with B`: where and when two motions come too near."""
+"""`knotwork check A --with B`: the place and time of insufficient clearance of two motions."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from knotwork.scenario import Scenario
     from knotwork.scenario.joint_space import JointSpace
 
-_BOTH = "Say only where and when it comes too near to another robot's motion, or that it is clear."
+_BOTH = "Report only the clearance to another robot's motion, with place and time."
 _OPTIONS = (
-    ("--delay", "delay", "TIME", Seconds(zero=True), "How much later the motion of --with begins."),
-    ("--in", "frame", "FRAME", str, "Frame that the base of the robot of --with stands in."),
-    ("--motion", "motion", "FILE", str, "Recorded motion of --with; else it is planned."),
+    ("--delay", "delay", "TIME", Seconds(zero=True), "Delay of the motion of --with."),
+    ("--in", "frame", "FRAME", str, "Frame of the base of the robot of --with."),
+    ("--motion", "motion", "FILE", str, "Recorded motion of --with; by default it is planned."),
     ("--with", "other", "SCENARIO|PLAN", str, _BOTH),
 )
 
@@ -64,20 +64,20 @@ with_options = bundled(
 
 
 def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
-    """Refuse robots of which nobody says how they stand, unless one URDF does: two arms of it."""
+    """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
     from knotwork.scenario import load_scenario
     from knotwork.scenario.joint_space import joint_space
 
     theirs = joint_space(load_scenario(other))
     if space.robot is None or theirs.robot is None:
-        return  # another error says so
+        return  # reported by another error
     one_urdf = space.robot.urdf == theirs.robot.urdf
     if one_urdf and not set(space.joint_names) & set(theirs.joint_names):
         return
     why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
     known = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
     raise InputError(
-        f"--with {other}: where its robot stands is not given, and {why}; accepted: --in with a "
+        f"--with {other}: its robot has no placement, and {why}; accepted: --in with a "
         f"frame of {source}, one of {known}"
     )
 
@@ -85,12 +85,12 @@ def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: s
 def check_together(
     source: str, reference: str | None, other: Mapping[str, Any], *, as_json: bool
 ) -> int:
-    """Print in one line how near two motions come; gives the exit code."""
+    """Print in one line how close two motions come, and give the exit code."""
     from knotwork.pipeline import clearance_between
 
     first = read_motions(source, reference)[0]
     if isinstance(first, JointTrajectory):
-        raise InputError(f"give the scenario that {source} is for with --scenario")
+        raise InputError(f"give the scenario of {source} with --scenario")
     if other["in"] is None:
         _check_one_cell(source, first.scenario, first.space, other["scenario"])
         other = {**other, "in": "base"}

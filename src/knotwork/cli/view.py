@@ -38,14 +38,14 @@ from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
 
 Made = Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]]
-"""The scene of a motion and the motion, from those that were made before the source changed."""
+"""The scene of a motion and the motion, from those before the source changed."""
 
 INSTEAD = ", or its robot with --robot"
-"""What may be given in place of a scenario."""
+"""Alternatives to a scenario, for messages."""
 
 _EPILOG = """
-In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene,
-c shows the shapes of the links that collisions are checked with.
+In the page: space plays and pauses, the arrow keys step by frame, the mouse turns the scene,
+c shows the collision shapes of the links.
 FILE.html#t=2.5 opens at that time, FILE.html#paused at the start.
 
 Exit codes: 0 the scene is shown or written, also where a check fails, 2 the input is wrong.
@@ -54,17 +54,17 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 @click.command(epilog=_EPILOG)
 @html_option()
-@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show with it.")
+@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show as well.")
 @click.option(
     "--beside",
     metavar="OTHER",
-    help="Show another scenario's motion next to it, with one clock and their difference.",
+    help="Show another scenario's motion side by side, with one clock and their difference.",
 )
 @click.option("--no-ghosts", is_flag=True, help="Hide translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",
     is_flag=True,
-    help="Plan again each time the scenario, its robot or a file they name is saved, and update "
+    help="Plan again whenever the scenario, its robot or a file named in them is saved, and update "
     "the open page.",
 )
 @click.option(
@@ -73,7 +73,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     is_flag=False,
     flag_value="own",
     help="Play in Meshcat instead: in the server at this ZMQ address, such as "
-    "tcp://127.0.0.1:6000, or without one in a server that ends with this command.",
+    "tcp://127.0.0.1:6000, or without an address in a new server.",
 )
 @click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
 @port_option
@@ -99,13 +99,13 @@ def view(
     """Show the moving arm in a browser.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder, or another tool's
-    CSV, JSON or ROS 2 YAML. The folder of a study, as `knotwork sweep` writes it, is shown as a
-    map: a click on a row shows its motion, or why there is none. With --html the map is one file,
+    TRAJECTORY is any input of `knotwork check`: a trajectory.json, its folder, or another tool's
+    CSV, JSON or ROS 2 YAML. The folder of a study, written by `knotwork sweep`, is shown as a
+    map: a click on a row shows its motion or why it failed. With --html the map is one file,
     with as many motions as fit into 8 MB.
 
-    The page shows the tool's path, coloured by its speed, the waypoints with their velocities, the
-    rebuilt knots, and failures of the check in red. The page is served to this machine alone
+    The page shows the tool's path, coloured by speed, the waypoints with their velocities, the
+    rebuilt knots, and failures of the check in red. The page is served on this machine only,
     until Ctrl-C.
     """
     arm = load_robot(robot) if robot is not None else None
@@ -119,7 +119,7 @@ def view(
         shown = read_motions(source, reference, options, log=log)
         print_failures(shown)
         if not checked(shown[:1]):
-            raise InputError("Meshcat is shown a task with its motion: give --scenario")
+            raise InputError("Meshcat needs a task with its motion: give --scenario")
         play_in_meshcat(shown[0], meshcat, no_open)
         return PASSED
 
@@ -133,7 +133,7 @@ def view(
         return _scene(source, shown, arm, before), shown[0]
 
     if is_study(source):
-        refuse(given, f"{source} is the folder of a study, whose map is shown")
+        refuse(given, f"{source} is the folder of a study, which is shown as a map")
         return _map(source, out, port, no_open)
     if beside is not None:
         refuse({"--watch": watch or None, "--compare": compare}, "--beside shows two motions")
@@ -144,7 +144,7 @@ def view(
 
 
 def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
-    """Serve the map of a study, or write it."""
+    """Serve or write the map of a study."""
     from knotwork.sweeps import Study
 
     study = Study.open(source)
@@ -169,13 +169,13 @@ def _beside(source: str, other: str, reference: str | None, options: PlanOptions
     """The page of two motions."""
     shown = checked([read_motions(one, reference, options)[0] for one in (source, other)])
     if len(shown) < 2:
-        raise InputError("two motions with their tasks are shown side by side: give --scenario")
+        raise InputError("side by side, two motions need their tasks: give --scenario")
     names = [one.scenario.name for one in shown]
     return side_by_side(shown, names if names[0] != names[1] else [source, other])
 
 
 def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> int:
-    """Write a page, or serve it."""
+    """Write or serve a page."""
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     if out is not None:
@@ -194,7 +194,7 @@ def _scene(
         return scene_of(first, compared, before)
     if robot is None:
         raise InputError(
-            f"{source} does not name the arm that it moves; give the scenario it was planned for "
+            f"{source} does not name its robot; give its scenario "
             "with --scenario, or its robot with --robot"
         )
     return scene_of_trajectory(robot, first, before)
@@ -222,7 +222,7 @@ def _watch(
 
 
 def _file(name: str) -> Path:
-    """File that a source is in: of a shipped scenario its own, of a folder its trajectory."""
+    """File of a source: of a shipped scenario its own, of a folder its trajectory."""
     if name in resources.names("scenarios"):
         return resources.find("scenarios", name)
     path = Path(name)

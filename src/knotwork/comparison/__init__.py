@@ -1,4 +1,4 @@
-"""One scenario, every planner, one table."""
+"""Comparison of all planners for one scenario."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""One scenario, every planner, one table."""
+"""Comparison of all planners for one scenario."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from knotwork.waypoints import JointWaypoints
 
 @dataclass(frozen=True)
 class Comparison:
-    """A scenario as several planners do it.
+    """A scenario planned by several planners.
 
     Attributes:
         scenario: Name of the scenario.
         rows: A score or a refusal for each planner.
         trajectories: The motions by planner.
-        times_chosen: The scenario leaves times or speeds free. They were chosen once, and every
-            planner got them; `modified-hermite` without a rule is the chosen motion.
-        units: Those of the scenario, for tables; all figures here are in SI.
+        times_chosen: Whether the scenario has free times or speeds. They are chosen once, for
+            all planners; `modified-hermite` without a rule is the chosen motion.
+        units: Units of the scenario, for tables; all figures here are in SI.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {name: motion.continuity.order for name, motion in comparison.trajectories.items()}
@@ -54,16 +54,16 @@ class Comparison:
 
     @property
     def scores(self) -> tuple[Score, ...]:
-        """Rows of the planners that can do the scenario."""
+        """Rows of the planners that succeeded."""
         return tuple(row for row in self.rows if isinstance(row, Score))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the comparison as plain data, ready for JSON."""
+        """Convert the comparison to plain data, ready for JSON."""
         rows = [asdict(row) for row in self.rows]
         return {"scenario": self.scenario, "times_chosen": self.times_chosen, "planners": rows}
 
     def to_csv(self) -> str:
-        """Write the comparison as CSV, a row a planner; a peak takes four columns."""
+        """Write the comparison as CSV, one row per planner; a peak takes four columns."""
         return storage.rows_to_csv(flat_columns(), [flat(row) for row in self.rows])
 
     def save(self, folder: str | Path) -> list[Path]:
@@ -84,7 +84,7 @@ DEFAULT = tuple(
     for planner in PLANNERS
     for name in (planner, *(f"{planner}:{rule}" for rule in _BY_RULE.get(planner, ())))
 )
-"""Planners that are compared by default: all of them, and two with each of their rules."""
+"""Planners compared by default: all of them, and two with each of their rules."""
 
 
 def compare(
@@ -93,10 +93,10 @@ def compare(
 ) -> Comparison:
     """Plan a scenario with several planners and score the motions.
 
-    Every planner gets the joint waypoints that `knotwork.plan` takes for the scenario, and those
-    of its options that it supports; accelerations and higher derivatives at waypoints are
-    for the scenario's own planner. Times and speeds that are free are chosen once, and every
-    planner gets them.
+    Every planner gets the joint waypoints of `knotwork.plan` for the scenario, and those
+    of its options that it supports; accelerations and higher derivatives at waypoints are only
+    for the scenario's own planner. Free times and speeds are chosen once, for
+    all planners.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
@@ -105,17 +105,17 @@ def compare(
     Args:
         scenario: As for `knotwork.plan`.
         planners: Names of planners; a rule may follow after a colon: `septic:estimated`. By
-            default all there are, and those in `DEFAULT` that have a rule, where it makes another
-            motion than the scenario's own options do.
+            default all of them, and those with a rule in `DEFAULT`, if it makes another
+            motion than the scenario's own options.
 
     Raises:
-        UnknownNameError: There is no such planner or rule.
-        InputError: The scenario is wrong, or a waypoint can't be met as asked.
+        UnknownNameError: A planner or rule is unknown.
+        InputError: The scenario is wrong, or a waypoint is infeasible.
     """
     given_names = [planners] if isinstance(planners, str) else planners
     names = list(dict.fromkeys(DEFAULT if given_names is None else given_names))
     if not names:
-        raise InputError(f"no planner to compare is given; accepted: {', '.join(PLANNERS)}")
+        raise InputError(f"no planner is given; accepted: {', '.join(PLANNERS)}")
     for name in names:
         get_planner(name)
     if not isinstance(scenario, Scenario):
@@ -146,9 +146,9 @@ def compare(
 
 
 def _base(scenario: Scenario) -> Plan:
-    """The plan whose joint waypoints every planner gets.
+    """The plan with the joint waypoints for all planners.
 
-    Where the scenario's own planner can't do it, it is that of one that can do any task.
+    If the scenario's own planner fails, another one is taken that can plan any task.
     """
     try:
         return plan(scenario)
@@ -161,7 +161,7 @@ def _same_motion(one: JointTrajectory, other: JointTrajectory) -> bool:
     return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
 
 
-# The first run of a planner loads its module: the best of a few measures the planning alone.
+# The first run of a planner loads its module: the best of a few measures planning alone.
 RUNS = 5
 
 
@@ -225,7 +225,7 @@ def _greatest(
     figure: Callable[[float, float], float],
     choose: Callable[..., float | None] = max,
 ) -> float | None:
-    """The worst figure of the findings on a quantity, from value and limit; `None` without any."""
+    """The worst figure of the findings on a quantity, from value and limit, or `None`."""
     found = report.select(quantity=quantity)
     pairs = [(one.value, one.limit) for one in found if one.subject in ("path", "pair")]
     return choose((figure(v, m) for v, m in pairs if v is not None and m is not None), default=None)

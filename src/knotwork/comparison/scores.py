@@ -1,4 +1,4 @@
-"""Figures of planners' motions for one scenario, and which planner has the best ones."""
+"""Figures of planners' motions for one scenario, and the best planner for each."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from knotwork import metrics
 class Score:
     """Figures of one planner's motion for a scenario.
 
-    Joint values are in rad or m; where they are summed, rad and m are added as numbers.
+    Joint values are in rad or m; sums add rad and m as numbers.
 
     Attributes:
         planner: Name of the planner.
         position_miss: Largest error of a joint at a waypoint.
         velocity_miss: Largest error of a joint's velocity at a waypoint.
-        acceleration_jump: Largest jump of a joint's acceleration between start and end.
-        end_acceleration: Largest magnitude of a joint's acceleration at start and end: the step
-            that an arm makes there from rest and to rest.
+        acceleration_jump: Largest jump of a joint's acceleration inside the motion.
+        end_acceleration: Largest magnitude of a joint's acceleration at start and end: the jump
+            of an arm that starts and ends at rest.
         peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
-        peak_acceleration: The same for acceleration.
-        peak_jerk: The same for jerk; `None` where the acceleration jumps: no bound holds there.
-        velocity_fluctuation: That of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
-        squared_acceleration: Its integral over time, summed over the joints.
-        squared_jerk: The same for jerk; `None` where the acceleration jumps: it is infinite.
+        peak_acceleration: Peak of the acceleration.
+        peak_jerk: Peak of the jerk; `None` where the acceleration jumps, as it is unbounded.
+        velocity_fluctuation: Value of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
+        squared_acceleration: Integral over time, summed over the joints.
+        squared_jerk: Integral over time, summed likewise; `None` where the acceleration jumps.
         path_deviation: Distance of the tool from the straight path between poses [m], sampled;
-            `None` where no poses follow each other without a tool path.
+            `None` without consecutive poses off tool paths.
         path_turn: Angle of the tool from that path [rad], sampled; `None` likewise.
-        tool_path_deviation: Largest distance of the tool from the scenario's tool paths that the
-            check finds [m]; `None` without such paths.
-        tool_path_speed_error: Largest difference from the speed asked for along them, as a part of
-            it; `None` where no speed is asked for.
-        clearance: How much nearer the nearest pair of bodies may come to one another than the check
-            finds it [m]: its distance beyond the margin to keep; `None` where none is checked.
-        duration: [s]
-        required, failed: How much the check requires, and how much of that fails: waypoints,
-            continuity, limits, tool paths and whatever else it looks at.
-        time_to_plan: Time that the planner took, the best of a few runs [s].
-        reason: Why it fails, in one line; empty where it passes.
+        tool_path_deviation: Largest distance of the tool from the scenario's tool paths in the
+            check [m]; `None` without such paths.
+        tool_path_speed_error: Largest deviation from the given speed along them, as a fraction of
+            it; `None` without a given speed.
+        clearance: Clearance of the nearest pair of bodies beyond the required margin, as in the
+            check [m]; `None` without pairs.
+        duration: Duration [s].
+        required, failed: Number of requirements in the check, and of the failed ones: waypoints,
+            continuity, limits, tool paths and others.
+        time_to_plan: Computing time of the planner, the best of a few runs [s].
+        reason: Reason of a failure, in one line; empty if it passes.
     """
 
     planner: str
@@ -68,17 +68,17 @@ class Score:
 
     @property
     def passed(self) -> bool:
-        """Whether the motion does all that is required."""
+        """Whether the motion meets all requirements."""
         return self.failed == 0
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """A planner that can't do a scenario.
+    """A scenario that a planner can't plan.
 
     Attributes:
         planner: Name of the planner.
-        reason: Why.
+        reason: Reason.
     """
 
     planner: str
@@ -96,7 +96,7 @@ def flat_columns() -> list[str]:
 
 
 def flat(row: Score | Refusal) -> dict[str, Any]:
-    """Values by the columns of a table in which a peak takes four."""
+    """Values by column, with four columns for a peak."""
     values = asdict(row)
     for name in _PEAKS:
         peak = values.pop(name, None) or {}
@@ -108,21 +108,21 @@ _NOT_RANKED = ("planner", "clearance", "duration", "required", "reason")
 COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
 
 TIE = 0.01
-"""Part by which values may differ and share the star."""
+"""Relative tolerance of ties."""
 
 
 def best(scores: Sequence[Score]) -> dict[str, set[str]]:
-    """Planners that have the best value of each column among those that pass, by column.
+    """Planners with the best value of each column among all that pass, by column.
 
-    Values within 1 % of the best are ties and share it, and so do all below 1e-9: no machine is
-    that exact.
+    Values within 1 % of the best are ties and share it; so do all values below 1e-9, the limit
+    of floating point.
 
     >>> scores = kw.compare("paper_case", ["cubic", "modified-hermite", "septic"]).scores
     >>> best(scores)["squared_acceleration"]
     {'modified-hermite'}
 
     Args:
-        scores: Of one scenario, such as `Comparison.scores`.
+        scores: Scores of one scenario, such as `Comparison.scores`.
     """
     winners: dict[str, set[str]] = {}
     for column in COLUMNS:

@@ -1,4 +1,4 @@
-"""Comments in the text of a YAML file: changes of the text keep them."""
+"""Comments in YAML text, kept when the text is changed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import yaml
 
 
 class Change(NamedTuple):
-    """New text in place of the old one from start to end."""
+    """New text that replaces the old one from start to end."""
 
     start: int
     end: int
@@ -17,14 +17,14 @@ class Change(NamedTuple):
 
 
 class _Comment(NamedTuple):
-    """Where a comment begins, and its text."""
+    """Start and text of a comment."""
 
     start: int
     text: str
 
 
 def with_comments(text: str, changes: Sequence[Change]) -> list[Change]:
-    """The changes, each with the comments in what it replaces, a line each, before the new text."""
+    """The changes, each with the comments of the replaced text in front, one a line."""
     if not any("#" in text[one.start : one.end] for one in changes):
         return list(changes)
     comments = _comments(text)
@@ -42,13 +42,13 @@ def _with_comments(text: str, comments: Sequence[_Comment], change: Change) -> C
     indent = len(before) - len(before.lstrip(" -"))
     line = "\n" + " " * (indent if indent == len(before) else indent + 2)
     if start and not spaces and not text[start - 1].isspace():
-        spaces = " "  # without which it were no comment
+        spaces = " "  # required before a comment
     below = "" if new.startswith("\n") else "\n" if old.endswith("\n") else line
     return Change(start, end, spaces + line.join(kept) + below + new)
 
 
 def _comments(text: str) -> list[_Comment]:
-    """All comments, in order: they are between the tokens."""
+    """All comments, in order; they are between the tokens."""
     found: list[_Comment] = []
     done = 0
     for token in yaml.scan(text, Loader=yaml.SafeLoader):

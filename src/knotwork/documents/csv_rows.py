@@ -17,27 +17,27 @@ from knotwork.errors import DocumentError, Problem
 
 MOST_BYTES = 500_000_000
 MOST_CELLS = 21_000_000
-"""More than any table that is exported has."""
+"""More than the largest exported table has."""
 MOST_COLUMNS = 10_000
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
 _FIRST_ROW = re.compile(r"^(?![^\S\n]*(?:#|$))", re.MULTILINE)
-"""The start of the first line that is no comment and not empty."""
+"""The start of the first line that is neither empty nor a comment."""
 LONGEST_HEAD = 1_000_000
-"""Characters of the headings that are looked at for what divides them."""
+"""Number of heading characters that are searched for the delimiter."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Cells of a CSV file, and where they stand.
+    """Cells of a CSV file and their lines.
 
     Attributes:
         path: The file.
-        head: Line of the headings.
+        head: Line number of the headings.
         headings: The headings.
-        lines: Line of each row below them.
-        cells: Rows of as many cells as there are headings.
+        lines: Line number of each row below them.
+        cells: Rows, each with as many cells as there are headings.
     """
 
     path: Path
@@ -49,7 +49,7 @@ class Rows:
     def error(
         self, line: int | None, index: int | None, message: str, accepted: str = ""
     ) -> DocumentError:
-        """The error for a line, and a column of it by its index."""
+        """The error for a line, or for one column of it, by its index."""
         field = "" if index is None else f"column {index + 1} ({self.headings[index].strip()})"
         return DocumentError(self.path, [Problem(line, field, message, accepted)])
 
@@ -59,12 +59,12 @@ class Rows:
         """Numbers of a column, shape (n,).
 
         Args:
-            index: Which one.
-            gaps: Empty cells are NaN.
-            finite: Others than finite numbers are refused.
+            index: Index of the column.
+            gaps: Read empty cells as NaN.
+            finite: Refuse infinite numbers and NaN.
 
         Raises:
-            DocumentError: A cell is no number.
+            DocumentError: A cell is not a number.
         """
         values = np.full(len(self.cells), np.nan)
         for i, cells in enumerate(self.cells):
@@ -72,7 +72,7 @@ class Rows:
                 if not gaps or cells[index].strip():
                     values[i] = number(cells[index])
             except ValueError:
-                message = f"{cells[index].strip()!r} is no number"
+                message = f"{cells[index].strip()!r} is not a number"
                 raise self.error(self.lines[i], index, message) from None
         if finite and not np.isfinite(values).all():
             i = int(np.argmin(np.isfinite(values)))
@@ -83,16 +83,16 @@ class Rows:
 def read_rows(path: Path, delimiter: str = "") -> Rows:
     """Read the cells of a file.
 
-    Columns are divided by commas, semicolons, tabs or, where there are none of these, by spaces.
-    Numbers may have decimal commas where commas divide nothing. Empty lines and lines that start
-    with `#` are left out; headings may stand in such a line directly above the numbers.
+    Columns are separated by commas, semicolons, tabs or, without any of these, by spaces.
+    Numbers may have decimal commas unless commas separate columns. Empty lines and comments with
+    `#` are skipped; headings may be in a comment directly above the numbers.
 
     Args:
         path: The file.
-        delimiter: What divides columns; by default what does in the first row.
+        delimiter: Column delimiter; by default the one of the first row.
 
     Raises:
-        DocumentError: The file can't be read, is not valid CSV, holds no rows, or one of another
+        DocumentError: The file can't be read, is not valid CSV, has no rows, or a row of another
             length than the headings.
     """
     text = read_text(path, most=MOST_BYTES)
@@ -118,13 +118,13 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
             found.append((reader.line_num, cells))
             room -= len(cells)
             if len(cells) > MOST_COLUMNS or room < 0:
-                most = f"at most {MOST_COLUMNS} columns and {MOST_CELLS} numbers are read"
-                raise DocumentError(path, [Problem(reader.line_num, "", "is too much", most)])
+                most = f"at most {MOST_COLUMNS} columns and {MOST_CELLS} numbers are accepted"
+                raise DocumentError(path, [Problem(reader.line_num, "", "is too large", most)])
     except csv.Error as error:
         problem = Problem(reader.line_num, "", f"is not valid CSV: {error}")
         raise DocumentError(path, [problem]) from error
     if not found:
-        raise DocumentError(path, [Problem(None, "", "holds no rows")])
+        raise DocumentError(path, [Problem(None, "", "has no rows")])
     if comments and all(map(is_number, found[0][1])):
         # headings in a comment, as NumPy's savetxt writes them
         at, above = comments[-1]
@@ -135,7 +135,7 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
     for line_number, cells in body:
         if len(cells) != len(headings):
             problem = Problem(
-                line_number, "", f"has {len(cells)} values", f"{len(headings)}, as headings"
+                line_number, "", f"has {len(cells)} values", f"{len(headings)}, as in the headings"
             )
             raise DocumentError(path, [problem])
     return Rows(path, head, headings, [line for line, _ in body], [cells for _, cells in body])
@@ -146,24 +146,24 @@ def _reader(lines: Iterator[str], delimiter: str):  # type: ignore[no-untyped-de
 
 
 def _delimiter(text: str) -> str:
-    """The character between the cells of the first row; those in quotes do not count."""
+    """The character between the cells of the first row, outside quotes."""
     first = _FIRST_ROW.search(text)
     start = first.start() if first else 0
     head = _QUOTED.sub("", text[start : start + LONGEST_HEAD]).partition("\n")[0]
-    # spaces are between the words of a heading, too: they count where there is nothing else
+    # Spaces also separate the words of a heading: they count only without another delimiter.
     best = max((",", ";", "\t"), key=head.count)
     return " " if best not in head and " " in head else best
 
 
 def number(cell: str) -> float:
-    """A number as data have it; Python would read `1_000` and figures of every script, too."""
+    """A number in plain notation; Python would also read `1_000` and digits of every script."""
     if "_" in cell or not cell.isascii():
         raise ValueError(cell)
     return float(cell)
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell holds a number."""
+    """Whether a cell is a number."""
     try:
         number(cell)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Plain data, with the place in the file where each part stands."""
+"""Plain data, with the place of each part in its file."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Location = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Places:
-    """Where in a file each part of its data stands, for messages.
+    """Place of each part of the data in its file, for messages.
 
     Attributes:
         file: The file, or `None`.
-        lines: Line, counted from 1, of each location that is not in the line of the part around
-            it.
+        lines: Line, counted from 1, of each location that does not share the line of the enclosing
+            part.
         prefix: Location of the data in the file.
-        origins: Where parts stand that the file gives at another location, by the one they have.
+        origins: Location in the file by location in the data, where the two differ.
     """
 
     file: Path | None = None
@@ -30,7 +30,7 @@ class Places:
     origins: Mapping[Location, Location] = field(default_factory=dict, repr=False)
 
     def given(self, location: Location) -> Location:
-        """Where the file gives what is at a location."""
+        """Location in the file of a location in the data."""
         for size in range(len(location), 0, -1) if self.origins else ():
             if (origin := self.origins.get(location[:size])) is not None:
                 return origin + location[size:]
@@ -41,14 +41,14 @@ class Places:
         return field_path(self.prefix + self.given(location))
 
     def line(self, location: Location) -> int | None:
-        """Line of a location, or of the nearest part around it that has one."""
+        """Line of a location, or of the innermost enclosing part that has one."""
         location = self.given(location)
         while location and location not in self.lines:
             location = location[:-1]
         return self.lines.get(location)
 
     def where(self, location: Location) -> str:
-        """Say where a location is, for example `task.yaml: line 12: waypoints[2].time`."""
+        """Describe a location, for example `task.yaml: line 12: waypoints[2].time`."""
         line = self.line(location)
         file = str(self.file) if self.file is not None else ""
         place = f"line {line}" if line is not None else ""
@@ -60,19 +60,19 @@ class Places:
         return DocumentError(self.file, [problem])
 
     def named_file(self, given: str, location: Location) -> Path:
-        """The path of a file that is named at a location, relative to this one.
+        """The path of a file named at a location, relative to this one.
 
         Raises:
-            DocumentError: There is no such file.
+            DocumentError: The file does not exist.
         """
         path = (self.file.parent if self.file is not None else Path()) / Path(given).expanduser()
         if not path.is_file():
-            there = f"{path} is no regular file" if path.exists() else f"there is no file {path}"
+            there = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
             raise self.error(location, there)
         return path
 
     def document(self, data: Any, location: Location) -> Document:
-        """Data at a location as a document of its own that still knows where it stands."""
+        """Data at a location as a document of its own, with places in the same file."""
         size = len(location)
         lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
         line = self.line(location)
@@ -83,7 +83,7 @@ class Places:
 
 @dataclass(frozen=True, init=False)
 class Document(Places):
-    """Plain data, and where in the file each part of it stands.
+    """Plain data, and the place of each part in its file.
 
     Attributes:
         data: Mappings, lists, text, numbers, booleans and `None`.
@@ -104,11 +104,11 @@ class Document(Places):
 
     @property
     def places(self) -> Places:
-        """Where the parts stand, without the data."""
+        """Places of the parts, without the data."""
         return Places(self.file, self.lines, self.prefix, self.origins)
 
     def part(self, location: Location) -> Document:
-        """Take a part as a document of its own that still knows where in the file it stands."""
+        """Take a part as a document of its own, with places in the same file."""
         data = self.data
         for key in location:
             data = data[key]

@@ -1,6 +1,6 @@
-"""Edits of a document: in its data, and in its text, of which all else stays as it is.
+"""Edits of a document: in its data, or in its text, of which the rest stays unchanged.
 
-The text is changed only where a value is, so that comments, order and layout are kept. Writing the
+Only the text of changed values is replaced, so that comments, order and layout are kept. Writing
 whole text anew by ruamel.yaml would lose comments inside flow collections, and their line breaks.
 """
 
@@ -19,15 +19,15 @@ from knotwork.documents.yaml_text import Dumper, parse
 from knotwork.errors import InputError
 
 REMOVED = object()
-"""In place of a value: its key is taken out."""
+"""Removes a key, in place of its value."""
 
 Edits = Mapping[Location, Any]
-"""New values by location; a key that a mapping does not have yet is put in."""
+"""New values by location; a key that is new to a mapping is added."""
 
 WIDTH = 100
-"""New values are broken into lines of about this many characters."""
+"""Number of characters after which new values are broken into lines."""
 LAST = 20
-"""Room for the last value of a line, before which PyYAML breaks none."""
+"""Reserve for the last value of a line, before which PyYAML does not break."""
 
 
 def edited(document: Document, edits: Edits) -> Document:
@@ -50,7 +50,7 @@ def edited(document: Document, edits: Edits) -> Document:
 
 
 def differences(old: Any, new: Any, place: Location = ()) -> Edits:
-    """The edits that make of some data other data; a whole number is the same as a float.
+    """The edits that turn one set of data into another; a whole number equals the same float.
 
     >>> differences({"a": 1, "b": [2, 3]}, {"a": 1, "b": [2, 5], "d": 6})
     {('b', 1): 5, ('d',): 6}
@@ -70,10 +70,10 @@ def differences(old: Any, new: Any, place: Location = ()) -> Edits:
 
 
 def edited_text(text: str, edits: Edits) -> str:
-    r"""The text of a YAML file with other values, and all else as it is.
+    r"""The text of a YAML file with other values, otherwise unchanged.
 
     Raises:
-        InputError: A value stands where it can't be changed alone, for example in an alias.
+        InputError: A value can't be changed on its own, for example because it is in an alias.
 
     >>> print(edited_text("a: 1 # one\nb: {c: 2}", {("a",): 0.5, ("b", "d"): [1.0, 2.0]}))
     a: 0.5 # one
@@ -89,10 +89,10 @@ def edited_text(text: str, edits: Edits) -> str:
 
 
 def written(text: str, wanted: Any, named: str) -> str:
-    """A text that has been changed, if it says what is wanted.
+    """A changed text, if it has the wanted content.
 
     Raises:
-        InputError: It says something else.
+        InputError: The text has another content.
     """
     try:
         done = parse(text).data
@@ -110,7 +110,7 @@ _Places = Mapping[Location, tuple[Any, Any]]
 
 
 def places_of(node: Any, place: Location = (), key: Any = None) -> Iterator[tuple[Location, Any]]:
-    """Give by location the nodes of the key, `None` for items of lists, and of the value."""
+    """Give the nodes of key (`None` for items of lists) and value by location."""
     yield place, (key, node)
     if isinstance(node, yaml.MappingNode):
         for name, value in node.value:
@@ -121,7 +121,7 @@ def places_of(node: Any, place: Location = (), key: Any = None) -> Iterator[tupl
 
 
 def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
-    """The changes of a text; inside it, new keys take the place of those that are taken out."""
+    """The changes of a text; new keys take the place of removed ones."""
     put_in: dict[Location, list[tuple[Any, Any]]] = {}
     for place, value in edits.items():
         if place not in places:
@@ -146,15 +146,15 @@ def _replaced(text: str, part: Any, key: Any, node: Any, value: Any) -> Change:
     if key is not None and part.flow_style and isinstance(value, Mapping | list):
         start, name = key.start_mark.index, key.value
         return _item_in_flow(text, part, start, end_of(node), name, value)
-    # a list in block style may begin no further right than its key
+    # a list in block style may begin at the column of its key, at most
     space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
     return Change(node.start_mark.index, end_of(node), space + flow(value, _indent(text, part)))
 
 
 def _insertion(text: str, part: yaml.MappingNode, key: str, value: Any, *, top: bool) -> Change:
-    """Put a key into a mapping: after its first key, if there are more, or at the end.
+    """Insert a key into a mapping: after its first key, if there are more, or at the end.
 
-    At the end of a file, and of a mapping in flow style.
+    At the end of a file, or of a mapping in flow style.
     """
     if part.flow_style and part.value:
         at = end_of(part.value[-1][1])
@@ -172,7 +172,7 @@ def _insertion(text: str, part: yaml.MappingNode, key: str, value: Any, *, top: 
 
 
 def _item_in_flow(text: str, part: Any, start: int, end: int, key: str, value: Any) -> Change:
-    """Put a key with its value into a mapping in flow style, on a line of its own if it is long."""
+    """Insert a key and its value into a mapping in flow style, on a new line if it is long."""
     column, at = _indent(text, part), start - text.rfind("\n", 0, start) - 1
     new, before = _item(key, value, column), text[:start].rstrip()
     if before.endswith("{") or ("\n" not in new and at + len(new) <= WIDTH):
@@ -182,7 +182,7 @@ def _item_in_flow(text: str, part: Any, start: int, end: int, key: str, value: A
 
 
 def _removal(text: str, part: yaml.MappingNode, key: Any, node: Any) -> Change:
-    """Take a key out of a mapping, and its line if nothing else is in it."""
+    """Remove a key from a mapping, and its line if nothing else is on it."""
     start, end = key.start_mark.index, end_of(node)
     if part.flow_style:
         i = next(i for i, (name, _) in enumerate(part.value) if name is key)
@@ -197,13 +197,13 @@ def _removal(text: str, part: yaml.MappingNode, key: Any, node: Any) -> Change:
 
 
 def _indent(text: str, node: Any) -> int:
-    """Where the text of the line begins in which a node does, after the dashes of lists."""
+    """Column where the text of a node's line begins, after the dashes of lists."""
     line = text[node.start_mark.index - node.start_mark.column :]
     return len(line) - len(line.lstrip(" -"))
 
 
 def end_of(node: Any) -> int:
-    """Where a node ends, without the blank lines and comments after a block."""
+    """End of a node, without blank lines and comments after a block."""
     if isinstance(node, yaml.ScalarNode) or node.flow_style:
         return int(node.end_mark.index)
     last = node.value[-1]
@@ -215,13 +215,13 @@ def _item(key: Any, value: Any, column: int) -> str:
 
 
 def flow(value: Any, column: int = 0, width: int = WIDTH) -> str:
-    """Plain data in YAML's flow style, broken into lines that begin right of a column."""
+    """Plain data in YAML's flow style, in lines that begin right of a column."""
     text = _dumped([value], default_flow_style=True, width=width - column - LAST)
     return text.strip()[1:-1].replace("\n  ", "\n" + " " * column)
 
 
 def block(value: Mapping[str, Any]) -> str:
-    """Plain data in YAML's block style; inner parts of plain values alone in flow style."""
+    """Plain data in YAML's block style; parts without nested parts in flow style."""
     styles = {key: None if isinstance(one, Mapping | list) else False for key, one in value.items()}
     return "".join(
         _dumped({key: one}, default_flow_style=styles[key], width=WIDTH - LAST)

@@ -1,4 +1,4 @@
-"""Items put into, or taken out of, the lists of a YAML text; all else stays as it is."""
+"""Items inserted into, or removed from, lists of a YAML text; the rest stays unchanged."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from knotwork.errors import InputError
 
 
 def changed_text(text: str, place: Location, value: Any, *, insert: bool = False) -> str:
-    r"""The text of a YAML file with one change, whatever is there.
+    r"""The text of a YAML file with one change, whatever is at its place.
 
-    Mappings that are missing around a new key are made, and one whose last key goes, goes with it.
+    Missing mappings around a new key are added; a mapping that loses its last key is removed.
 
     Args:
         text: The text.
-        place: Of the value; for an item to insert, the index that it is to have.
-        value: The new value; `REMOVED` takes key or item out.
-        insert: Put an item into a list, before the one that has its index.
+        place: Location of the value; for an inserted item, its new index.
+        value: The new value; `REMOVED` removes the key or item.
+        insert: Insert an item into a list, before the item with its index.
 
     Raises:
-        InputError: There is no such place, or the change can't be written into this text.
+        InputError: The place does not exist, or the change can't be written into this text.
 
-    Aliases of what is changed are written out first, as they were.
+    Aliases of changed parts are first written out with their values.
 
     >>> print(changed_text("a: &a {b: 1}\nc: *a", ("c", "b"), 2))
     a: &a {b: 1}
@@ -54,14 +54,14 @@ def changed_text(text: str, place: Location, value: Any, *, insert: bool = False
     inside = isinstance(around, list) and isinstance(last, int) and 0 <= last < len(around) + insert
     there = part_of(data, place) is not None if value is REMOVED else isinstance(last, str)
     if not inside and not (isinstance(around, dict) and there and not insert):
-        raise InputError(f"nothing can be changed at {field_path(place)}: it is not there")
+        raise InputError(f"nothing can be changed at {field_path(place)}: no such field")
     if not insert and not (value is REMOVED and isinstance(place[-1], int)):
         return edited_text(text, {place: value})
     return _with_items(text, data, place, value)
 
 
 def _without_aliases(text: str, data: Any, place: Location, *, inner: bool) -> str:
-    """The text with values for the aliases of what is at a place, around it or, `inner`, in it."""
+    """The text with values for the aliases at a place, around it or, `inner`, in it."""
     if "*" not in text:
         return text
     shared: dict[int, Location] = {}
@@ -85,7 +85,7 @@ def _alias(event: Any) -> bool:
 
 
 def part_of(data: Any, place: Location) -> Any:
-    """The value at a place; `None` where there is none."""
+    """The value at a place, or `None`."""
     for key in place:
         if isinstance(data, dict):
             data = data.get(key)
@@ -145,11 +145,11 @@ def _in_block(text: str, nodes: Sequence[Any], index: int, value: Any) -> tuple[
 
 
 def _dash(text: str, node: Any) -> str:
-    """What is between the start of an item's dash and the item."""
+    """The text from the start of an item's dash to the item."""
     line = text[node.start_mark.index - node.start_mark.column : node.start_mark.index]
     return line[line.rindex("-") :]
 
 
 def _line_end(text: str, at: int) -> int:
-    """Where the line after the one of a place begins."""
+    """Start of the next line."""
     return text.find("\n", at) + 1 or len(text)

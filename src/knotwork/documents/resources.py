@@ -1,7 +1,7 @@
 """The robots and scenarios shipped with the package, found by name.
 
 In a checkout they are the top-level folders `robots/` and `scenarios/`; in an installed package
-they lie inside it.
+they are inside it.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ def names(kind: str) -> list[str]:
 
 
 def is_path(reference: str | Path) -> bool:
-    """Whether a reference is a path: it holds a dot or a path separator, as no name does."""
+    """Whether a reference is a path: it has a dot or a path separator; names have neither."""
     return isinstance(reference, Path) or any(mark in reference for mark in "./\\")
 
 
 def find(kind: str, reference: str | Path) -> Path:
-    """Find a file by the name it is shipped under, or by its path.
+    """Find a shipped file by name, or any file by path.
 
     Args:
         kind: `"robots"` or `"scenarios"`.
@@ -39,7 +39,7 @@ def find(kind: str, reference: str | Path) -> Path:
 
     Raises:
         UnknownNameError: No file of this name is shipped.
-        InputError: There is no file at the path.
+        InputError: No file exists at the path.
     """
     text = str(reference)
     if is_path(reference):

@@ -1,4 +1,4 @@
-"""Plain data against a model: every problem is reported at its place."""
+"""Plain data against a model, with the place of every problem."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from knotwork.errors import DocumentError, Problem, did_you_mean, shown
 ModelT = TypeVar("ModelT", bound=StrictModel)
 
 FEW = 1_000
-"""Of more problems the first ones are reported."""
+"""Number of problems that are reported."""
 
 
 def validate(model: type[ModelT], document: Document, instance: ModelT | None = None) -> ModelT:
@@ -25,11 +25,11 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
 
     Args:
         model: The model.
-        document: What is checked.
-        instance: An empty one to be filled in, in place of a new one.
+        document: Data to check.
+        instance: An empty instance to fill in, in place of a new one.
 
     Raises:
-        DocumentError: With the problems found, of many the first `FEW`.
+        DocumentError: There are problems; the first `FEW` are listed.
     """
     if not isinstance(document.data, dict):
         raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
@@ -49,24 +49,24 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
 
 
 def _long_enough(item: dict[str, Any]) -> bool:
-    """Whether a list is called too short only because items of it, reported as well, are wrong."""
+    """Whether a list counts as too short only because of wrong items, also reported."""
     return item["type"] == "too_short" and not len(item["input"]) < item["ctx"]["min_length"]
 
 
 def description_of(model: type[BaseModel], data: Any, location: Location) -> str:
-    """The description of the field that some data of a model has at a location."""
+    """The description of the field at a location of a model's data."""
     return _resolve(model, data, location).description or ""
 
 
 class _Place(NamedTuple):
-    """The place of an error in the data, and the models that stand there.
+    """The place of an error in the data, and its possible models.
 
     Attributes:
         location: Keys and indices.
         owners: Models that may own the last key.
-        inner: Models that may stand at the place itself.
-        description: Description of the last field on the way, or `None`.
-        above: Each place on the way that holds keys, and which.
+        inner: Possible models of the place itself.
+        description: Description of the last field on the path, or `None`.
+        above: Each place on the path with keys, and its keys.
     """
 
     location: Location
@@ -99,7 +99,7 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
 
 
 def _misplaced(place: _Place, document: Document) -> str:
-    """Say which mapping around the last key has it, where its own one does not; else nothing."""
+    """Name the enclosing mapping that accepts the last key, or return an empty text."""
     *around, key = place.location
     having = [where for where, keys in place.above if key in keys]
     if not having or having[-1] == tuple(around):
@@ -109,7 +109,7 @@ def _misplaced(place: _Place, document: Document) -> str:
 
 
 def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
-    """Find the place that pydantic means, without the names it gives to parts of a union."""
+    """Find pydantic's place of an error, without its names for parts of a union."""
     location: list[str | int] = []
     inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]
@@ -152,7 +152,7 @@ def _keys(models: Iterable[type[BaseModel]]) -> list[str]:
 
 
 def _flatten(kind: Any) -> list[Any]:
-    """Open up unions and annotations."""
+    """Expand unions and annotations."""
     if typing.get_origin(kind) is typing.Annotated:
         return _flatten(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
@@ -161,7 +161,7 @@ def _flatten(kind: Any) -> list[Any]:
 
 
 def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
-    """Types of what lies under a key or index of any of some types."""
+    """Types of the values under a key or index of some types."""
     children: list[Any] = []
     for kind in kinds:
         if _is_model(kind):

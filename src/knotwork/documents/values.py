@@ -1,6 +1,6 @@
-"""Kinds of values in a file: numbers, vectors, text, and telling forms of a value apart.
+"""Kinds of values in a file: numbers, vectors, text, and unions of them.
 
-Fields take what they say and convert nothing: text is no number, `true` is no 1.
+Fields convert nothing: text is not a number, and `true` is not 1.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pydantic import (
 # No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
 # this size leaves the range of floats.
 LARGEST = 1e12
-# Nothing real is smaller; in other units, or divided by a time, what is could round to zero.
+# Nothing real is smaller; after a change of units or division by a time it could round to zero.
 SMALLEST = 1e-100
 
 
@@ -41,13 +41,13 @@ if TYPE_CHECKING:
 else:
 
     class Items:
-        """A list in a file is a tuple in a task, so that nothing of a task can be changed."""
+        """A list of a file as a tuple of a task, so that nothing in a task can be changed."""
 
         def __class_getitem__(cls, item: Any) -> Any:
             return tuple[item, ...]
 
     class Several:
-        """A list in a file with one item at least."""
+        """A list of a file with at least one item."""
 
         def __class_getitem__(cls, item: Any) -> Any:
             return Annotated[tuple[item, ...], Field(min_length=1)]
@@ -59,17 +59,17 @@ JointMap = Annotated[dict[Text, Number], Field(min_length=1)]
 
 
 class StrictModel(BaseModel):
-    """A part of a document: unknown keys are errors, and values are frozen once read."""
+    """A part of a document: unknown keys are errors, and instances are frozen."""
 
     model_config = ConfigDict(
         extra="forbid",
         frozen=True,
         allow_inf_nan=False,
         arbitrary_types_allowed=True,
-        # Only a whole document is ever validated: its parts need no validators of their own.
+        # Only whole documents are validated: their parts need no validators of their own.
         defer_build=True,
     )
-    # Groups of fields of which one at most may be given.
+    # Groups of fields of which at most one may be given.
     ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
     @model_validator(mode="after")
@@ -82,12 +82,12 @@ class StrictModel(BaseModel):
 
 
 def optional(description: str, default: Any = None, *, key: str | None = None) -> Any:
-    """A field that may be left out.
+    """An optional field.
 
     Args:
-        description: What it is, with its unit in brackets.
-        default: Its value then.
-        key: Its key in a file, if that is no name of Python's.
+        description: Description of the field, with its unit in brackets.
+        default: Default value.
+        key: Key in a file, if the field has another name in Python.
     """
     about: dict[str, Any] = {"description": description}
     if key is not None:
@@ -98,7 +98,7 @@ def optional(description: str, default: Any = None, *, key: str | None = None) -
 
 
 def _kind(value: Any) -> str | None:
-    """Tell text, a mapping, a list and a number apart, so that only one of them is tried."""
+    """Classify text, mappings, lists and numbers, so that only one form is validated."""
     if isinstance(value, str):
         return "text"
     if isinstance(value, dict | StrictModel):
@@ -111,7 +111,7 @@ def _kind(value: Any) -> str | None:
 
 
 class Forms:
-    """Says of a union that its parts differ by their kind; errors name them all.
+    """A union whose parts differ in kind (text, mapping, list, number); errors name them all.
 
     Args:
         accepted: All forms, in words.
@@ -135,7 +135,7 @@ class Forms:
 
 
 def _form(part: Any) -> tuple[str, tuple[Any, ...]]:
-    """The kind of a part of a union, and its words, if these alone are accepted."""
+    """The kind of a part of a union, and its words if it accepts only these."""
     origin = get_origin(part)
     if origin is Annotated:
         return _form(get_args(part)[0])
@@ -163,7 +163,7 @@ JointsOrName = Annotated[
 
 
 class LimitsFile(StrictModel):
-    """Limits that take the place of those of the URDF, or of the robot."""
+    """Limits that replace those of the URDF, or of the robot."""
 
     position: dict[str, Interval] | None = optional(
         "Lower and upper limit by joint [angle or length]"

@@ -7,11 +7,11 @@ from typing import Any
 
 from knotwork.errors import shown
 
-# Longer descriptions of a field are no help in an error.
+# Longer descriptions do not help in an error.
 LONGEST_HINT = 130
 _YES = ("yes", "no", "on", "off", "y", "n")
 
-# By pydantic's name for the error; filled in with the bounds that it tells.
+# By pydantic's name of the error, with placeholders for its bounds.
 _WORDS = {
     "float_type": "must be a number",
     "int_type": "must be a whole number",
@@ -31,9 +31,9 @@ _WORDS = {
     "literal_error": "must be {expected}",
     "too_short": "has {count}, fewer than {min_length}",
     "too_long": "has {count}, more than {max_length}",
-    "recursion_loop": "holds itself",
+    "recursion_loop": "contains itself",
 }
-# Errors whose text is ours already.
+# Errors with a text of this package.
 _OWN = ("kind", "waypoint_kind", "along_kind", "value_error")
 SAY_WHAT_IS_ACCEPTED = (*_OWN, "literal_error")
 
@@ -43,9 +43,9 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
 
     Args:
         kind: Pydantic's name for the error.
-        value: What was found.
-        message: Pydantic's message, taken where it is one of ours.
-        context: The bounds or choices that pydantic tells.
+        value: The value found.
+        message: Pydantic's message, used if it is from this package.
+        context: Bounds or choices given by pydantic.
     """
     if kind in _OWN:
         words = message.removeprefix("Value error, ")

@@ -1,4 +1,4 @@
-"""XML text from anyone to a tree, bounded before anything recursive sees it."""
+"""Untrusted XML text as a tree, with its size checked before any recursion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from xml.parsers import expat
 from knotwork.errors import InputError
 
 MOST_NESTED = 100
-"""Elements in one another; parsers and writers of trees are recursive."""
+"""Largest nesting depth; parsers and writers of trees are recursive."""
 
 
 def parse_xml(data: bytes, most_elements: int) -> Document:
@@ -17,7 +17,7 @@ def parse_xml(data: bytes, most_elements: int) -> Document:
 
     Args:
         data: The text.
-        most_elements: More elements than this are refused.
+        most_elements: Largest number of elements.
 
     Raises:
         InputError: As for `check_xml`.
@@ -30,7 +30,7 @@ def check_xml(data: bytes, most_elements: int) -> None:
     """Check that XML is well formed, small and plain, without making a tree of it.
 
     Raises:
-        InputError: It is no XML, has more elements than asked for, elements nested deeper than
+        InputError: The text is not XML, has too many elements, nests elements deeper than
             `MOST_NESTED`, or declares entities or attributes, of which a short text can make a
             long one.
     """
@@ -49,10 +49,10 @@ def check_xml(data: bytes, most_elements: int) -> None:
         depth -= 1
 
     def entity(*_: object) -> None:
-        raise _refused(parser, "it declares an entity; write out what it stands for")
+        raise _refused(parser, "it declares an entity; write out its text")
 
     def attribute(*_: object) -> None:
-        raise _refused(parser, "it declares an attribute; write it where it is meant")
+        raise _refused(parser, "it declares an attribute; write it out where it is used")
 
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -64,7 +64,7 @@ def check_xml(data: bytes, most_elements: int) -> None:
     except (ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"it is not XML: {error}") from error  # an encoding that is not known
+        raise InputError(f"it is not XML: {error}") from error  # an unknown encoding
 
 
 def _refused(parser: expat.XMLParserType, reason: str) -> InputError:

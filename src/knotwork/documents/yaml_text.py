@@ -16,14 +16,14 @@ import yaml
 from knotwork.documents.document import Document, Location, field_path
 from knotwork.errors import DocumentError, Problem, shown
 
-# Deeper than any document of ours, and shallow enough for the parser, which is recursive.
+# Deeper than any real document, and shallow enough for the parser, which is recursive.
 MOST_NESTED = 100
-# Aliases of aliases can make a short file hold more than any memory. Only what they repeat counts,
-# not what stands in the file itself.
+# Aliases of aliases can expand a short file beyond any memory. Only repeated values count,
+# not the values of the file itself.
 MOST_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
 MOST_BYTES = 100_000_000
-# Where each is wrong, it takes some 1,400 bytes.
+# If each of them is wrong, it takes some 1,400 bytes.
 MOST_VALUES = 1_500_000
 
 
@@ -33,7 +33,7 @@ class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoa
     yaml_implicit_resolvers: typing.ClassVar[dict[str, list[Any]]] = {}
 
 
-# Two halves, behind backslashes that stand for themselves.
+# Two surrogate halves, each after a backslash that is not escaped.
 _HALVES = re.compile(
     r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})"
 )
@@ -57,12 +57,12 @@ _Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 
 
 class Dumper(yaml.SafeDumper):
-    """Writes what is read here as the same; lists are further right than their key."""
+    """Writes YAML that is read back unchanged; lists are indented below their key."""
 
     yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
 
     def ignore_aliases(self, data: Any) -> bool:
-        """Write everything out."""
+        """Write out all aliases."""
         return True
 
     def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
@@ -73,8 +73,8 @@ class Dumper(yaml.SafeDumper):
 class _Reader:
     """Turns a tree of YAML nodes into a `Document`'s data and lines.
 
-    A line is noted only where it differs from that of the part around it, since most numbers of a
-    long file share one. `Document` takes the line of the part around for all others.
+    A line is recorded only if it differs from that of the enclosing part, since most numbers of a
+    long file share one. `Document` uses the line of the enclosing part for the others.
     """
 
     def __init__(self, file: Path | None, own_values: int) -> None:
@@ -90,7 +90,7 @@ class _Reader:
         self.problems.append(Problem(line, field_path(location), message, hint))
 
     def read(self, node: yaml.Node, location: Location, above: int) -> Any:
-        """Read a node; `above` is the line of the part around it, or of its key."""
+        """Read a node; `above` is the line of the enclosing part, or of its key."""
         self.values += 1
         if self.values > self.most:
             message = f"its aliases repeat more than {MOST_REPEATED} values"
@@ -129,7 +129,7 @@ class _Reader:
         lines: dict[str, int] = {}
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                self._problem(key_node, location, "has a key that is no plain text")
+                self._problem(key_node, location, "has a key that is not plain text")
                 continue
             key = str(key_node.value)
             if key in data:
@@ -160,7 +160,7 @@ class _Reader:
             return float(text if text[-1] not in "fFnN" else text.replace(".", ""))
         try:
             return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
-        except ValueError:  # Python reads no more than some thousands of digits
+        except ValueError:  # Python reads at most some thousands of digits
             self._problem(node, location, f"has {len(text)} digits, which is too many")
             return None
 
@@ -169,7 +169,7 @@ def parse(text: str, file: Path | None = None) -> Document:
     """Parse YAML text.
 
     Raises:
-        DocumentError: The text is no YAML, is empty, gives a key twice, or is nested too deep.
+        DocumentError: The text is not YAML, is empty, gives a key twice, or is nested too deep.
     """
     text = _with_whole_characters(text)
     try:
@@ -195,10 +195,10 @@ def parse(text: str, file: Path | None = None) -> Document:
 
 
 def _with_whole_characters(text: str) -> str:
-    r"""Write characters that JSON escapes as two halves, as `\ud83d\ude00`, as they are.
+    r"""Combine surrogate pairs that JSON escapes in two halves, as in `\ud83d\ude00`.
 
-    JSON may do so and YAML may not. Other YAML is left alone: it has text in which a backslash
-    stands for itself.
+    JSON allows them and YAML does not. YAML with escaped backslashes in text is left
+    unchanged.
     """
     if not _HALVES.search(text):
         return text
@@ -211,9 +211,9 @@ def _with_whole_characters(text: str) -> str:
 
 @contextmanager
 def _no_collector() -> Iterator[None]:
-    """Leave Python's cyclic garbage alone for a while.
+    """Suspend Python's cyclic garbage collection.
 
-    It would look at millions of new objects again and again, which takes longer than making them.
+    It would search millions of new objects repeatedly, which takes longer than creating them.
     """
     running = gc.isenabled()
     gc.disable()
@@ -225,13 +225,13 @@ def _no_collector() -> Iterator[None]:
 
 
 def _checked_size(text: str, file: Path | None) -> int:
-    """Count the values that a text holds, without aliases.
+    """Count the values of a text, without aliases.
 
-    Refuse deep nesting before the parser makes a tree of the text, since it would crash.
+    Refuse deep nesting before the parser, which would crash on it.
 
     Raises:
         DocumentError: The text is nested too deep, or holds too many values.
-        yaml.YAMLError: It is no YAML.
+        yaml.YAMLError: The text is not YAML.
     """
     depth = values = 0
     for event in yaml.parse(text, Loader=_Loader):
@@ -245,7 +245,7 @@ def _checked_size(text: str, file: Path | None) -> int:
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
         if values > MOST_VALUES:
-            problem = Problem(None, "", f"holds more than {MOST_VALUES} values")
+            problem = Problem(None, "", f"has more than {MOST_VALUES} values")
             raise DocumentError(file, [problem])
     return values
 
@@ -291,9 +291,9 @@ def read_text(path: Path, most: int = MOST_BYTES) -> str:
     """
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
-            # a pipe may never end, and neither does /dev/zero
+            # a pipe may never end, and /dev/zero does not either
             problem = Problem(
-                None, "", "is no regular file", "a file; write a pipe's output to one"
+                None, "", "is not a regular file", "a file; write a pipe's output to one"
             )
             raise DocumentError(path, [problem])
         if path.is_file() and (size := path.stat().st_size) > most:

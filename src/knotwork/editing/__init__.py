@@ -1,1 +1,1 @@
-"""A task edited by hand: its text with undo, and where its parts are grasped in the scene."""
+"""Interactive editing of a task: its text with undo, and handles in the scene."""

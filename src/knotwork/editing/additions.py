@@ -1,4 +1,4 @@
-"""What is added to a task by hand: a waypoint where the arm stands, and a box."""
+"""Additions to a task: a waypoint at the arm's present state, and a box."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 Change = Mapping[str, Any]
 BLEND = 0.01
-"""Of a corner that is added on a line [m]."""
+"""Rounding radius of a corner added on a line [m]."""
 ON_LINE, SNAP = 1e-9, 1e-3
-"""What is nearer to a line than the second is put on it, and rounded to the first [m]."""
-_POSE = 6  # numbers that a pose is; arms of fewer joints do not reach a rounded one
+"""Rounding of positions, and distance within which they snap to a line [m]."""
+_POSE = 6  # coordinates of a pose; arms with fewer joints can't reach a rounded one
 
 
 def waypoint_here(
@@ -34,18 +34,18 @@ def waypoint_here(
     share: float = 0.5,
     joints: bool = False,
 ) -> list[Change]:
-    """The changes that put a waypoint where the arm stands between two others.
+    """The changes that add a waypoint at the arm's present state, between two others.
 
     Args:
         scenario: The task.
         robot: Its robot.
         q: Joint positions, joints in the robot's order, shape (d,).
-        after: Index in `scenario.task` of the waypoint before it; -1 for the start.
-        share: Part of the time between the two that the arm takes to it.
-        joints: Give it by joint values, as an arm of few joints needs it, not by the tool's pose.
+        after: Index in `scenario.task` of the previous waypoint; -1 for the start.
+        share: Fraction of the time between the two at which the arm is there.
+        joints: Use joint values, as an arm with few joints needs, not the pose of the tool.
 
     Raises:
-        InputError: It would be on a tool path other than a line, or on a line by joint values.
+        InputError: The waypoint is on a curved tool path, or on a line with joint values.
     """
     task = scenario.task
     length, angle = si_factors(task.units)
@@ -82,7 +82,7 @@ def waypoint_here(
 
 
 def _moves(task: Task, frame: str) -> bool:
-    """Whether a frame, or one around it, moves."""
+    """Whether a frame, or one of its parents, moves."""
     while (one := task.frames.get(frame)) is not None and one.moves is None:
         frame = one.parent
     return one is not None
@@ -99,7 +99,7 @@ def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
 
 
 def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any], list[Change]]:
-    """When and how fast a new waypoint is passed, and what changes for those next to it."""
+    """Time and velocity of a new waypoint, and changes of its neighbours."""
     task = scenario.task
     if after + 1 == len(task.waypoints):
         return _at_the_end(scenario, after)
@@ -112,7 +112,7 @@ def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any
         if following.along != "line":
             name = following.name or nameless(after + 1)
             raise InputError(
-                f"no waypoint can be added on the path to {name!r}, which is no line; "
+                f"no waypoint can be added on the path to {name!r}, which is not a line; "
                 "choose a time before or after it"
             )
         given = following.to_dict()
@@ -137,7 +137,7 @@ def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any
 
 
 def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Change]]:
-    """A new last waypoint takes as long as the one before, which stops."""
+    """A new last waypoint takes as long as the one before it, which becomes a stop."""
     task = scenario.task
     last = task.waypoints[after]
     passing = isinstance(last, PathWaypoint) or last.stop or last.wait
@@ -148,12 +148,12 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
 
 
 def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
-    """The change that puts a box, a cube, into the scene.
+    """The change that adds a cube to the scene.
 
     Args:
         task: The task.
-        point: Its middle in the base frame [m], shape (3,).
-        size: Its edge [m].
+        point: Its centre in the base frame [m], shape (3,).
+        size: Its edge length [m].
     """
     length, _ = si_factors(task.units)
     taken = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}

@@ -1,4 +1,4 @@
-"""A scenario file while it is edited: each edit is one of its text, which keeps comments."""
+"""A scenario file being edited: edits of its text, which keep comments."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from knotwork.robot import Robot
 from knotwork.task.units import unit_at
 
 MOST_STEPS = 1000
-"""Edits that can be undone."""
+"""Largest number of edits that can be undone."""
 
 
 class Draft:
-    """The text of a scenario file, edits that can be undone, and the file they are saved in.
+    """The text of a scenario file, edits with undo, and the file itself.
 
-    Threads may share it.
+    Thread-safe.
 
     Attributes:
         file: The file.
-        text: As edited.
-        revision: Number of changes of the text so far.
+        text: Edited text.
+        revision: Number of changes so far.
     """
 
     def __init__(self, file: Path) -> None:
         """Read a file.
 
         Raises:
-            DocumentError: It can't be read.
+            DocumentError: The file can't be read.
         """
         self.file, self.revision = file, 0
         self.text = self._disk = read_text(file)
@@ -48,7 +48,7 @@ class Draft:
         self._lock = threading.RLock()
 
     def document(self) -> Document:
-        """The data of the text, and where it stands in it.
+        """The data of the text, with places.
 
         Raises:
             DocumentError: The text is not YAML.
@@ -56,7 +56,7 @@ class Draft:
         return _parsed(self.text, self.file)
 
     def state(self) -> dict[str, Any]:
-        """What a page shows of it, as plain data."""
+        """State for a page, as plain data."""
         with self._lock:
             try:
                 data = self.document().data
@@ -76,9 +76,9 @@ class Draft:
         """Change the text, all or nothing.
 
         Args:
-            changes: Each `{"at": location}` with a `"value"`, or without one to take it out;
-                `"insert"` is true for an item that is put into a list.
-            gesture: Edits of one, such as a drag, are undone together.
+            changes: Each `{"at": location}` with a `"value"`, or without one to remove it;
+                `"insert"` is true to insert an item into a list.
+            gesture: Edits of one gesture, such as a drag, are undone together.
 
         Raises:
             InputError: A change can't be written into the text.
@@ -91,18 +91,18 @@ class Draft:
             self._put(text, gesture)
 
     def undo(self) -> None:
-        """Take back the last edit, if there is one."""
+        """Undo the last edit, if there is one."""
         self._swap(self._past, self._future)
 
     def redo(self) -> None:
-        """Make the edit again that was taken back last, if there is one."""
+        """Redo the last undone edit, if there is one."""
         self._swap(self._future, self._past)
 
     def reread(self) -> bool:
-        """Read the file again; what another program wrote is an edit. Whether there was one.
+        """Reread the file; a change by another program is an edit. Returns whether it changed.
 
         Raises:
-            DocumentError: It can't be read.
+            DocumentError: The file can't be read.
         """
         with self._lock:
             text = read_text(self.file)
@@ -116,14 +116,14 @@ class Draft:
         """Write the text into the file, whole or not at all.
 
         Raises:
-            InputError: It can't be written, or another program has changed the file: then its
-                text is taken over, and `undo` leads back to this one.
+            InputError: The file can't be written, or another program has changed it: then its
+                text is loaded, and `undo` restores this one.
         """
         with self._lock:
             if self.file.exists() and self.reread():
                 raise InputError(
-                    f"{self.file} was changed by another program and is not overwritten; what it "
-                    "wrote is shown, and undo returns to your edits"
+                    f"{self.file} was changed by another program and is not overwritten; the new "
+                    "text is shown, and undo returns to your edits"
                 )
             old = self.file.read_bytes() if self.file.exists() else b""
             mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
@@ -153,33 +153,33 @@ class Draft:
 
 @lru_cache(maxsize=4)
 def _parsed(text: str, file: Path) -> Document:
-    """The document of a text, which is asked for several times for each edit."""
+    """The parsed text, cached, as it is used several times for each edit."""
     return parse(text, file)
 
 
 def build(data: Any) -> str:
-    """What a text is made of, all but its numbers, in short.
+    """A short digest of a text's structure, without its numbers.
 
-    What has a name and a place in one text is the same in another of this build.
+    Names and places in one text are valid in any other with the same structure.
     """
     words = json.dumps(_numberless(data), default=str)
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
 def units(data: Any, robot: Robot | None) -> dict[str, str]:
-    """The units of the values of a file that have one, by their location as JSON."""
+    """The units of the values of a file, by their location as JSON."""
     joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
     found = ((at, unit_at(data, at, joints)) for at in _places(data))
     return {as_javascript(at): unit for at, unit in found if unit}
 
 
 def as_javascript(at: Location) -> str:
-    """A location as a page writes it."""
+    """A location as written by a page."""
     return json.dumps(at, separators=(",", ":"), ensure_ascii=False)
 
 
 def _places(data: Any, at: Location = ()) -> Iterator[Location]:
-    """Where the values of a file are; a list of numbers is one, and so is each of its items."""
+    """Locations of the values of a file; a list of numbers counts as one, and so does each item."""
     parts = data.items() if isinstance(data, dict) else enumerate(data)
     for key, part in parts:
         yield (*at, key)
@@ -204,7 +204,7 @@ def _location(change: Mapping[str, Any]) -> Location:
 
 
 def _finite(data: Any) -> Any:
-    """Data as JSON has it, which knows no infinite numbers."""
+    """Data for JSON, which has no infinite numbers."""
     if isinstance(data, dict):
         return {str(key): _finite(value) for key, value in data.items()}
     if isinstance(data, list):

@@ -1,4 +1,4 @@
-"""Where a task can be grasped in its scene, and what it says once a handle has been moved."""
+"""Handles of a task in its scene, and the changes of the file when a handle is moved."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.units import in_si, si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which a path turns
-"""Keys of the orientations that a hand can turn."""
+FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which depends on a path
+"""Keys of the orientations that can be edited."""
 LENGTH_STEP, ANGLE_STEP = 1e-5, 1e-4
-"""What a hand places is rounded to this [m, rad]."""
+"""Rounding of edited values [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Handle:
-    """A point or a pose of a task that a hand can move.
+    """A point or a pose of a task that can be dragged.
 
     Attributes:
-        at: Where the point, or the mapping with the position, is in the file.
-        name: Of what is moved.
+        at: Location in the file of the point, or of the mapping with the position.
+        name: Name of the moved part.
         kind: `"waypoint"`, `"via"`, `"object"` or `"frame"`.
         pose: In the axes of the URDF's root, `pin.SE3`.
-        around: What the file's position and orientation are in: axes and origin, and axes.
-        form: Key of the orientation; empty for none.
-        order: Of its Euler angles, if that is the form.
+        around: Frame of the position and of the orientation in the file: axes and origin, and axes.
+        form: Key of the orientation; empty without one.
+        order: Order of its Euler angles, for that form.
         position: As given, in the file's unit, shape (3,).
     """
 
@@ -50,7 +50,7 @@ class Handle:
     order: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """What a page needs, as plain data."""
+        """Convert to plain data for a page."""
         return {
             "at": list(self.at),
             "name": self.name,
@@ -63,7 +63,7 @@ class Handle:
 
 
 def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
-    """Every waypoint, via point, object and frame that stands still and is placed by numbers.
+    """Every fixed waypoint, via point, object and frame that is placed by numbers.
 
     Args:
         scenario: The task.
@@ -81,7 +81,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     for i, one in enumerate(file.waypoints):
         if not isinstance(one, JointWaypoint) and (one.frame or file.frame or "base") in still:
             for handle in _of_waypoint(scenario, file, i, frame):
-                found.setdefault(handle.at, handle)  # of a repeat those of the first turn
+                found.setdefault(handle.at, handle)  # only of the first repetition
     task = scenario.task
     placed_things = (
         (("scene", "objects"), file.scene.objects, task.scene.objects),
@@ -93,7 +93,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
                 continue
             at, around = (*where, name), frame(thing.parent)
             if scenario.places.given(at) != at:
-                continue  # the place of a turn of a repeat
+                continue  # the place of a repetition
             pose = around * placed(thing, scenario.places, at)
             form, order = _form(thing)
             axes, kind = (around, around.rotation), where[-1].removesuffix("s")
@@ -124,7 +124,7 @@ def _of_waypoint(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator
 
 
 def _points(along: Any) -> Iterator[tuple[Location, Any]]:
-    """The points of a path that are numbers of the file."""
+    """Points of a path given as numbers in the file."""
     arc, points = getattr(along, "arc", None), getattr(along, "points", None)
     for key in ("through", "centre"):
         if getattr(arc, key, None) is not None:
@@ -145,19 +145,19 @@ def moved(
     position: ArrayLike | None = None,
     quaternion: ArrayLike | None = None,
 ) -> list[Mapping[str, Any]]:
-    """The changes of the file that bring a handle elsewhere; numbers are rounded.
+    """The changes of the file that move a handle; numbers are rounded.
 
     Args:
         handle: The handle.
-        units: Those of length [m] and of angle [rad] of the file.
-        position: In the axes of the URDF's root [m], shape (3,); by default it stays.
-        quaternion: Orientation there, its scalar part last, shape (4,); by default it stays.
+        units: Units of length [m] and of angle [rad] of the file.
+        position: New position in the axes of the URDF's root [m], shape (3,); by default unchanged.
+        quaternion: New orientation, scalar part last, shape (4,); by default unchanged.
     """
     changes: list[Mapping[str, Any]] = []
     if position is not None:
         local = handle.around[0].actInv(np.asarray(position, dtype=float))
         at = handle.at if handle.kind == "via" else (*handle.at, "position")
-        value = [  # what the hand leaves is not rounded
+        value = [  # unchanged values are not rounded
             _whole(old) if abs(new * units[0] - old * units[0]) < LENGTH_STEP else new
             for new, old in zip(numbers(local, units[0], LENGTH_STEP), handle.position, strict=True)
         ]
@@ -170,7 +170,7 @@ def moved(
 
 
 def orientation(turn: FloatArray, form: str, angle: float = 1.0, order: str = "") -> Any:
-    """A rotation matrix in one of the forms of a file, rounded, its angles in a unit of `angle`."""
+    """A rotation matrix in one of the forms of a file, rounded, with angles in units of `angle`."""
     if form == "rotation_matrix":
         return np.round(turn, 6).tolist()
     if form.startswith("quaternion"):
@@ -182,17 +182,17 @@ def orientation(turn: FloatArray, form: str, angle: float = 1.0, order: str = ""
         angles = Rotation.from_matrix(turn).as_euler(order)
         return {"order": order, "angles": numbers(angles, angle, ANGLE_STEP)}
     vector = pin.rpy.matrixToRpy(turn) if form == "rpy" else pin.log3(turn)
-    if form == "rpy":  # half a turn is written as 180, not as -180
+    if form == "rpy":  # half a turn is 180, not -180
         vector = np.where(vector < ANGLE_STEP - np.pi, -vector, vector)
     return numbers(vector, angle, ANGLE_STEP)
 
 
 def numbers(values: ArrayLike, unit: float, step: float) -> list[float]:
-    """Values as they are written in a file of another unit, rounded to about a step in SI."""
+    """Values for a file in another unit, rounded to about a step in SI."""
     digits = int(np.ceil(-np.log10(step / unit) - 1e-9))
     return [_whole(round(value, digits)) for value in (np.asarray(values) / unit).tolist()]
 
 
 def _whole(value: float) -> float:
-    """A number as it is written by hand: 180, not 180.0."""
+    """A number without a needless decimal: 180, not 180.0."""
     return int(value) if float(value).is_integer() else value

@@ -1,4 +1,4 @@
-"""A task that a page edits: what the page asks for, and the plan after each edit."""
+"""An editing session: requests of the page, and a plan after each edit."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ Answer = dict[str, Any]
 
 
 class Session:
-    """Plans a draft for its page, and does what the page asks for.
+    """Plans a draft for its page, and handles the page's requests.
 
     Attributes:
-        draft: The file that is edited.
-        server: Serves the page.
-        plan: The last one, of a task that may since have changed; `None` before there is one.
+        draft: The edited file.
+        server: Server of the page.
+        plan: The last plan, perhaps of an older version; `None` at first.
     """
 
     def __init__(self, draft: Draft, port: int = 0, budget: float | None = None) -> None:
@@ -68,10 +68,10 @@ class Session:
         self.server = EditServer(draft.file.name, actions, self._state, port)
 
     def renew(self) -> tuple[dict[str, Any], Plan] | None:
-        """Plan the draft as it is now; the scene and the plan, `None` if it was edited meanwhile.
+        """Plan the present draft; the scene and the plan, or `None` if it was edited meanwhile.
 
         Raises:
-            KnotworkError: It can't be read or planned.
+            KnotworkError: The draft can't be read or planned.
         """
         revision = self.draft.revision
         try:
@@ -95,14 +95,14 @@ class Session:
                 self.server.start()
         made = plan(scenario, budget=self._budget, warm=self.plan)
         self._verdict = {"revision": revision, "ok": made.report.ok}
-        self.server.notify()  # before the scene is drawn
+        self.server.notify()  # before drawing the scene
         return made, scene_of(made, before=self.server.scene)
 
     def _read(self) -> Scenario:
-        """Read the draft as it is now; what can be moved is known then.
+        """Read the present draft and its handles.
 
         Raises:
-            KnotworkError: It can't be read.
+            KnotworkError: The draft can't be read.
         """
         with self._lock:
             revision = self.draft.revision
@@ -111,7 +111,7 @@ class Session:
                 scenario = resolved(validate(Task, document), document.places)
                 robot = joint_space(scenario).robot
                 found = handles(scenario, robot) if robot is not None else []
-                # of what is repeated the first turn has handles
+                # only the first repetition has handles
                 first = {one.at: one for one in reversed(found)}
                 there = [one for one in first.values() if part_of(document.data, one.at)]
                 self._scenario, self._robot, self._handles = scenario, robot, there[::-1]
@@ -124,7 +124,7 @@ class Session:
             return self._scenario
 
     def _changing(self, change: Callable[[Asked], Answer | None]) -> Callable[[Asked], Answer]:
-        """An action that changes the draft, and answers with the revision that there is then."""
+        """An action that changes the draft, and answers with the new revision."""
 
         def done(asked: Asked) -> Answer:
             answer = change(asked) or {}
@@ -133,7 +133,7 @@ class Session:
         return done
 
     def _state(self) -> Answer:
-        """What the page shows besides the scene; handles of the text as it is now alone."""
+        """State of the page besides the scene, with handles of the present text only."""
         with contextlib.suppress(KnotworkError):
             self._read()
         draft = self.draft.state()
@@ -144,45 +144,43 @@ class Session:
         return {"draft": {**draft, **more, "units": self._units}}
 
     def _edit(self, asked: Asked) -> None:
-        """Change the text; where the page names a build, only while it has that."""
+        """Change the text; if the page names a structure, only while the text has it."""
         if "build" in asked:
             self._same_build(asked)
         self.draft.apply(_changes(asked), str(asked.get("gesture", "")))
 
     def _same_build(self, asked: Asked) -> Any:
-        """The data of the draft, if it still has the build that the page saw."""
+        """The data of the draft, if it still has the structure that the page shows."""
         data = self.draft.document().data
         if asked.get("build") != build(data):
-            raise InputError(
-                "nothing was changed: the task is no longer the one that was shown; do it again"
-            )
+            raise InputError("nothing was changed: the task has changed since; try again")
         return data
 
     def _move(self, asked: Asked) -> Answer:
-        """Move a handle; where the text can't be read, one of when it could."""
+        """Move a handle; while the text can't be read, one of the last valid text."""
         data = self._same_build(asked)
         with contextlib.suppress(KnotworkError):
             self._read()
         what = tuple(asked.get("at", ())), asked.get("name")
         handle = next((one for one in self._handles if (one.at, one.name) == what), None)
         if handle is None or self._scenario is None:
-            raise InputError(f"there is nothing to move at {asked.get('at')!r} now")
+            raise InputError(f"there is no handle at {asked.get('at')!r}")
         if _axes(data) != self._axes:
             raise InputError(
-                "nothing can be moved: the task can't be read, and what it is placed in has changed"
+                "nothing can be moved: the task can't be read, and its frames have changed"
             )
         sizes = {"position": 3, "quaternion": 4}
         given = {
             key: read_only(asked[key], (size,), key) for key, size in sizes.items() if key in asked
         }
         if not 0.99 < np.linalg.norm(given.get("quaternion", [1.0])) < 1.01:
-            raise InputError("the quaternion of a handle has not norm 1")
+            raise InputError("the quaternion of a handle must have norm 1")
         changes = moved(handle, si_factors(self._scenario.task.units), **given)
         self.draft.apply(changes, str(asked.get("gesture", "")))
         return {"build": build(self.draft.document().data)}
 
     def _jog(self, asked: Asked) -> Answer:
-        """Joint positions and the pose of the tool, of one of which the other follows."""
+        """Joint positions and the pose of the tool, one of them computed from the other."""
         robot, q = self._arm(asked)
         base = robot.base_placement
         if "position" in asked:
@@ -198,7 +196,7 @@ class Session:
         }
 
     def _add(self, asked: Asked) -> Answer:
-        """Add a waypoint where the arm stands, jogged or at a time of the motion; or a box."""
+        """Add a waypoint at the arm's state, jogged or at a time of the motion; or a box."""
         scenario = self._scenario
         if self.plan is None or scenario is None or self._planned != self.draft.revision:
             raise InputError("nothing can be added before the task is planned")
@@ -220,7 +218,7 @@ class Session:
         return {"at": changes[-1]["at"]}
 
     def _arm(self, asked: Asked) -> tuple[Robot, FloatArray]:
-        """The robot, and its joint positions: those given, or those at a time of the motion."""
+        """The robot, and its joint positions: as given, or at a time of the motion."""
         if self.plan is None or self.plan.space.robot is None:
             raise InputError("the task has not been planned yet")
         robot, motion = self.plan.space.robot, self.plan.trajectory
@@ -231,7 +229,7 @@ class Session:
 
 
 def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
-    """The scene of a task before it is planned: the robot stands still."""
+    """The scene of a task before it is planned: the robot at rest."""
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     )
@@ -244,7 +242,7 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
 
 
 def _names(scenario: Scenario) -> dict[str, str]:
-    """What waypoints are called in the scene, by location in the file; of repeats the first."""
+    """Names of waypoints in the scene, by location in the file; only the first repetition."""
     named: dict[str, str] = {}
     for i, one in zip(scenario.index, scenario.waypoints, strict=True):
         if i >= 0:
@@ -253,12 +251,12 @@ def _names(scenario: Scenario) -> dict[str, str]:
 
 
 def _axes(data: Any) -> dict[str, Any]:
-    """What decides on the axes that handles move in, as long as the build stays."""
+    """The parts of a file that determine the axes of handles, within one structure."""
     return {key: part for key, part in data.items() if key not in ("waypoints", "scene")}
 
 
 def _between(scenario: Scenario, time: float) -> tuple[int, float]:
-    """Index in the file of the last waypoint before a time, and the part that has passed since."""
+    """Index in the file of the last waypoint before a time, and the elapsed fraction since."""
     times = np.array(scenario.times)
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))
     if i + 1 == len(times):
@@ -278,7 +276,7 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     """The draft of a scenario file, or of a new copy of it.
 
     Raises:
-        InputError: There is no such file, or there is one already where the copy is to be.
+        InputError: The file does not exist, or the copy exists already.
     """
     from knotwork import storage
     from knotwork.documents import edited_text, read

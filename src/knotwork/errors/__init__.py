@@ -1,4 +1,4 @@
-"""Every error Knotwork raises on purpose: one base class, each leaf with its data.
+"""Every error that Knotwork raises on purpose: one base class, each leaf with its data.
 
 The command line turns `InputError` into exit code 2 and `CheckFailedError` into exit code 1.
 """

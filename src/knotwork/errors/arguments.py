@@ -1,4 +1,4 @@
-"""Checks of the numbers and choices that a caller gives."""
+"""Checks of numbers and flags given by a caller."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = Fal
     """Return a number as a float.
 
     Args:
-        value: What was given. `True` and text are no numbers.
-        what: What it is, for the error.
+        value: The given value. `True` and text are not numbers.
+        what: Name of the quantity, for the error.
         unit: Its unit, for the error.
-        positive: It must be above 0.
+        positive: Require a value above 0.
 
     Raises:
-        InputError: It is no number, not finite, or not positive where it must be.
+        InputError: The value is not a number, not finite, or not positive where required.
     """
     number = math.nan
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
         try:
             number = float(value)
-        except OverflowError:  # an integer beyond all floats
+        except OverflowError:  # an integer beyond the range of floats
             number = math.nan
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
@@ -36,14 +36,14 @@ def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = Fal
 
 
 def flag(value: Any, what: str) -> bool:
-    """Return a choice of yes or no as a bool.
+    """Return a flag as a bool.
 
     Args:
-        value: What was given. Text, such as "no", is neither.
-        what: What it is, for the error.
+        value: The given value. Text, such as "no", is refused.
+        what: Name of the flag, for the error.
 
     Raises:
-        InputError: It is neither `True` nor `False`.
+        InputError: The value is neither `True` nor `False`.
     """
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{what} is {shown(value)}; it must be True or False")

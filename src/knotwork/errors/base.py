@@ -1,4 +1,4 @@
-"""The base classes, and errors in input: names, files, arrays, options, formats."""
+"""The base classes, and errors of input: names, files, arrays, options, formats."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AnyInputError = TypeVar("AnyInputError", bound="InputError")
 class KnotworkError(Exception):
     """Base class of all errors that Knotwork raises on purpose.
 
-    A leaf declares its data as attributes of the class, which are given by keyword.
+    A leaf declares its data as attributes of the class, given by keyword.
     """
 
     def __init__(self, message: str = "", **data: Any) -> None:
@@ -31,7 +31,7 @@ class KnotworkError(Exception):
 
 
 class InputError(KnotworkError, ValueError):
-    """Wrong input: a value, a name, a file or a task that can't be used as it is.
+    """Wrong input: a value, a name, a file or a task that can't be used.
 
     >>> try:
     ...     kw.load_robot("ur6")
@@ -41,27 +41,27 @@ class InputError(KnotworkError, ValueError):
     """
 
     def locate(self, where: str) -> None:
-        """Say in front of the message where the fault is, for example which field of a file."""
+        """Prefix the message with the place of the fault, for example a field of a file."""
         self.args = (f"{where}: {self}", *self.args[1:])
 
     def add(self, hint: str) -> None:
-        """Say at the end of the message what may be the cause."""
+        """Append a possible cause to the message."""
         self.args = (f"{self}; {hint}", *self.args[1:])
 
 
 def together(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """The first of several errors, whose message is that of all of them, a line each."""
+    """The first of several errors, with the messages of all of them, one a line."""
     first = errors[0]
     first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
     return first
 
 
 MOST_LISTED = 40
-"""Names that an error lists."""
+"""Number of names that an error lists."""
 
 
 def did_you_mean(name: object, available: Iterable[object]) -> str:
-    """Say which of the available names is near the given one in any case, or list them all.
+    """Suggest the available name nearest to the given one, and list the available names.
 
     Returns:
         A clause such as `did you mean 'ur5'? Accepted: panda, ur5`.
@@ -72,7 +72,7 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     written = {choice.casefold(): choice for choice in names}
     near = difflib.get_close_matches(str(name).casefold(), written, n=1, cutoff=0.6)
     listed, more = names, ""
-    if len(names) > MOST_LISTED:  # the most alike
+    if len(names) > MOST_LISTED:  # the most similar ones
         alike = difflib.get_close_matches(str(name).casefold(), written, MOST_LISTED, cutoff=0.0)
         listed = [written[one] for one in alike]
         more = f" and {len(names) - MOST_LISTED} more"
@@ -82,10 +82,10 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
 
 
 def shown(value: Any) -> str:
-    """Write a value for an error, in a line, as YAML would."""
+    """Format a value for an error as one line of YAML."""
     try:
         text = _flow(value, 3)
-    except ValueError:  # Python writes no more than some thousands of digits
+    except ValueError:  # Python writes at most some thousands of digits
         return "an integer of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -104,7 +104,7 @@ def _flow(value: Any, depth: int) -> str:
 
 
 class UnknownNameError(InputError):
-    """A name that is not among those available.
+    """An unknown name.
 
     >>> try:
     ...     kw.interpolation.get_planner("cubics")
@@ -113,9 +113,9 @@ class UnknownNameError(InputError):
     cubics ('modified-hermite', 'cubic')
 
     Attributes:
-        kind: Kind of thing that is named, for example `"robot"` or `"joint"`.
-        name: The name that was given.
-        available: The names that would have been accepted.
+        kind: Kind of the named thing, for example `"robot"` or `"joint"`.
+        name: The given name.
+        available: The accepted names.
     """
 
     def __init__(self, kind: str, name: str, available: Iterable[str], *, where: str = "") -> None:
@@ -126,10 +126,10 @@ class UnknownNameError(InputError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong in a file.
+    """One problem in a file.
 
     Attributes:
-        line: Line in the file, counted from 1; `None` where there is none to name.
+        line: Line in the file, counted from 1, or `None`.
         field: Path of the field, for example `waypoints[2].time`; empty for the whole file.
         message: The problem, with the value found.
         accepted: Accepted values; empty if the message states them.
@@ -148,11 +148,11 @@ class Problem:
 
 
 MOST_PROBLEMS = 50
-"""Of a file, that a message names."""
+"""Number of problems that a message lists."""
 
 
 class DocumentError(InputError):
-    """A file that can't be read or does not say what it must, with every problem found in it.
+    """A file that can't be read or has wrong content, with every problem found in it.
 
     >>> ends = [{"joints": {"lift": "up"}}, {"joints": {"lift": 1}, "after": 0}]
     >>> try:
@@ -169,7 +169,7 @@ class DocumentError(InputError):
     def __init__(
         self, file: Path | str | None, problems: Sequence[Problem], *, complete: bool = True
     ) -> None:
-        """List the problems; where they are not `complete`, there may be more of them."""
+        """List the problems; without `complete` there may be more of them."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
         lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PROBLEMS]]
@@ -180,7 +180,7 @@ class DocumentError(InputError):
 
 
 class RobotError(InputError):
-    """A robot description that can't be planned for.
+    """A robot description that planning does not support.
 
     Attributes:
         robot: Name of the robot.
@@ -207,11 +207,11 @@ class WaypointDataError(InputError):
 
 
 class OptionError(InputError):
-    """An option that a planner can't take as it is.
+    """An option with a value that a planner does not accept.
 
     Attributes:
         option: Name of the option, a field of `PlannerOptions`.
-        planner: Name of the planner, or `None` where the value is wrong for all of them.
+        planner: Name of the planner, or `None` if no planner accepts the value.
     """
 
     planner: str | None = None
@@ -222,7 +222,7 @@ class OptionError(InputError):
 
 
 class KnotError(InputError):
-    """Knots that leave a waypoint outside its span, are out of order, too few or too many.
+    """Knots that leave a waypoint outside its span, are not increasing, too few or too many.
 
     >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
     >>> try:
@@ -233,8 +233,8 @@ class KnotError(InputError):
     1 (1.0, 2.0)
 
     Attributes:
-        waypoint: Index of the waypoint concerned, or `None`.
-        interval: Open interval of times [s] that the knot may have, or `None`.
+        waypoint: Index of the waypoint, or `None`.
+        interval: Open interval of accepted knot times [s], or `None`.
     """
 
     waypoint: int | None = None
@@ -242,11 +242,11 @@ class KnotError(InputError):
 
 
 class TimeRangeError(InputError):
-    """A curve asked for outside the time it is defined on.
+    """A curve evaluated outside its time range.
 
     Attributes:
-        time: The first time asked for that lies outside [s].
-        start_time, end_time: Where the curve is defined [s].
+        time: The first time outside [s].
+        start_time, end_time: Time range of the curve [s].
     """
 
     def __init__(self, time: float, start_time: float, end_time: float) -> None:
@@ -258,7 +258,7 @@ class TimeRangeError(InputError):
 
 
 class ExportError(InputError):
-    """A motion that a format can't hold without loss.
+    """A motion that a format can't represent without loss.
 
     >>> from knotwork import export
     >>> try:
@@ -268,9 +268,9 @@ class ExportError(InputError):
     joint_1 0.0777
 
     Attributes:
-        joint: Joint at which it would be off most, or `None`.
-        error: By how much [rad or m, or per second where that jumps], or `None`.
-        time: Where [s], or `None`.
+        joint: Joint with the largest error, or `None`.
+        error: The largest error [rad or m; rad/s or m/s for a velocity jump], or `None`.
+        time: Time of the largest error [s], or `None`.
     """
 
     joint: str | None = None
@@ -279,11 +279,11 @@ class ExportError(InputError):
 
 
 class CollisionError(InputError):
-    """Something that stands around touches the robot where it starts.
+    """A collision of the robot with its surroundings at the start.
 
     Attributes:
-        names: What touches: the object and the link.
-        depth: How far they are within the margin [m].
+        names: The object and the link.
+        depth: Depth within the margin [m].
     """
 
     names: Sequence[str] = ()
@@ -291,7 +291,7 @@ class CollisionError(InputError):
 
 
 class CheckFailedError(KnotworkError, AssertionError):
-    """A trajectory does not keep what its scenario asks for.
+    """A trajectory that does not meet the requirements of its scenario.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> report = kw.plan({"limits": {"velocity": 1}, "waypoints": lift}).report
@@ -302,7 +302,7 @@ class CheckFailedError(KnotworkError, AssertionError):
     (8, 9)
 
     Attributes:
-        report: The `knotwork.verification.Report` with every requirement and what was achieved.
+        report: The `knotwork.verification.Report` with every requirement and the achieved value.
     """
 
     def __init__(self, report: Any, message: str) -> None:

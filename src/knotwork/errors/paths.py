@@ -1,4 +1,4 @@
-"""Errors of tool paths that can't be made, whatever the arm."""
+"""Errors of infeasible tool paths, independent of the arm."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from knotwork.errors.base import InputError
 
 
 class PathError(InputError):
-    """A tool path, or a part of one, that can't be made as asked.
+    """A tool path, or a part of one, that can't be made as specified.
 
     Attributes:
-        text: The message with the names of `values` in braces; empty where it has none.
-        values: Lengths [m] and points in the axes of the path [m] that the message names.
+        text: The message with the names of `values` in braces; empty without values.
+        values: Lengths [m] and points in the axes of the path [m] of the message.
     """
 
     text: str = ""
     values: Mapping[str, Any] = MappingProxyType({})
 
     def in_units(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
-        """The message with its lengths and points in other words, as in another unit or frame.
+        """The message with its lengths and points in another unit or frame.
 
         Args:
-            length: Says a length [m].
-            point: Says a point [m], shape (3,).
+            length: Formats a length [m].
+            point: Formats a point [m], shape (3,).
         """
         if not self.text:
             return str(self)
@@ -35,12 +35,12 @@ class PathError(InputError):
 
 
 class CornerError(PathError):
-    """A tool path that changes its direction suddenly where the tool is to go on.
+    """A tool path with a sudden change of direction where the tool does not stop.
 
     Attributes:
         junction: Index of the curve before the corner.
-        angle: How much the direction changes [rad].
-        point: Where [m].
+        angle: Change of direction [rad].
+        point: Position of the corner [m].
     """
 
     junction: int = 0
@@ -54,10 +54,10 @@ class RampError(PathError):
     Attributes:
         stretch: Index of the stretch.
         length: Its length [m].
-        needed: The length that its changes of speed take [m].
-        highest_speed: The highest speed that would fit, its neighbours unchanged [m/s]; `None` if
-            none does.
-        lowest_acceleration: The least acceleration with which it would fit [m/s²].
+        needed: Length required by its changes of speed [m].
+        highest_speed: The highest feasible speed, its neighbours unchanged [m/s]; `None` without
+            one.
+        lowest_acceleration: The lowest feasible acceleration [m/s²].
     """
 
     stretch: int = 0
@@ -68,11 +68,11 @@ class RampError(PathError):
 
 
 class SlowStretchError(PathError):
-    """A stretch of a tool path that is so slow that times don't resolve changes of speed.
+    """A stretch of a tool path too slow for its changes of speed to be resolved in time.
 
     Attributes:
         stretch: Index of the slowest stretch.
-        lowest_speed: The speed from which on they do, its neighbours as fast [m/s].
+        lowest_speed: The lowest speed at which they are resolved, its neighbours as fast [m/s].
     """
 
     stretch: int = 0
@@ -80,11 +80,11 @@ class SlowStretchError(PathError):
 
 
 class StretchTimeError(PathError):
-    """A stretch of a tool path that can't take the time asked for.
+    """A stretch of a tool path that can't take the given time.
 
     Attributes:
         stretch: Index of the stretch.
-        least, most: The times that it can take [s]; `most` may be infinite.
+        least, most: Lower and upper bound of its time [s]; `most` may be infinite.
     """
 
     stretch: int = 0

@@ -1,18 +1,18 @@
-"""Text from files as it can be shown to people: it moves no cursor and hides nothing."""
+"""Text from files made safe to print: no cursor movement, nothing hidden."""
 
 from __future__ import annotations
 
 import re
 
-# Control characters but tab and line feed, separators of lines, and what turns the direction of
-# writing around.
+# Control characters but tab and line feed, line separators, and characters that change the
+# writing direction.
 _CONTROLS = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]"
 )
 
 
 def plain(text: str) -> str:
-    r"""Write control characters as Python would, `\x1b` for escape; lines stay lines.
+    r"""Escape control characters as Python does, `\x1b` for escape; lines are kept.
 
     >>> print(plain("PASSED \x1b[8m but not"))
     PASSED \x1b[8m but not
@@ -21,12 +21,12 @@ def plain(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    r"""The same in one line: line feeds and tabs are written out, too."""
+    r"""Escape control characters, line feeds and tabs, so that the text is one line."""
     return plain(text.replace("\n", r"\n").replace("\t", r"\t"))
 
 
 def nameless(place: int) -> str:
-    """What a waypoint without a name is called; its place is counted from 0."""
+    """Name of a waypoint without a name, from its index, counted from 0."""
     return f"waypoint {place + 1}"
 
 

@@ -1,4 +1,4 @@
-"""Names of the version before: they work for one version more, and warn of what replaces them."""
+"""Old names, which still work for one version, with a warning that names the new one."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def with_old_names(package: str, load: Callable[[str], Any]) -> Callable[[str], 
 
 
 def old_method(name: str) -> Callable[..., Any]:
-    """Make the method of an old name, which calls the one that replaces it."""
+    """Make the method of an old name, which calls its replacement."""
 
     def call(self: object, *arguments: Any, **options: Any) -> Any:
         return getattr(self, _new_name(name).rpartition(".")[2])(*arguments, **options)

@@ -1,4 +1,4 @@
-"""Errors of tasks that the arm can't do: poses, velocities, paths to follow, durations."""
+"""Errors of infeasible tasks: poses, velocities, tool paths, durations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.errors.plain_text import called
 
 
 class TaskError(InputError):
-    """A waypoint that the arm can't meet as asked.
+    """A waypoint that the arm can't reach as specified.
 
     Attributes:
         waypoint: Name of the waypoint.
@@ -25,17 +25,17 @@ class TaskError(InputError):
 
 
 class OutOfReachError(TaskError):
-    """The arm does not bring the tool to the pose inside its limits.
+    """The arm can't reach the pose within its limits.
 
-    The closest pose is the one with the least distance² + angle² that was found, a metre counting
+    The closest pose is the one found with minimum distance² + angle², a metre counting
     as a radian.
 
     Attributes:
         closest: Joint positions of the closest pose inside the limits [rad or m].
-        closest_distance: Distance left with these [m].
-        closest_angle: Angle left with these [rad].
-        held: Names of the joints that stand at a limit there and would have to go on. There are
-            none if the limits make nothing worse.
+        closest_distance: Remaining distance [m].
+        closest_angle: Remaining angle [rad].
+        held: Names of the blocking joints: at a limit, and required to move beyond it. Empty if the
+            limits are not the cause.
     """
 
     closest: Sequence[float] = ()
@@ -47,7 +47,7 @@ class OutOfReachError(TaskError):
 class UnreachablePoseError(OutOfReachError):
     """No configuration of the arm, inside its limits or out, brings the tool to the pose.
 
-    It has the attributes of `OutOfReachError` and these:
+    Attributes, in addition to those of `OutOfReachError`:
 
     >>> import pinocchio as pin
     >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
@@ -58,11 +58,11 @@ class UnreachablePoseError(OutOfReachError):
     1.052
 
     Attributes:
-        position_shortfall: Distance left at the closest pose, limits or not [m].
-        orientation_shortfall: Angle left there [rad].
-        point_shortfall: Distance left at the nearest point in any orientation, limits or not [m];
+        position_shortfall: Remaining distance at the closest pose, limits or not [m].
+        orientation_shortfall: Remaining angle there [rad].
+        point_shortfall: Remaining distance to the point in any orientation, limits or not [m];
             within the tolerance where the point is reached.
-        angle_at_point: Angle left where the point is reached, inside the limits if it is reached
+        angle_at_point: Remaining angle where the point is reached, within the limits if reached
             there [rad]; `None` if it is out of reach.
     """
 
@@ -83,22 +83,22 @@ class OutsideLimitsError(OutOfReachError):
 
 
 class BranchError(TaskError):
-    """The pose is not reached in the branch asked for.
+    """The pose is not reachable in the requested branch.
 
     Attributes:
-        branches: The branches it is reached in, in words.
+        branches: The branches in which it is reachable, in words.
     """
 
     branches: Sequence[str] = ()
 
 
 class SingularityError(TaskError):
-    """The tool can't have the velocity asked for, or only at joint speeds beyond the limits.
+    """The tool can't have the specified velocity, or only at joint speeds beyond the limits.
 
     Attributes:
-        smallest_singular_value: That of the tool Jacobian at the waypoint.
-        residual: What the best joint velocities leave over: linear [m/s], angular [rad/s].
-        joint_velocity: The joint speeds that it would take, by joint name [rad/s or m/s].
+        smallest_singular_value: Smallest singular value of the tool Jacobian at the waypoint.
+        residual: Residual of the best joint velocities: linear [m/s], angular [rad/s].
+        joint_velocity: The required joint speeds, by joint name [rad/s or m/s].
     """
 
     smallest_singular_value: float = 0.0
@@ -110,10 +110,10 @@ class FollowingError(TaskError):
     """A tool path that the arm can't follow.
 
     Attributes:
-        arc_length: How far along the path it comes [m].
+        arc_length: Length that can be followed [m].
         cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
         joint: Name of the joint that would be beyond its limit; empty at a singularity.
-        part_of_speed: At which part of its speed the path can be followed, if that is sufficient.
+        part_of_speed: Feasible fraction of the speed, if slowing down is sufficient.
     """
 
     arc_length: float = 0.0
@@ -123,15 +123,15 @@ class FollowingError(TaskError):
 
 
 class NoWayFoundError(InputError):
-    """No motion that keeps clear was found to a waypoint, which is no proof that there is none.
+    """No collision-free motion to a waypoint was found, which does not prove that there is none.
 
     Attributes:
-        end: `"start"` or `"goal"` where the fault is known to be at one of them; else empty.
-        names: The two bodies that are too near one another there, or without each of which alone a
-            way was found.
-        depth: How far bodies are within the margin there [m].
-        waypoints: Indices of those between which no way was found, where only one solution of each
-            was looked at; else `None`.
+        end: `"start"` or `"goal"` if the fault is known to be at one of them; else empty.
+        names: Two bodies that are too close there, or whose removal, one at a time, makes a motion
+            possible.
+        depth: Depth of the bodies within the margin there [m].
+        waypoints: Indices of the two waypoints without a motion, if only one solution of each
+            was tried; else `None`.
     """
 
     end: str = ""
@@ -141,7 +141,7 @@ class NoWayFoundError(InputError):
 
 
 class TimingError(InputError):
-    """A motion for which there are no durations that keep its limits.
+    """No durations keep the limits of the motion.
 
     >>> ends = [
     ...     {"joints": {"lift": 0}, "velocity": {"lift": 3}},
@@ -154,14 +154,14 @@ class TimingError(InputError):
     lift velocity 3.0
 
     Attributes:
-        waypoint: Index of the waypoint at fault, or of the one before the interval at fault;
-            `None` if it is none in particular.
-        interval: Whether the interval from that waypoint to the next one is meant.
-        joint: Name of the joint at fault; empty if it is none in particular.
+        waypoint: Index of the waypoint at fault, or of the first waypoint of the interval at fault;
+            `None` without a particular one.
+        interval: Whether the fault is in the interval from that waypoint to the next one.
+        joint: Name of the joint at fault; empty without a particular one.
         limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
-            `"duration"` or `"budget"`; empty if it is none in particular.
-        value: What was asked for, in SI units, or `None`.
-        bound: The nearest value that would be feasible, in SI units, or `None` if it is not known.
+            `"duration"` or `"budget"`; empty without a particular one.
+        value: The requested value, in SI units, or `None`.
+        bound: The nearest feasible value, in SI units, or `None` if unknown.
     """
 
     waypoint: int | None = None

@@ -1,4 +1,4 @@
-"""Trajectories for whatever runs them: one module a family of formats, loaded when asked for.
+"""Export of trajectories: one module per family of formats, loaded on demand.
 
 from knotwork.export import save, to_ros2
 

@@ -1,6 +1,6 @@
 """Positions each millisecond for Franka's control interface, within its limits.
 
-The limits are those of the interface by its documentation and libfranka's `rate_limiting.h`, and
+The limits are those of the interface in its documentation and libfranka's `rate_limiting.h`, and
 not those of a robot file or scenario, which may be wider.
 """
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 CYCLE = STRAIGHT["franka"]["cycle"]
 TORQUE_RATE = np.full(7, 1000.0)
-"""Of each joint [N m/s]."""
+"""Largest torque rate of each joint [N m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +31,11 @@ class Arm:
     """Limits of one arm's control interface, each of shape (7,) or (7, 2).
 
     Attributes:
-        name: What it is.
-        position: Lower and upper [rad].
-        velocity: Greatest one [rad/s].
-        acceleration: [rad/s²].
-        jerk: [rad/s³].
+        name: Name of the arm.
+        position: Lower and upper limit [rad].
+        velocity: Largest velocity [rad/s].
+        acceleration: Largest acceleration [rad/s²].
+        jerk: Largest jerk [rad/s³].
         slowing: Near an end e of its range a joint at q may move towards it by at most
             sqrt(k |e - q|) - o: rows k [rad/s²], o [rad/s], lower and upper e [rad], shape (4, 7).
     """
@@ -48,7 +48,7 @@ class Arm:
     slowing: FloatArray | None = None
 
     def speeds(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greatest speeds towards the lower and the upper end at positions, shape (n, 7) each."""
+        """Largest speeds towards the lower and the upper end at positions, shape (n, 7) each."""
         if self.slowing is None:
             return (np.broadcast_to(self.velocity, q.shape),) * 2
         k, offset, lower, upper = self.slowing
@@ -92,16 +92,16 @@ FR3 = Arm(
     ),
 )
 ARMS = {"panda": PANDA, "fer": PANDA, "fr3": FR3}
-"""By what the names of their joints say, as in `fr3_joint1`; a prefix may stand before it."""
+"""Arms by the stem of their joint names, as in `fr3_joint1`; a prefix is allowed."""
 
 
 def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None) -> str:
-    """Write joint positions for Franka's control interface, a row each 1 ms, within its limits.
+    """Write joint positions for Franka's control interface, one row per 1 ms, within its limits.
 
     The interface takes differences of the rows: velocities, accelerations and jerks must keep its
     limits, and torques without gravity may change by 1000 N m/s. A motion begins and ends at rest,
     without acceleration. A callback of libfranka, or of pylibfranka, returns `JointPositions` of
-    a row each time that it is called.
+    one row per call.
 
     >>> panda = kw.load_robot("panda")
     >>> text = to_franka(kw.plan("panda_pick_place").trajectory, robot=panda)
@@ -109,8 +109,8 @@ def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None
     True
 
     Args:
-        motion: Of the seven joints of a Panda or FR3, base first.
-        robot: The arm, with what it carries; its torques are needed.
+        motion: Motion of the seven joints of a Panda or FR3, base first.
+        robot: The arm, with its load, for the torques.
 
     Raises:
         ExportError: The joints are of another arm, no robot is given, the motion moves at an end,
@@ -151,10 +151,10 @@ def _arm_of(names: tuple[str, ...]) -> Arm:
 
 
 def _use(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
-    """How much of the interface's limits the rows use, at standstill before and after.
+    """Used shares of the interface's limits, with the arm at rest before and after.
 
     Raises:
-        ExportError: One is exceeded.
+        ExportError: A limit is exceeded.
     """
     motion, q = points.trajectory, points.position
     lower, upper = arm.position.T
@@ -182,10 +182,10 @@ def _use(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
 def _line(
     motion: JointTrajectory, quantity: str, values: FloatArray, limit: FloatArray, first: int
 ) -> str:
-    """Say how much of a limit differences of rows use; that of index `first` is at time 0.
+    """Describe the used share of a limit by differences of rows; index `first` is at time 0.
 
     Raises:
-        ExportError: More than all of it.
+        ExportError: The limit is exceeded.
     """
     limit = np.broadcast_to(limit, values.shape)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""MuJoCo: keyframes of a motion, as an MJCF file that a model includes or `MjSpec` reads."""
+"""MuJoCo: keyframes of a motion, as an MJCF file to include in a model or to read by `MjSpec`."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from knotwork.trajectory.sampling import sample_times
 from knotwork.waypoints import FloatArray
 
 MOST_KEYFRAMES = 1_000_000
-"""More than this no model has."""
+"""Upper bound of the number of joints."""
 
 
 def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: float = 0.0) -> str:
     """Write keyframes: times, positions, velocities, and controls of position actuators.
 
-    The model must have these joints and no others, in this order, and a position actuator for each.
-    Names of joints stand in `custom`.
+    The model must have exactly these joints in this order, and a position actuator for each.
+    `custom` has the names of the joints.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> text = to_mujoco(lift, rate=2)
@@ -31,7 +31,7 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: floa
 
     Args:
         motion: The motion [rad or m].
-        rate: Keyframes a second [Hz]; the last one is at the end exactly.
+        rate: Keyframes per second [Hz]; the last one is exactly at the end.
         lead: kv/kp of the actuators [s].
 
     Raises:

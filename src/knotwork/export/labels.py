@@ -1,4 +1,4 @@
-"""Names of segments, and events: as text in tables, or in a file beside what can't hold them."""
+"""Names of segments, and events: as text in tables, or in a separate file."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 SAME_TIME = 1e-9
-"""A row so little before an event is at it [s]."""
+"""Rows this little before an event are at the event [s]."""
 
 FORMAT = "knotwork.events"
 
 
 def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[str]]:
-    """For each row of a table its segment, and what is switched then or since the row before.
+    """The segment of each row of a table, and the signals switched since the previous row.
 
     >>> plan = kw.plan("paper_case")
     >>> labels_at(plan.trajectory, np.array([0.0, 6.0]))["segment"]
@@ -25,7 +25,7 @@ def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[s
 
     Args:
         trajectory: The motion.
-        time: Of the rows [s], shape (s,); the last one is the end of the motion.
+        time: Times of the rows [s], shape (s,); the last one is the end of the motion.
     """
     starts = np.array([one.start for one in trajectory.segments])
     names = ["", *(one.name for one in trajectory.segments)]
@@ -55,7 +55,7 @@ def side_file(trajectory: JointTrajectory) -> str:
 
 
 def side_path(path: Path) -> Path:
-    """Where the file beside another one is.
+    """Path of the separate file of events.
 
     >>> side_path(Path("motion.yaml")).name
     'motion.events.json'

@@ -1,7 +1,7 @@
-"""Lossless export: points that give a motion back exactly, or within a tolerance.
+"""Lossless export: points that define a motion exactly, or within a tolerance.
 
-A receiver joins positions and velocities by cubics, or positions, velocities and accelerations by
-quintics. If the motion is made of such pieces, the receiver gets the motion itself. Otherwise it
+A receiver interpolates positions and velocities by cubics, and with accelerations
+by quintics. If the motion has such pieces, the receiver gets the motion itself. Otherwise it
 gets another curve; the difference follows from the polynomials.
 """
 
@@ -23,14 +23,14 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 LOSSLESS = 1e-12
-"""Points count as lossless if their curve is off by less than this, relative to the largest term of
-the motion's polynomials: some hundred times what rounding makes."""
+"""Points are lossless if the error of their curve is below this, relative to the largest term of
+the motion's polynomials: some hundred times the rounding error."""
 
 MOST_POINTS = 1_000_000
-"""More points than this are refused: no controller takes them in one message."""
+"""Largest number of points: no controller takes more in one message."""
 
 MOST_PARTS = 64
-"""Into how many parts a piece is cut at once."""
+"""Largest number of parts that a piece is cut into at once."""
 
 PIECE_NAMES = {2: "cubics", 3: "quintics"}
 CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
@@ -41,13 +41,13 @@ class Points:
     """A motion as points, from which a receiver rebuilds it (C1; C2 with accelerations).
 
     Attributes:
-        trajectory: The curve that the receiver makes of the points: its knots are the points.
-        with_acceleration: The points have accelerations, and the pieces are quintics.
-        exact: The curve is the motion itself up to rounding.
-        error: How far it is off at most [rad or m], over all joints and all time.
-        velocity_error: How far its velocity is off at most [rad/s or m/s].
-        acceleration_error: How far its acceleration is off at most [rad/s² or m/s²].
-        acceleration_jump: By how much its acceleration jumps at most where the motion is fitted by
+        trajectory: The curve that the receiver computes: its knots are the points.
+        with_acceleration: Whether the points have accelerations, so that the pieces are quintics.
+        exact: Whether the curve is the motion itself up to rounding.
+        error: Largest error [rad or m], over all joints and all time.
+        velocity_error: Largest velocity error [rad/s or m/s].
+        acceleration_error: Largest acceleration error [rad/s² or m/s²].
+        acceleration_jump: Largest jump of the acceleration if the motion is fitted by
             points without accelerations [rad/s² or m/s²]; otherwise 0.
         inserted: Number of points between the knots of the motion.
     """
@@ -67,7 +67,7 @@ class Points:
         return int(self.trajectory.breaks.size)
 
     def describe(self) -> str:
-        """Say how many points there are and how exact they are."""
+        """Describe the number of points and their accuracy."""
         points = f"{self.count} points of {CONTENTS[3 if self.with_acceleration else 2]}"
         if self.exact:
             return f"{points} define the whole motion exactly"
@@ -86,9 +86,9 @@ def motion_points(
     accelerations: bool | None = False,
     fit: float | None = None,
 ) -> Points:
-    """Take the knots of a motion, or points enough to come within a tolerance of it.
+    """Take the knots of a motion, or enough points to come within a tolerance of it.
 
-    Points are inserted only where the cubics (or quintics) through the knots are off by more than
+    Points are inserted only where the error of the cubics (or quintics) through the knots exceeds
     the tolerance. The error is the largest value of the difference of the polynomials, found
     from its critical points and not from samples.
 
@@ -100,14 +100,14 @@ def motion_points(
     True
 
     Args:
-        motion: The motion, or points of it, which are returned as they are.
-        accelerations: The points have accelerations, so that receivers join them by quintics;
-            `None` for receivers that take none.
-        fit: How far the result may be off [rad or m]; by default it must not be off at all.
+        motion: The motion, or points of it, which are returned unchanged.
+        accelerations: Include accelerations, so that receivers use quintics;
+            `None` for receivers without accelerations.
+        fit: Tolerance of the result [rad or m]; by default it must be exact.
 
     Raises:
         ExportError: The knots alone do not define the motion and no tolerance is given; or no
-            number of points can, because a quantity that they have jumps.
+            number of points can, because a quantity in them jumps.
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
             more than a million points; or points are given, and others are asked for.
     """
@@ -115,7 +115,7 @@ def motion_points(
         accelerations = flag(accelerations, "accelerations")
     if isinstance(motion, Points):
         if motion.with_acceleration != bool(accelerations) or fit is not None:
-            raise InputError("these points are made already; make others from the trajectory")
+            raise InputError("these points have their options already; give the trajectory")
         return motion
     order = 3 if accelerations else 2
     tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
@@ -129,7 +129,7 @@ def motion_points(
         floor = float(_scale(motion).max()) * LOSSLESS
         if tolerance < floor:
             raise InputError(
-                f"a fit within {tolerance:g} is finer than the values are rounded; at least "
+                f"a fit within {tolerance:g} is below the rounding of the values; at least "
                 f"{floor:.3g} is accepted"
             )
         times, joined = _refine(motion, times, joined, order, tolerance)
@@ -205,7 +205,7 @@ def _lossy(
     *,
     may_accelerate: bool,
 ) -> ExportError:
-    """The error for a motion that its knots do not define."""
+    """The error for a motion that is not defined by its knots."""
     off = largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
@@ -234,10 +234,10 @@ def _refine(
     order: int,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Cut the pieces that are off by more than the tolerance until none is.
+    """Cut the pieces whose error exceeds the tolerance until none does.
 
-    The error of a piece falls with the power 2·order of its length, which tells how many parts it
-    needs; the error of the parts is then measured.
+    The error of a piece falls with the power 2·order of its length, which gives their number;
+    the error of the parts is then measured.
     """
     while True:
         worst = largest_difference(trajectory, times, joined).max(axis=1)

@@ -1,4 +1,4 @@
-"""Packages that only one format needs, imported when it is asked for."""
+"""Packages that only one format needs, imported on demand."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ def needed(module: str, purpose: str, how: str) -> Any:
     """Import a module that Knotwork does not depend on.
 
     Args:
-        module: Its name.
-        purpose: What it is needed for.
-        how: How to get it.
+        module: Name of the module.
+        purpose: Purpose, for the error.
+        how: Advice on its installation.
 
     Raises:
-        InputError: It can't be imported.
+        InputError: The module can't be imported.
     """
     try:
         return importlib.import_module(module)

@@ -1,4 +1,4 @@
-"""The polynomials of a motion, exactly and of whatever degree, for SciPy, MATLAB and Drake."""
+"""The polynomials of a motion, exactly and of any degree, for SciPy, MATLAB and Drake."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADER_SIZE = 116
 
 
 def to_scipy(trajectory: JointTrajectory) -> PPoly:
-    """Give the motion as `scipy.interpolate.PPoly`, exactly, of whatever degree.
+    """Give the motion as `scipy.interpolate.PPoly`, exactly, of any degree.
 
     Calling it gives positions [rad or m] of trailing shape (d,); it does not extrapolate.
 
@@ -67,7 +67,7 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
 
     The file holds `breaks` [s], 1 by m; `coefs`, (m - 1)·d by k + 1, highest power first, the d
     joints of a piece below one another; `d`; `joint_names` and `joint_units`, cells; and `pp`,
-    what `mkpp` makes of it.
+    the result of `mkpp`.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> import io, scipy.io

@@ -1,6 +1,6 @@
-"""Position-velocity-time tables, as motion drives in PVT mode take them.
+"""Position-velocity-time tables for motion drives in PVT mode.
 
-A drive in PVT mode joins positions and velocities by cubics, so the knots define the whole motion.
+A drive in PVT mode interpolates positions and velocities by cubics, so the knots define the motion.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def to_pvt(
     incremental: bool = False,
     fit: float | None = None,
 ) -> str:
-    """Write a position-velocity-time table as CSV whose header says what each column is.
+    """Write a position-velocity-time table as CSV whose header describes each column.
 
     >>> import knotwork as kw
     >>> text = to_pvt(kw.plan("paper_case").trajectory, degrees=True)
@@ -37,16 +37,16 @@ def to_pvt(
     'time_from_start_s,joint_1.position_deg,joint_1.velocity_deg_per_s'
 
     Args:
-        motion: The motion, or points of it as `motion_points` makes them.
+        motion: The motion, or points of it from `motion_points`.
         degrees: This and the others are described at `knotwork.trajectory.exportable.DriveOptions`.
-        scale: Drive units a rad (deg, m) by joint name.
-        offset: Drive's position where the joint is at 0, by joint name.
-        incremental: Times are since the row before.
+        scale: Drive units per rad (deg, m) by joint name.
+        offset: Position of the drive at joint position 0, by joint name.
+        incremental: Give times since the previous row.
         fit: Tolerance of the motion [rad or m].
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`.
-        InputError: A factor or the tolerance is out of range, or names no joint.
+        InputError: A factor or the tolerance is out of range, or a joint is unknown.
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
     points = motion_points(motion, accelerations=None, fit=fit)
@@ -55,7 +55,7 @@ def to_pvt(
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
     knots = trajectory.knots
     time = np.asarray(trajectory.breaks - trajectory.start_time)
-    since = "the row before" if incremental else "the start"
+    since = "the previous row" if incremental else "the start"
     columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
@@ -87,7 +87,7 @@ def to_pvt(
 
 
 def increments(time: FloatArray) -> FloatArray:
-    """Steps from row to row whose sum stays at each row's own time: no drift by rounding."""
+    """Steps between rows whose sum stays at each row's own time: no drift by rounding."""
     steps, total = np.empty_like(time), 0.0
     for i, end in enumerate(time.tolist()):
         steps[i] = end - total

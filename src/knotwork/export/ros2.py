@@ -1,7 +1,7 @@
 """ROS 2: `trajectory_msgs/msg/JointTrajectory` and `control_msgs/action/FollowJointTrajectory`.
 
-joint_trajectory_controller joins points of positions and velocities by cubics, and points that have
-accelerations too by quintics (interpolation method `spline`, the default). So the knots alone
+joint_trajectory_controller interpolates points of positions and velocities by cubics, and points
+with accelerations as well by quintics (method `spline`, the default). So the knots alone
 define the motion.
 
 A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
@@ -39,7 +39,7 @@ LONGEST = 2**31 - 1
 """`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
 
 STANDING = 1e-7
-"""The controller takes a smaller last velocity for zero [rad/s or m/s]."""
+"""The controller treats a smaller last velocity as zero [rad/s or m/s]."""
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
 GOAL = "control_msgs/action/FollowJointTrajectory"
@@ -87,7 +87,7 @@ def ros2_dict(
     (['lift'], [1.0])
 
     Args:
-        motion: The motion, or points of it as `motion_points` makes them.
+        motion: The motion, or points of it from `motion_points`.
         options: See `knotwork.trajectory.exportable.MessageOptions`.
 
     Raises:
@@ -106,7 +106,7 @@ def _points(
     accelerations: bool = False,
     fit: float | None = None,
 ) -> tuple[Points, bool]:
-    """Points of a message, and whether it is in a goal."""
+    """Points of a message, and whether it is part of a goal."""
     goal = flag(goal, "goal")
     return motion_points(motion, accelerations=accelerations, fit=fit), goal
 
@@ -136,12 +136,12 @@ def _message(points: Points) -> dict[str, Any]:
 def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
-    Both take the text as it is:
+    Both accept the text unchanged:
 
         ros2 topic pub --once TOPIC trajectory_msgs/msg/JointTrajectory "$(cat motion.yaml)"
         ros2 action send_goal ACTION control_msgs/action/FollowJointTrajectory "$(cat goal.yaml)"
 
-    Positions are in rad or m, as ROS has them. Arguments and errors are those of `ros2_dict`.
+    Positions are in rad or m, as in ROS. Arguments and errors are those of `ros2_dict`.
 
     >>> import knotwork as kw
     >>> text = to_ros2(kw.plan("ur5_deburring").trajectory)
@@ -154,7 +154,7 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     lines.append(_first_line(points.trajectory))
     if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
         lines.append(
-            "# The last point has a velocity: joint_trajectory_controller takes that only with "
+            "# The last point has a velocity: joint_trajectory_controller accepts that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
     data = {"trajectory": message} if goal else message
@@ -164,7 +164,7 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
 
 
 def _first_line(curve: JointTrajectory) -> str:
-    """What the arm must do when a message is sent."""
+    """Comment on the required state of the arm when a message is sent."""
     moving = {
         name: ", ".join(
             f"{joint} {value:.6g}"
@@ -174,11 +174,11 @@ def _first_line(curve: JointTrajectory) -> str:
         for order, name in ((1, "velocity"), (2, "acceleration"))
     }
     if not moving["velocity"]:
-        return "# The arm must stand at the first point when this is sent."
+        return "# The arm must be at rest at the first point when this is sent."
     pulled = f" and acceleration ({moving['acceleration']}; per s²)" * bool(moving["acceleration"])
     return (
         f"# The motion begins at a velocity ({moving['velocity']}; rad/s or m/s){pulled}: the "
-        "arm must already move like this at the first point when this is sent, and must not stand "
+        "arm must already move like this at the first point when this is sent, not be at rest "
         "there."
     )
 
@@ -190,7 +190,7 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
     `control_msgs.action.FollowJointTrajectory.Goal`. Arguments are those of `ros2_dict`.
 
     Raises:
-        InputError: ROS 2 can't be imported, or as `ros2_dict`.
+        InputError: ROS 2 can't be imported, or as for `ros2_dict`.
     """
     points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"

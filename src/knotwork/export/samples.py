@@ -1,7 +1,7 @@
 """The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
 
-With `knots_only` each holds the points that define the motion exactly. In place of a motion each
-takes points of it as `motion_points` makes them, or a table as `motion_table` makes it. Options and
+With `knots_only` each has the points that define the motion exactly. In place of a motion each
+takes points of it from `motion_points`, or a table from `motion_table`. Options and
 errors are those of `motion_table`.
 """
 
@@ -35,7 +35,7 @@ def _table(
     if not isinstance(motion, MotionTable):
         return motion_table(motion, **options)
     if options:
-        raise InputError("the table is made already; give its options to motion_table")
+        raise InputError("the table has its options already; give them to motion_table")
     return motion
 
 
@@ -118,7 +118,7 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
 def to_parquet(
     motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
 ) -> bytes:
-    """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
+    """Write samples or knots as Parquet, with the columns of the CSV (needs `pyarrow`).
 
     Options and errors are those of `motion_table`.
 

@@ -21,11 +21,10 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 DEFAULT_RATE = 100.0
-"""Samples a second where none are asked for [Hz]."""
+"""Default sampling rate [Hz]."""
 
 MOST_VALUES = 20_000_000
-"""More numbers than this in a table, some 400 MB of text, are a mistake in the rate rather than a
-file anybody reads."""
+"""Largest number of values in a table, some 400 MB of text; more are a mistake in the rate."""
 
 TOOL = {
     "tool_position": ("tool.position", "xyz", "m"),
@@ -33,8 +32,8 @@ TOOL = {
     "tool_linear_velocity": ("tool.linear_velocity", "xyz", "m_per_s"),
     "tool_angular_velocity": ("tool.angular_velocity", "xyz", "rad_per_s"),
 }
-"""Columns of the tool: what they are called, their components and unit. Pose and twist of the
-tool centre point in the axes of the robot's base, the quaternion with its scalar last."""
+"""Columns of the tool: name, components and unit. Pose and twist of the
+tool centre point in the axes of the robot's base; quaternions are scalar-last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +43,13 @@ class MotionTable:
     Attributes:
         joint_names: Names of the joints, length d.
         joint_units: `"rad"` or `"m"` for each joint.
-        planner: What made the motion.
+        planner: Planner or source of the motion.
         time: Times [s], shape (s,).
         joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
         tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
             robot.
-        note: How exactly the rows define the motion.
-        labels: `"segment"` and `"event"`, a text for each row; or none.
+        note: Accuracy of the motion defined by the rows.
+        labels: `"segment"` and `"event"`, a text for each row; or empty.
         trajectory: The motion itself.
     """
 
@@ -106,32 +105,32 @@ def motion_table(
     (251, 1)
 
     Args:
-        motion: The motion; for knots, points of it as `motion_points` makes them, too.
+        motion: The motion; for knots, also points of it from `motion_points`.
         rate: This and the others are described at
             `knotwork.trajectory.exportable.TableOptions` [Hz].
         knots_only: Take the knots instead of samples.
-        accelerations: The knots have accelerations.
+        accelerations: Include accelerations at the knots.
         fit: Tolerance of the motion for knots [rad or m].
-        robot: Gives pose and twist of the tool.
-        labels: Name the segments and events; by default where there are events.
+        robot: Robot, for pose and twist of the tool.
+        labels: Include the names of segments and events; by default if there are events.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.
-        InputError: Options contradict each other, the rate makes more numbers than a
-            table may have, or the robot has other joints or is none.
+        InputError: Options contradict each other, the rate makes too many values, or
+            the robot has other joints or is not a robot.
     """
     if flag(knots_only, "knots_only"):
         if rate is not None:
-            raise InputError("samples at a rate and knots only were both asked for; choose one")
+            raise InputError("a rate of samples and knots_only are both given; choose one")
         trajectory, time, joints, note = _knots(motion, accelerations, fit)
     else:
         if accelerations or fit is not None:
             raise InputError(
-                "accelerations and fit are about knots: samples hold accelerations anyway and "
-                "are exact at their times; ask for knots only (--knots-only) or leave them out"
+                "accelerations and fit apply to knots: samples have accelerations anyway and "
+                "are exact at their times; use knots_only (--knots-only) or leave them out"
             )
         if isinstance(motion, Points):
-            raise InputError("points are no motion to sample; give the trajectory, or knots_only")
+            raise InputError("points can't be sampled; give the trajectory, or knots_only")
         trajectory = motion
         time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
     tool = {} if robot is None else _tool(trajectory, robot, time)
@@ -152,7 +151,7 @@ def motion_table(
 def _samples(
     motion: JointTrajectory, rate: float, robot: Robot | None
 ) -> tuple[FloatArray, dict[str, FloatArray], str]:
-    """Times of samples, joint values there, and what is to be said of them."""
+    """Times of samples, joint values there, and a note on them."""
     columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
     columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
     time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_VALUES // columns)
@@ -163,7 +162,7 @@ def _samples(
 def _knots(
     motion: JointTrajectory | Points, accelerations: bool, fit: float | None
 ) -> tuple[JointTrajectory, FloatArray, dict[str, FloatArray], str]:
-    """The motion of knots, their times, joint values there, and what is to be said of them."""
+    """The motion of knots, their times, joint values there, and a note on them."""
     points = motion_points(motion, accelerations=accelerations, fit=fit)
     knots = points.trajectory.knots
     joints = {"position": knots.position, "velocity": knots.velocity}
@@ -178,7 +177,7 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
 
     if not hasattr(robot, "forward_and_jacobian"):
         raise InputError(
-            f"robot is {robot!r}; it must be a Robot, as knotwork.load_robot gives it, or None"
+            f"robot is {robot!r}; it must be a Robot, as from knotwork.load_robot, or None"
         )
     curve = trajectory.reordered(
         robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}"
@@ -190,7 +189,7 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
         quaternion = pin.SE3ToXYZQUAT(pose)[3:]
-        # q and -q are the same rotation: take the one next to the sample before
+        # q and -q are the same rotation: take the one nearer to the previous sample
         last = quaternion if quaternion @ last >= 0.0 else -quaternion
         rows["tool_position"][i] = pose.translation
         rows["tool_quaternion"][i] = last

@@ -9,8 +9,8 @@ that is continuous.
 
 Outputs are switched and payloads set between two pieces, up to a step before their time.
 
-The clock runs on over the knots, which may be between two steps. What the controller's own target
-is off from the motion is taken back with a time constant of 1/`GAIN`.
+The clock continues over knots, which may be between two steps. The error of the controller's target
+is corrected with a time constant of 1/`GAIN`.
 """
 
 from __future__ import annotations
@@ -38,34 +38,34 @@ JOINTS = (
     "wrist_2_joint",
     "wrist_3_joint",
 )
-"""Joints of the arms, base first, as the controller counts them; a prefix may stand before all."""
+"""Joints of the arms, base first, in the controller's order; a common prefix is allowed."""
 
 START = 0.001
-"""The arm starts only within this of the first point, in each joint [rad]."""
+"""Largest distance of the arm from the first point at the start, in each joint [rad]."""
 
 OUTPUTS = (
     *(("standard", i) for i in range(8)),
     *(("configurable", i) for i in range(8)),
     *(("tool", i) for i in range(2)),
 )
-"""Digital outputs, counted one after the other, as the controller's bits are."""
+"""Digital outputs, numbered consecutively, like the controller's bits."""
 
 FLANGE = "tool0"
-"""The link whose axes are those of the controller's flange; a prefix may stand before it."""
+"""The link with the axes of the controller's flange; a prefix is allowed."""
 
 SHORTEST = 1e-4
-"""An event so near to a knot is at the knot [s]: the program extrapolates a piece by up to a step,
+"""Events this near to a knot are at it [s]: the program extrapolates a piece by up to a step,
 which magnifies its rounding by the cube of the step over the duration."""
 
 LARGEST_ERROR = 0.05
-"""The program stops the arm if a joint's target is off its motion by more [rad]. At 125 Hz a joint
-of 3 rad/s moves half as far in a step."""
+"""Error of a joint's target beyond which the program stops the arm [rad]. At 125 Hz a joint
+at 3 rad/s moves half as far in a step."""
 
 RATES = (125, 500)
-"""Steps of controllers of the CB series and the e-Series [Hz]."""
+"""Control rates of the CB series and the e-Series [Hz]."""
 
 GAIN = 2.0
-"""Velocity with which an error of the target is taken back [1/s]."""
+"""Gain of the correction of a target's error [1/s]."""
 
 _PROGRAM = """\
 def knotwork_motion():
@@ -142,7 +142,7 @@ def to_urscript(
     """Write a program in URScript that runs a motion of an arm of Universal Robots.
 
     It runs on controllers with arithmetic of lists: PolyScope 3.14.3, 5.9.4 and later, PolyScope X.
-    The arm must stand at the first point, and stands at the last one in the end.
+    The arm must be at the first point, and is at rest at the last one in the end.
 
     >>> import knotwork as kw
     >>> text = to_urscript(kw.plan("ur5_deburring").trajectory)
@@ -150,15 +150,15 @@ def to_urscript(
     (17, 1)
 
     Args:
-        motion: The motion, or points of it as `motion_points` makes them. Positions in rad, times
+        motion: The motion, or points of it from `motion_points`. Positions in rad, times
             in s; every number is written with all its digits.
-        fit: Insert points until the motion is met within this tolerance [rad]; by default the
+        fit: Insert points until the error is within this tolerance [rad]; by default the
             knots must define it exactly.
         robot: The arm with its tool, whose centre point the program sets.
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`; the joints are not
-            those of such an arm; it does not start and end at rest; or a signal is no output.
+            those of such an arm; it does not start and end at rest; or a signal is not an output.
         InputError: The tolerance is out of range.
     """
     points = motion_points(motion, accelerations=None, fit=fit)
@@ -194,9 +194,9 @@ def to_urscript(
 
 
 def describe_steps(motion: JointTrajectory) -> str:
-    """Say how far off the motion the controller's steps are, by the rule above.
+    """Describe the error of the controller's steps, by the rule above.
 
-    What is taken back by feedback may double it.
+    Feedback may double it.
     """
     bounds = motion.extrema("acceleration")
     first = motion.acceleration(motion.start_time)
@@ -216,7 +216,7 @@ def _with_events(trajectory: JointTrajectory) -> FloatArray:
 
 
 def _between(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
-    """What stands before the piece from each time on: what is set, and which segment begins."""
+    """Lines before the piece from each time on: settings, and the name of a new segment."""
     lines: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
         lines[int(np.abs(time - event.time).argmin())].append(_switch(event))
@@ -229,7 +229,7 @@ def _between(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
 
 
 def _load(load: Load) -> str:
-    """The command that sets the payload; it is known only in the axes of the flange."""
+    """The command that sets the payload, which is only possible in the axes of the flange."""
     if not load.frame.endswith(FLANGE):
         return f"# payload of {load.mass:.6g} kg at {_comment(load.frame)}, not set"
     mass, centre = _number(load.mass), _numbers(np.array(load.centre_of_mass))
@@ -242,7 +242,7 @@ def _load(load: Load) -> str:
 
 
 def _tool(robot: Robot | None) -> list[str]:
-    """The command that sets the tool centre point, which is known only from the flange."""
+    """The command that sets the tool centre point, if its pose at the flange is known."""
     import pinocchio as pin
 
     if robot is None:
@@ -255,7 +255,7 @@ def _tool(robot: Robot | None) -> list[str]:
 
 
 def _switch(event: Event) -> str:
-    """The command that switches an output, and in a comment what it is."""
+    """The command that switches an output, with a comment on it."""
     n = event.output
     if n is None or n >= len(OUTPUTS):
         known = f"output {n}" if n is not None else f"signal {event.name!r}"
@@ -272,7 +272,7 @@ def _switch(event: Event) -> str:
 
 
 def _comment(name: str) -> str:
-    """A name in one line of ASCII: behind a line break it would be a part of the program."""
+    """A name in one line of ASCII: text after a line break would be a part of the program."""
     return ascii(name)[1:-1]
 
 
@@ -286,7 +286,7 @@ def _numbers(values: FloatArray) -> str:
 
 
 def _joint_order(trajectory: JointTrajectory) -> list[int]:
-    """Where each of `JOINTS` is among the joints of a motion."""
+    """Index of each of `JOINTS` among the joints of a motion."""
     names = list(trajectory.joint_names)
     prefix = names[0].removesuffix(next((one for one in JOINTS if names[0].endswith(one)), ""))
     wanted = [prefix + name for name in JOINTS]

@@ -1,4 +1,4 @@
-"""Trajectories that other tools wrote, read so that the check can judge them as it judges ours."""
+"""Trajectories of other tools, read for the check."""
 
 from knotwork.foreign.reading import is_foreign, is_trajectory, read_trajectory
 

@@ -28,13 +28,13 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
 
     Args:
         path: The file.
-        joints: The joints there are; the columns may have any order.
+        joints: The known joints; the columns may have any order.
         start_time: Added to times named `time_from_start`, and to the sums of those named
             `time_step` [s].
 
     Raises:
-        DocumentError: The file can't be read, has no headings, a column that is not understood, a
-            joint missing or twice, a row of another length, or what is no number.
+        DocumentError: The file can't be read, has no headings, an unknown column, a
+            joint missing or twice, a row of another length, or an invalid number.
     """
     rows = read_rows(path)
     if all(map(is_number, rows.headings)):
@@ -65,10 +65,10 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
 
 
 def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
-    """Times as the scenario counts them, from those of a column."""
+    """Times of the scenario, from those of a column."""
     if clock == "absolute":
         return time
-    with np.errstate(all="ignore"):  # what is not finite is refused with its place
+    with np.errstate(all="ignore"):  # values that are not finite are refused with their place
         return start_time + (np.cumsum(time) if clock == "step" else time)
 
 
@@ -106,7 +106,7 @@ def _columns(rows: Rows, joints: Joints) -> list[Column]:
 
 
 def _missing(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
-    """Faults if a column is missing: time, positions of all joints, rates of all or none."""
+    """Faults of missing columns: time, positions of all joints, rates of all or none."""
     lacks: list[str] = []
     if not any(content.quantity == "time" for content in columns):
         lacks.append("the time is missing; a column named time [s] must be given")

@@ -20,7 +20,7 @@ _WORDS = {
 }
 _QUANTITY = {word: quantity for quantity, words in _WORDS.items() for word in words}
 LABELS = ("segment", "event")
-"""Columns of text, which are not needed."""
+"""Columns of text, which are skipped."""
 
 _CLOCKS = {
     "absolute": (
@@ -44,11 +44,11 @@ class Column:
     """The contents of a column.
 
     Attributes:
-        quantity: `"time"`, one of `QUANTITIES`, or empty if it is not needed.
+        quantity: `"time"`, one of `QUANTITIES`, or empty for a skipped column.
         joint: Index of the joint, or `None`.
-        factor: What its numbers are multiplied with to be in SI.
-        clock: For times, what they count from: `"absolute"`, `"start"` for the start of the
-            task, `"step"` for the row before.
+        factor: Factor to SI.
+        clock: Reference of times: `"absolute"`, `"start"` for the start of the
+            task, `"step"` for the previous row.
     """
 
     quantity: str
@@ -58,7 +58,7 @@ class Column:
 
 
 class HeadingError(Exception):
-    """A heading that can't be understood; the message says why, `accepted` what is possible."""
+    """An invalid heading; the message has the reason, `accepted` the accepted ones."""
 
     def __init__(self, message: str, accepted: str) -> None:
         self.accepted = accepted
@@ -66,21 +66,21 @@ class HeadingError(Exception):
 
 
 class UnknownHeadingError(HeadingError):
-    """A heading that names neither time nor a joint."""
+    """A heading with neither time nor a joint."""
 
 
 def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
-    """Understand one heading.
+    """Parse one heading.
 
-    Time is `time`, `t`, `timestamp` and the like, `time_from_start` or `time_step`, with a unit s,
-    ms, us or ns if any. A joint's position is its name alone, or with a word for the quantity
-    before or behind it, and its unit: `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`,
-    `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like and columns of `tool` are not
-    needed and left out.
+    Time is `time`, `t`, `timestamp` and the like, `time_from_start` or `time_step`, optionally with
+    a unit s, ms, us or ns. A joint's position is its name, or the name with a word for the quantity
+    before or after it, and its unit: `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`,
+    `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like and columns of `tool` are
+    skipped.
 
     Raises:
-        HeadingError: It is something else, in a unit that the joint does not have, or contradicts
-            itself.
+        HeadingError: The heading is unknown, has a unit that the joint does not have, or
+            contradicts itself.
     """
     text = heading.strip()
     found = _joint(heading, joint_names)
@@ -101,16 +101,16 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
 
 
 def own_joint(heading: str) -> str | None:
-    """The joint of a heading as our export writes it, `elbow.velocity_rad_per_s`, or `None`."""
+    """The joint of a heading in our export's form, `elbow.velocity_rad_per_s`, or `None`."""
     match = _OWN_JOINT.fullmatch(heading)
     return match[1] if match else None
 
 
 def own_column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
-    """Understand one heading of a file that has headings of our export.
+    """Parse one heading of a file with headings in our export's form.
 
-    They are matched whole, so a joint may have any name, for example `time_s` or `position`. What
-    is not such a heading is read by `column`, which raises its errors.
+    They are matched whole, so a joint may have any name, for example `time_s` or `position`. Other
+    headings are parsed by `column`, which raises its errors.
     """
     if heading in _OWN_TIMES:
         return Column("time", clock=_OWN_TIMES[heading])
@@ -124,7 +124,7 @@ def own_column(heading: str, joint_names: Sequence[str], joint_units: Sequence[s
 
 
 def quantity_named(word: str) -> str | None:
-    """The quantity that a word names, `"velocity"` for `qd`, or `None`."""
+    """The quantity named by a word, `"velocity"` for `qd`, or `None`."""
     return _QUANTITY.get(word.lower())
 
 
@@ -154,7 +154,7 @@ def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str,
             )
         if word != "per" and word not in (*_QUANTITY, *loads, *bases, *per):
             raise HeadingError(
-                f"the column {heading!r} has {word!r}, which is not understood",
+                f"the column {heading!r} has {word!r}, which is unknown",
                 f"position, velocity or acceleration, and {accepted}",
             )
     if len(loads) + len(bases) > 1:
@@ -185,7 +185,7 @@ def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str,
 
 
 def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
-    """Find the joint that a heading names (the longest match).
+    """The joint named in a heading (the longest match).
 
     Returns its index and the remaining text.
     """
@@ -198,7 +198,7 @@ def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
 
 
 def _time(heading: str) -> Column | None:
-    """Read the heading of a column of times; `None` if it is no such heading."""
+    """Parse the heading of a column of times; `None` for another heading."""
     parts = words(heading)
     whole, named = "_".join(parts), "_".join(parts[:-1])
     if whole in _TIMES:

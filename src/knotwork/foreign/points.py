@@ -26,10 +26,10 @@ NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
-"""Keys that hold a message: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
+"""Keys of messages: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
 
 _STEPS = ("dt", "interpolation_dt")
-"""Keys of one time between rows, in place of their times."""
+"""Keys of a constant time step, in place of times."""
 
 _NAMES = ("joint_names", "joints", "names", "name")
 _OTHER_MOTIONS = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
@@ -47,10 +47,10 @@ _UNUSED = (
     "component_path_tolerance",
     "component_goal_tolerance",
     "goal_time_tolerance",
-    # of MoveIt's messages around a trajectory
+    # MoveIt's messages around a trajectory
     *("model_id", "trajectory_start", "group_name", "planning_time", "error_code"),
     "controller_names",
-    # of cuRobo's JointState
+    # cuRobo's JointState
     *("knot", "knot_dt", "control_space", "aux_data", "device_cfg", "tensor_args"),
     *_OTHER_MOTIONS,
     *UNUSED_IN_POINT,
@@ -65,18 +65,18 @@ _ROWS = tuple(key for keys in KEYS.values() for key in keys)
 def read_points(document: Document, joints: Joints, start_time: float) -> PointTable:
     """Read points from a mapping.
 
-    Either as ROS 2 has them, `joint_names` and `points` with `positions`, `velocities`,
+    Either as in ROS 2, `joint_names` and `points` with `positions`, `velocities`,
     `accelerations` and `time_from_start` each (also inside a goal, or MoveIt's RobotTrajectory or
     DisplayTrajectory); or as arrays, `joint_names`, `time` (or `dt`), `positions`, `velocities` and
     `accelerations`, a row for each time, also in a batch of one.
 
     Args:
         document: The mapping. Times are in s, or `{sec, nanosec}`.
-        joints: The joints there are; the file may list them in any order.
+        joints: The known joints; the file may list them in any order.
         start_time: Added to times named `time_from_start` [s].
 
     Raises:
-        DocumentError: Something is missing, unknown, of the wrong shape, or no number; a joint is
+        DocumentError: A value is missing, unknown, of the wrong shape, or not a number; a joint is
             missing or given twice.
     """
     outer, (data, at) = _inside(document)
@@ -102,7 +102,7 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
 
 
 class _Entry(NamedTuple):
-    """What a file gives for a quantity: the key, the value, and where it stands."""
+    """A value of a file for a quantity: key, value and location."""
 
     key: str
     value: Any
@@ -114,14 +114,14 @@ Part = tuple[Mapping[str, Any], Location]
 
 
 def _inside(document: Document) -> tuple[list[Part], Part]:
-    """The mappings around the one that holds the points, and that one, each with its place."""
+    """The mappings around the points, and the mapping of the points, each with its location."""
     data: Any = document.data
     at: Location = ()
     outer: list[Part] = []
     for _ in range(len(WRAPPERS)):
         if not isinstance(data, dict):
             kind = type(data).__name__
-            raise document.error(at, f"holds a {kind}", "a mapping with joint_names and points")
+            raise document.error(at, f"has a {kind}", "a mapping with joint_names and points")
         if any(name in data for name in _NAMES) or "points" in data:
             break
         held = [key for key in WRAPPERS if isinstance(data.get(key), dict | list)]
@@ -129,14 +129,14 @@ def _inside(document: Document) -> tuple[list[Part], Part]:
             break
         key = held[0]
         if len(held) > 1:
-            fault = f"is given beside {key!r}, and one motion is checked"
+            fault = f"is given together with {key!r}, but only one motion can be checked"
             raise document.error((*at, held[1]), fault, "one")
         _refuse_unknown(document, data, at, WRAPPERS + _UNUSED)
         outer.append((data, at))
         data, at = data[key], (*at, key)
         if isinstance(data, list):
             if len(data) != 1:
-                fault = f"holds {len(data)} trajectories, and one motion is checked"
+                fault = f"has {len(data)} trajectories, but only one motion can be checked"
                 raise document.error(at, fault, "one")
             data, at = data[0], (*at, 0)
     rows = ("points",) if "points" in data else (*_ROWS, *_STEPS)
@@ -157,19 +157,19 @@ def _check_units(document: Document, stated: Any, where: Location) -> None:
 def _refuse_unknown(
     document: Document, data: Mapping[str, Any], at: Location, known: Sequence[str]
 ) -> None:
-    """Refuse an unknown key, which may be a known one, misspelt, and what else is to move."""
+    """Refuse an unknown key, perhaps misspelt, and motions of other joints."""
     for key in data:
         if key not in known:
             raise document.error((*at, key), "unknown key", did_you_mean(key, known))
     for key in _OTHER_MOTIONS:
         other = data.get(key)
         if isinstance(other, dict) and (other.get("points") or other.get("joint_names")):
-            fault = "moves joints of several freedoms as well, which is not checked"
+            fault = "moves joints of several degrees of freedom, which is not supported"
             raise document.error((*at, key), fault, "a file without it, or with an empty one")
 
 
 def _names(document: Document, data: Mapping[str, Any], at: Location, joints: Joints) -> list[str]:
-    """Joints in the order of the file: those that there are, each once."""
+    """Joints in the order of the file, each exactly once."""
     key = next((key for key in _NAMES if isinstance(data.get(key), list)), None)
     if key is None:
         raise document.error((*at, "joint_names"), "is missing and must be a list of joint names")
@@ -177,7 +177,7 @@ def _names(document: Document, data: Mapping[str, Any], at: Location, joints: Jo
     accepted = f"each of {', '.join(joints.names)} once, in any order"
     for i, name in enumerate(given):
         if not isinstance(name, str):
-            raise document.error((*where, i), f"{name!r} is no joint name", "text")
+            raise document.error((*where, i), f"{name!r} is not a joint name", "text")
         if name in given[:i]:
             raise document.error((*where, i), f"joint {name!r} is given twice", accepted)
         if name not in joints.names:
@@ -189,7 +189,7 @@ def _names(document: Document, data: Mapping[str, Any], at: Location, joints: Jo
 
 
 def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[_Row], Location]:
-    """What is given for each time, by quantity, and where it all stands."""
+    """Values for each time, by quantity, and their location."""
     if "points" in data:
         points, where = data["points"], (*at, "points")
         if not isinstance(points, list):
@@ -221,7 +221,7 @@ def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[li
 
 
 def _of_batch(value: Any) -> Any:
-    """The rows of a batch of one; anything else as it is."""
+    """The rows of a batch of one; any other value unchanged."""
     while isinstance(value, list) and len(value) == 1 and isinstance(value[0], list):
         if not (value[0] and isinstance(value[0][0], list)):
             break
@@ -230,7 +230,7 @@ def _of_batch(value: Any) -> Any:
 
 
 def _with_times(document: Document, data: Mapping[str, Any], at: Location) -> Mapping[str, Any]:
-    """The mapping with times made of the step that it gives, if it gives no times."""
+    """The mapping with times from its time step, if it has no times."""
     step = next((key for key in _STEPS if data.get(key) is not None), None)
     if step is None or any(data.get(key) for key in KEYS["time"]):
         return data
@@ -247,14 +247,14 @@ def _with_times(document: Document, data: Mapping[str, Any], at: Location) -> Ma
 def _given(
     document: Document, data: Mapping[str, Any], at: Location, accepted: str, usual: int
 ) -> _Row:
-    """What a mapping gives, by quantity; time and positions must be there.
+    """Values of a mapping by quantity; time and positions are required.
 
     Args:
         document: The document.
         data: The mapping.
-        at: Where it is.
-        accepted: What is accepted, for the error.
-        usual: Index among `KEYS["time"]` of the key that is usual there.
+        at: Its location.
+        accepted: Accepted input, for the error.
+        usual: Index among `KEYS["time"]` of the usual key there.
     """
     row: _Row = {}
     for name, keys in KEYS.items():
@@ -271,7 +271,7 @@ def _given(
 
 
 def _numbers(document: Document, entry: _Entry, size: int) -> list[float]:
-    """A row of numbers, one a joint."""
+    """A row of numbers, one per joint."""
     values, where = entry.value, entry.where
     if not isinstance(values, list):
         raise document.error(where, f"is {values!r}", f"a list of {size} numbers")
@@ -281,9 +281,9 @@ def _numbers(document: Document, entry: _Entry, size: int) -> list[float]:
 
 
 def _number(document: Document, value: Any, where: Location) -> float:
-    """One number, which may still be infinite or NaN."""
+    """One number, perhaps infinite or NaN."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise document.error(where, f"{value!r} is no number", "a number")
+        raise document.error(where, f"{value!r} is not a number", "a number")
     try:
         return float(value)
     except OverflowError:
@@ -291,7 +291,7 @@ def _number(document: Document, value: Any, where: Location) -> float:
 
 
 def _seconds(document: Document, entry: _Entry, start_time: float) -> float:
-    """A time [s] from a number or from whole seconds and nanoseconds."""
+    """A time [s] from a number, or from whole seconds and nanoseconds."""
     start = start_time if entry.key == "time_from_start" else 0.0
     if not isinstance(entry.value, dict):
         return start + _number(document, entry.value, entry.where)
@@ -302,7 +302,7 @@ def _seconds(document: Document, entry: _Entry, start_time: float) -> float:
         if name not in parts:
             raise document.error(where, "unknown key", "sec and nanosec")
         if isinstance(part, bool) or not isinstance(part, int) or abs(part) > MOST_SECONDS:
-            raise document.error(where, f"{part!r} is no number of {name}")
+            raise document.error(where, f"{part!r} is not a number of {name}")
         if name == "nanosec" and not 0 <= part < NANOSECONDS:
             accepted = f"0 to {NANOSECONDS - 1}; whole seconds are in sec"
             raise document.error(where, f"{part} is out of range", accepted)

@@ -1,4 +1,4 @@
-"""Piecewise polynomials as Drake writes them, with `yaml_dump_typed`."""
+"""Piecewise polynomials written by Drake's `yaml_dump_typed`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from knotwork.trajectory import JointTrajectory
 
 
 class _Polynomials(StrictModel):
-    """What `drake::trajectories::PiecewisePolynomial` serializes, and names if they were added."""
+    """Fields of `drake::trajectories::PiecewisePolynomial`, and optional joint names."""
 
     breaks: list[Finite] = Field(min_length=2)
     polynomials: list[list[list[list[Finite]]]]
@@ -21,25 +21,25 @@ class _Polynomials(StrictModel):
 
 
 def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
-    """Read a matrix of polynomials a segment, one column, a row for each joint.
+    """Read a matrix of polynomials per segment, one column, one row per joint.
 
     Args:
         document: `breaks`, and `polynomials` by segment, row and column, coefficients from the
-            lowest power on, in the time since the segment's break. Rows are in the order of
-            `joint_names` where there are such, else in that of the joints.
-        joints: The joints there are.
+            lowest power, in the time since the segment's break. Rows are in the order of
+            `joint_names` if given, else in that of the joints.
+        joints: The known joints.
 
     Raises:
-        DocumentError: It has another shape, other joints, or no increasing breaks.
+        DocumentError: The shape or the joints differ, or the breaks do not increase.
     """
     given = validate(_Polynomials, document)
     names = list(joints.names) if given.joint_names is None else given.joint_names
     if sorted(names) != sorted(joints.names):
         accepted = f"each of {', '.join(joints.names)} once, in any order"
-        raise document.error(("joint_names",), f"is not those of {joints.owner}", accepted)
+        raise document.error(("joint_names",), f"differs from that of {joints.owner}", accepted)
     segments, size = given.polynomials, len(joints.names)
     if len(segments) != len(given.breaks) - 1:
-        fault = f"holds {len(segments)} segments"
+        fault = f"has {len(segments)} segments"
         raise document.error(("polynomials",), fault, f"{len(given.breaks) - 1}, between breaks")
     degree = max((len(c) for one in segments for row in one for c in row), default=0)
     coefficients = np.zeros((max(degree, 1), len(segments), size))

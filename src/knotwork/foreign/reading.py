@@ -1,4 +1,4 @@
-"""Any trajectory from a file: a stored one of ours, or another tool's."""
+"""Trajectories from files: stored ones of ours, and other tools'."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def read_trajectory(
     span: tuple[float, float] = (0.0, 0.0),
     owner: str = "the scenario",
 ) -> tuple[JointTrajectory, list[str]]:
-    r"""Read a trajectory of ours or of another tool; its name and content say which.
+    r"""Read a trajectory of ours or of another tool, recognised by name and content.
 
     A file whose name ends in `.csv`, `.tsv` or `.txt` is CSV, in `.yaml` or `.yml` a ROS 2
     message or goal, or a piecewise polynomial of Drake, in `.npz` arrays of NumPy; anything else is
@@ -48,18 +48,18 @@ def read_trajectory(
 
     Args:
         path: The file, or a folder with a `trajectory.json`.
-        joint_names: The joints that another tool's file must have, in any order.
+        joint_names: The required joints of another tool's file, in any order.
         joint_units: `"rad"` or `"m"` for each.
-        span: When the task starts and ends [s]. Times named `time_from_start` count from the
+        span: Start and end of the task [s]. Times named `time_from_start` count from the
             start of the task. Those of a message are whole nanoseconds: a motion that stops less
             than one before the end of the task is continued to it.
-        owner: What the joints are of, for errors.
+        owner: Owner of the joints, for errors.
 
     Returns:
-        The trajectory, and faults of the file that a report has to count.
+        The trajectory, and faults of the file for the report.
 
     Raises:
-        DocumentError: The file can't be read or is no trajectory; says which line or field.
+        DocumentError: The file can't be read or is not a trajectory; the message has the place.
 
     >>> characters = Path("motion.csv").write_text("time,lift\n0,0\n1,0.5\n")
     >>> trajectory, faults = read_trajectory("motion.csv", ["lift"], ["m"])
@@ -84,7 +84,7 @@ def read_trajectory(
 
 
 def is_trajectory(path: Path | str) -> bool:
-    """Whether a path names a trajectory: by its suffix, or else by what the file holds.
+    """Whether a path names a trajectory: by its suffix, or else by its content.
 
     >>> is_trajectory("motion.csv"), is_trajectory("motion.yaml")
     (True, False)
@@ -96,7 +96,7 @@ def is_trajectory(path: Path | str) -> bool:
 
 
 def is_foreign(path: Path | str) -> bool:
-    """Whether a file holds points of another tool, or samples; not if it can't be read.
+    """Whether a file has points of another tool, or samples; `False` if it can't be read.
 
     >>> path = storage.write_file("motion.csv", "time,lift")
     >>> is_foreign(path), is_foreign("missing.json")
@@ -106,7 +106,7 @@ def is_foreign(path: Path | str) -> bool:
 
 
 def _kind(path: Path) -> str:
-    """What a file holds: `"csv"`, or as `_content`; nothing if it can't be read."""
+    """Kind of a file: `"csv"`, or as from `_content`; empty if it can't be read."""
     try:
         return "csv" if _suffix(path) in CSV else _content(_document(path))
     except DocumentError:
@@ -114,7 +114,7 @@ def _kind(path: Path) -> str:
 
 
 def _content(document: Document) -> str:
-    """Whether data are a `"stored"` trajectory, a `"scenario"`, `"points"` or `"polynomials"`."""
+    """Kind of data: a `"stored"` trajectory, a `"scenario"`, `"points"` or `"polynomials"`."""
     data = document.data if isinstance(document.data, dict) else {}
     if data.get("format") == FORMAT:
         return "stored"
@@ -140,8 +140,8 @@ def _document(path: Path) -> Document:
         except DocumentError:
             if _suffix(path) in ("folder", ".json", "") or not path.is_file():
                 raise
-            kinds = f"read are {', '.join(('.json', *CSV, *YAML))}, or JSON of any name"
-            raise DocumentError(path, [Problem(None, "", f"is no trajectory; {kinds}")]) from None
+            kinds = f"accepted: {', '.join(('.json', *CSV, *YAML))}, or JSON of any name"
+            raise DocumentError(path, [Problem(None, "", f"not a trajectory; {kinds}")]) from None
     # `ros2 topic echo` ends a message with `---`
     return documents.parse(documents.read_text(path).rstrip().removesuffix("\n---"), path)
 
@@ -152,12 +152,10 @@ def _arrays(path: Path) -> Document:
         with np.load(path, allow_pickle=False) as file:
             sizes = sum(one.file_size for one in file.zip.infolist())
             if sizes > MOST_BYTES:
-                raise DocumentError(
-                    path, [Problem(None, "", f"holds {sizes} bytes", "at most 5e8")]
-                )
+                raise DocumentError(path, [Problem(None, "", f"has {sizes} bytes", "at most 5e8")])
             return Document({name: file[name].tolist() for name in file.files}, path)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, AttributeError) as error:
-        raise DocumentError(path, [Problem(None, "", "is no npz of arrays of NumPy")]) from error
+        raise DocumentError(path, [Problem(None, "", "is not an npz of NumPy arrays")]) from error
 
 
 def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:

@@ -1,4 +1,4 @@
-"""Points of a motion as another tool wrote them, and the curve that a controller makes of them."""
+"""Points of a motion of another tool, and their interpolation by a controller."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]
-"""Row, quantity and joint (or `None`) to what makes the error for that place, given a message and
-what would be accepted."""
+"""Function of row, quantity and joint (or `None`) that gives a maker of errors for that place,
+from a message and the accepted input."""
 
 QUANTITIES = DERIVATIVES[:3]
-"""Quantities that a controller joins points by."""
+"""Quantities by which a controller interpolates points."""
 
 _CURVES = ("straight lines", "cubics", "quintics")
 
 
 class Joints(NamedTuple):
-    """The joints that a file is to move, in any order.
+    """The joints required in a file, in any order.
 
     Attributes:
         names: Names, length d.
         units: `"rad"` or `"m"` for each.
-        owner: What they are of, for errors.
+        owner: Owner of the joints, for errors.
     """
 
     names: tuple[str, ...]
@@ -48,9 +48,9 @@ class PointTable:
         joints: The joints.
         time: Times [s], shape (n,).
         values: By the name of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in the
-            rows that lack it.
-        has: Which rows have each of them, shape (n,).
-        place: Says where in the file a value stands.
+            rows without it.
+        has: Rows that have each of them, shape (n,).
+        place: Maker of errors with the place of a value in the file.
     """
 
     joints: Joints
@@ -61,22 +61,22 @@ class PointTable:
 
 
 def check_points(table: PointTable) -> None:
-    """Refuse points of which a controller can't make a curve.
+    """Refuse points that a controller can't interpolate.
 
     Raises:
         DocumentError: There are fewer than two points, a value is not finite, times do not
             increase, or a point has accelerations but no velocities.
     """
     if table.time.size < 2:
-        raise table.place(0, "", None)(f"holds {table.time.size} points", "at least two points")
+        raise table.place(0, "", None)(f"has {table.time.size} points", "at least two points")
     _refuse_not_finite(table)
     late = np.flatnonzero(np.diff(table.time) <= 0.0)
     if late.size:
         row = int(late[0]) + 1
         raise table.place(row, "time", None)(
             f"the time {_digits(table.time[row])} s is not after {_digits(table.time[row - 1])} s, "
-            "the one before it",
-            "times that increase",
+            "the previous one",
+            "increasing times",
         )
     alone = np.flatnonzero(table.has["acceleration"] & ~table.has["velocity"])
     if alone.size:
@@ -86,7 +86,7 @@ def check_points(table: PointTable) -> None:
 
 
 def _digits(value: float) -> str:
-    """All digits of a number and no more."""
+    """All digits of a number, without trailing ones."""
     return repr(float(value)).removesuffix(".0")
 
 
@@ -106,17 +106,17 @@ def _refuse_not_finite(table: PointTable) -> None:
 
 
 def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
-    """Join points as ROS 2's joint_trajectory_controller does (C0, C1 or C2, by what they hold).
+    """Interpolate points as ROS 2's joint_trajectory_controller does (C0, C1 or C2, by content).
 
     Between two points it is a quintic if both have velocities and accelerations, a cubic if both
     have velocities, and a straight line otherwise.
 
     Args:
         table: The points.
-        source: What they come from, for the report.
+        source: Their source, for the report.
 
     Raises:
-        DocumentError: As `check_points`; or the numbers make a curve beyond the range of floats.
+        DocumentError: As for `check_points`; or the curve exceeds the range of floats.
     """
     check_points(table)
     cubic = table.has["velocity"][:-1] & table.has["velocity"][1:]
@@ -134,7 +134,7 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
     if not np.isfinite(c).all():
         row = int(np.argwhere(~np.isfinite(c))[0][1]) + 1
         raise table.place(row, "time", None)(
-            "the motion from the point before it exceeds the range of floating-point numbers",
+            "the motion from the previous point exceeds the range of floating-point numbers",
             "points farther apart in time",
         )
     joined = " and ".join(_CURVES[kind] for kind in sorted(set(kinds.tolist())))

@@ -1,4 +1,4 @@
-"""Units as other tools name them, and what they make of the joints' own."""
+"""Units named by other tools, and their relation to the joints' units."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _UNITS = (
     ("m", 1e-3, ("mm",)),
 )
 BASES = {word: (unit, size) for unit, size, names in _UNITS for word in names}
-"""Unit of a joint, and its size in it, of each word for a unit of position."""
+"""Unit of a joint, and the size in it, by the word for a unit of position."""
 
 PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}
-"""Power of seconds that a quantity is divided by."""
+"""Power of seconds in the denominator of a quantity."""
 
 LOADS = ("nm", "n", "a", "ma")
 """Units of efforts and currents; such columns are skipped."""
@@ -28,7 +28,7 @@ _NEWTON_METRE = re.compile(r"(?<![^\W_])n[\s·⋅*.]?m(?![^\W_])")
 
 
 def words(text: str) -> list[str]:
-    """Words of a heading or unit in small letters, powers as figures: `rad/s²` is rad, s2."""
+    """Words of a heading or unit in lower case, powers as digits: `rad/s²` is rad, s2."""
     text = text.lower().replace("²", "2").replace("³", "3").replace("^", "").replace("**", "")
     text = _NEWTON_METRE.sub("nm", text)
     return [word for word in _SEPARATORS.split(text) if word]
@@ -42,5 +42,5 @@ def in_si(text: str) -> bool:
 
 
 def time_order(per: Sequence[str]) -> int:
-    """Power of seconds that a unit is divided by, given as `s2` or as `s` several times."""
+    """Power of seconds in a unit's denominator, given as `s2` or as repeated `s`."""
     return sum(PER_TIME[word] for word in per)

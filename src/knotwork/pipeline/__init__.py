@@ -1,4 +1,4 @@
-"""The whole way from a scenario to a checked trajectory: the only orchestrator."""
+"""From a scenario to a checked trajectory: the only orchestrator."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""A motion judged without a task: by its robot, limits and surroundings alone."""
+"""Checks of a motion without a task: limits, collisions and continuity."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PARTS = (
     *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
     *("continuity", "tolerances"),
 )
-"""Keys of a scenario file that say something of a motion without its waypoints."""
+"""Keys of a scenario file that apply to a motion without its waypoints."""
 
 
 def check_alone(
@@ -39,25 +39,25 @@ def check_alone(
 
     Args:
         path: The trajectory.
-        robot: Name or file of its robot; left out, the scene names it.
-        scene: A scenario's name or file, of which all but the waypoints counts: surroundings, tool,
+        robot: Name or file of its robot; by default the one named in the scene.
+        scene: A scenario's name or file, used without its waypoints: surroundings, tool,
             limits, units.
-        limits: In place of those of robot and scene, in the units of the scene: a mapping, the path
+        limits: Limits in place of the robot's and the scene's, in its units: a mapping, the path
             of a file, or YAML.
 
     Raises:
-        InputError: A file can't be read or is wrong, or nothing names the robot.
+        InputError: A file can't be read or is wrong, or no robot is named.
     """
     surroundings = read_document(scene) if scene is not None else Document({})
     if not isinstance(surroundings.data, dict):
-        raise surroundings.error((), "is no mapping", f"keys of a scenario: {', '.join(PARTS)}")
+        raise surroundings.error((), "is not a mapping", f"keys of a scenario: {', '.join(PARTS)}")
     data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
     if limits is not None:
         data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
     if robot is not None:
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
-        raise InputError(f"{path} needs the robot it is for: give it with --robot or in the scene")
+        raise InputError(f"{path} needs its robot: give it with --robot or in the scene")
     places = surroundings.places
     given = data["robot"]
     folder = None if places.file is None else places.file.parent
@@ -75,15 +75,15 @@ def check_alone(
     asked = resolved(task, places)
     space = joint_space(asked)
     report = check(motion, asked, space=space, defects=defects)
-    # the ends of the motion were asked of it as they are
+    # the ends of the motion are its own waypoints
     found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
     found = [one for one in found if one.quantity not in ("time_span", "no_start")]
     return motion, asked, space, replace(report, findings=tuple(found))
 
 
 def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
-    """The task of a motion that has its own ends as waypoints."""
-    # held objects are taken and left at waypoints, of which there are none
+    """The task of a motion with its two ends as waypoints."""
+    # held objects need waypoints, and there are none
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, Document(data, places.file, places.lines))
     units = si_factors(task.units)

@@ -22,7 +22,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints, read_only
 
 AT_START = 1e-6
-"""The tool may be off the start of the path by this much [m, rad]."""
+"""Tolerance of the tool's pose at the start of the path [m, rad]."""
 
 USUAL = ToleranceSet()
 
@@ -40,28 +40,28 @@ def follow_path(
     speed_tolerance: float = USUAL.path_speed,
     pull_to_middle: float = 0.0,
 ) -> JointTrajectory:
-    """Follow a tool path at constant speed, from a few waypoints that are found here.
+    """Follow a tool path at constant speed, through automatically inserted waypoints.
 
     The motion begins at time 0, in the branch of the start. It is C² and cubic, and is proved to
     keep the tolerances at all times.
 
     Args:
         robot: The arm, or its name or file.
-        path: Where the tool goes, in base axes. Along a curve alone the tool keeps its rotation.
-        speed: Of the TCP along the path [m/s].
+        path: Path of the tool, in base axes. Along a plain curve the tool keeps its rotation.
+        speed: Speed of the TCP along the path [m/s].
         tolerance: Largest distance from the path [m].
-        start: Joint positions where the path begins [rad or m], shape (d,); by default those of the
+        start: Joint positions at the path's start [rad or m], shape (d,); by default those of the
             solution nearest to the robot's configuration `home`.
-        rotation: Of the tool along a curve, shape (3, 3); by default the one it has at the start.
+        rotation: Rotation of the tool along a curve, shape (3, 3); by default the one at the start.
         acceleration: Largest along the path [m/s²]; the motion then begins and ends at rest.
-        orientation_tolerance: Largest angle from the orientation on the path [rad].
-        speed_tolerance: Largest difference of speed, as a part of the speed.
-        pull_to_middle: How fast self-motion pulls joints to the middle of their ranges [1/s].
+        orientation_tolerance: Largest angle from the path's orientation [rad].
+        speed_tolerance: Largest deviation of the speed, as a fraction of it.
+        pull_to_middle: Rate at which self-motion pulls joints to the middle of their ranges [1/s].
 
     Raises:
-        InputError: A value is wrong, the arm does not stand where the path begins, or can't; or no
+        InputError: A value is wrong, the arm is not or can't be at the start of the path; or no
             start is given and the robot has no configuration `home`.
-        PathError: The path has stops but no acceleration, is too short or needs too many waypoints.
+        PathError: The path has stops but no acceleration, or is too short or too long.
         FollowingError: A joint limit, a velocity limit or a singularity prevents it.
 
     >>> arm = kw.load_robot("ur5")
@@ -90,7 +90,7 @@ def follow_path(
 
 
 def _followed(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
-    """The motion along the path, checked."""
+    """The checked motion along the path."""
     joints.check()
     followed = with_waypoints_inserted(joints, allowed)
     waypoints = JointWaypoints(
@@ -109,10 +109,7 @@ def _followed(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
 def _tolerance(value: float, what: str, unit: str) -> float:
     number = finite_number(value, what, unit, positive=True)
     if number < SMALLEST_PATH_TOLERANCE:
-        raise InputError(
-            f"{what} is {number:g}; floating point does not hold a motion to less than "
-            f"{SMALLEST_PATH_TOLERANCE:g}"
-        )
+        raise InputError(f"{what} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
     return number
 
 
@@ -135,7 +132,7 @@ def _tool_path(
 
 def _timed(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:
     if acceleration is None and path.stops:
-        raise PathError("the path has stops; give acceleration, with which the tool comes to them")
+        raise PathError("the path has stops; give acceleration")
     lengths = [curve.length for curve in path.curves]
     ends = None if acceleration is None else 0.0
     timing = speed_profile(
@@ -150,7 +147,7 @@ def _timed(path: ToolPath, speed: float, acceleration: float | None) -> TimedPat
 
 
 def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
-    """Raise an error if the tool is not where the path begins."""
+    """Raise an error if the tool is not at the start of the path."""
     wanted, found = motion.path.pose(0.0), robot.forward(start)
     distance = float(np.linalg.norm(found.translation - wanted.translation))
     angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ found.rotation)))
@@ -158,6 +155,6 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
         near = [round(value, 9) for value in (distance, float(np.degrees(angle)))]
         raise InputError(
             f"with start the tool is {near[0]:.4g} m and {near[1]:.4g} deg away from "
-            "where the path begins; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
+            "the start of the path; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
             "the pose there"
         )

@@ -1,4 +1,4 @@
-"""The motion of a plan at another speed."""
+"""Speed overrides: the motion of a plan at another speed."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
 TOLERANCE = 1e-6
-"""Greatest deviation of a joint from the path that the planned motion takes [rad or m]."""
+"""Largest deviation of a joint from the planned path [rad or m]."""
 
 NEAR = 1e-9
-"""Moments that are nearer to one another [s] are one."""
+"""Times nearer to one another than this [s] are the same."""
 
 SHARES = (0.999, 0.99, 0.95)
-"""Parts of the limits that samples of an override may use, until all between keeps the limits."""
+"""Shares of the limits permitted at samples of an override, until all times keep the limits."""
 
 
 def run_by(
@@ -36,19 +36,19 @@ def run_by(
     times: FloatArray,
     limits: tuple[FloatArray, FloatArray],
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial, list[Finding]]:
-    """A motion at another speed, which keeps limits where the override is at most 1.
+    """A motion at another speed, within limits if the override is at most 1.
 
     Args:
         profile: Speed override by time [s].
         trajectory: The motion.
-        times: Those of its waypoints [s].
-        limits: Of acceleration and jerk, shape (d,) each; infinite where there is none.
+        times: Waypoint times [s].
+        limits: Limits of acceleration and jerk, shape (d,) each; infinite without one.
 
     Returns:
-        The motion, its clock, and a finding if another override is run than the one asked for.
+        The motion, its clock, and a finding if another override than requested is executed.
 
     Raises:
-        InputError: The profile means nothing.
+        InputError: The profile is invalid.
     """
     curve, asked = trajectory.polynomial, checked_profile(profile)
 
@@ -69,14 +69,14 @@ def run_by(
 
 
 def passed_times(times: FloatArray, clock: PiecewisePolynomial) -> FloatArray:
-    """Those times that a clock shows."""
+    """Waypoint times that the retimed motion reaches."""
     first, last = clock(clock.x[[0, -1]])
     passed: FloatArray = times[(times >= first - NEAR) & (times <= last + NEAR)]
     return passed
 
 
 def _told(asked: Profile, found: Profile, end: float) -> Finding:
-    """What override is run, until some time, in place of the one that was asked for."""
+    """Finding on the override executed until a time, in place of the requested one."""
 
     def said(profile: Profile) -> str:
         count = int(np.searchsorted(profile.times, end)) + 1  # with the end of its last change
@@ -90,5 +90,5 @@ def _told(asked: Profile, found: Profile, end: float) -> Finding:
         "override",
         "warning",
         f"the override {{{said(asked)}}} changes faster than limits of acceleration and jerk "
-        f"allow; run instead: {{{said(found)}}}",
+        f"allow; executed instead: {{{said(found)}}}",
     )

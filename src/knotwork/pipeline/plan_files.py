@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class PlanFiles:
-    """What can be written of a plan."""
+    """Files and plain data of a plan."""
 
     if TYPE_CHECKING:
         scenario: Scenario
@@ -30,7 +30,7 @@ class PlanFiles:
         chosen: ChosenTimes | None
 
     def report_to_dict(self) -> dict[str, Any]:
-        """Give the report as plain data, with `solutions`: how those of poses were chosen."""
+        """Convert the report to plain data, with the choice of the poses' `solutions`."""
         data = self.report.to_dict()
         if self.solution is not None and self.solution.choices:
             data["solutions"] = self.solution.to_dict()
@@ -47,7 +47,7 @@ class PlanFiles:
             path: The file to write; an existing one is replaced.
 
         Raises:
-            InputError: Nothing was free, the file can't be written, or the numbers can't be put
+            InputError: Nothing was free, the file can't be written, or the numbers can't be written
                 into the text of the scenario.
 
         >>> import tempfile
@@ -63,13 +63,13 @@ class PlanFiles:
         if self.chosen is None:
             raise InputError(
                 f"{self.scenario.name}: nothing is free, so there is nothing to freeze; accepted: "
-                "a scenario with times: fastest, after: fastest or a speed that is chosen"
+                "a scenario with times: fastest, after: fastest or a free speed"
             )
         target = Path(path)
         return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
 
     def _scenario_file(self, folder: Path) -> str:
-        """Name of a shipped scenario, or the path from a folder to what the check was against."""
+        """Name of a shipped scenario, or its relative path from a folder."""
         source = self.scenario.source
         if self.chosen is not None or source is None:
             return "scenario.yaml"
@@ -80,12 +80,12 @@ class PlanFiles:
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
 
-        The report states the SHA-256 of the other two under `files`, and where the scenario is
+        The report states the SHA-256 of the other two under `files`, and the place of the scenario
         under `scenario_file`. Where times were chosen, the scenario with numbers in their place
-        goes with them as `scenario.yaml`, comments kept; so does one that is in no file.
+        is written as well, as `scenario.yaml`, comments kept; so is a scenario without a file.
 
         Args:
-            folder: Made if it does not exist; files of these names in it are replaced.
+            folder: Created if it does not exist; files of these names in it are replaced.
             rate: Samples per second [Hz]; by default the scenario's.
 
         Returns:
@@ -109,7 +109,7 @@ class PlanFiles:
         if self._scenario_file(Path(folder)) == "scenario.yaml":
             from knotwork.choosing import saved_text
 
-            # whose name that of the new file does not say
+            # whose name differs from that of the new file
             asked = self.scenario if self.chosen is None else self.chosen.scenario
             named = replace(asked, task=asked.task.replace(name=asked.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))

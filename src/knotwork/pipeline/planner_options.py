@@ -1,4 +1,4 @@
-"""A scenario's planner options: in SI, those that another planner supports, where errors are."""
+"""A scenario's planner options: in SI, support by other planners, places of errors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from knotwork.waypoints import JointWaypoints
 
 Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
-# Where a file says what the options are.
+# Fields of a file with the options.
 _FIELDS: dict[str, tuple[str, ...]] = {
     **{name: (name,) for name in ("knots", "end_acceleration", "chosen")},
     "accelerations": ("planner_options", "accelerations"),
@@ -35,7 +35,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     """Give a scenario's planner options with joint values in SI, in the order of the joints.
 
     Raises:
-        InputError: An option names a joint that does not exist, or is out of range.
+        InputError: An option names an unknown joint, or is out of range.
     """
     knots, ends = scenario.knots, scenario.task.end_acceleration
     _refuse_values_for_each(scenario, space)
@@ -48,7 +48,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
 
 
 def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
-    """Raise an error if values are given for each waypoint and a path inserts more of them."""
+    """Raise an error if values are given for each waypoint while a path inserts more of them."""
     if not scenario.paths:
         return
     text = "given one by one, but waypoints are inserted along the path"
@@ -65,16 +65,16 @@ def supported_options(
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
     """Keep those options of one planner that another one supports.
 
-    Accelerations given for each waypoint are not kept: they were chosen for the other one. Options
-    that the other planner's rule sets are not kept either.
+    Accelerations given for each waypoint are dropped, as they are meant for its own planner. So are
+    options that the other planner's rule sets.
 
     Args:
         options: The options.
-        own: The planner that they are meant for.
-        planner: The one that is to support them; a rule may follow after a colon.
+        own: Their planner.
+        planner: The other planner; a rule may follow after a colon.
 
     Returns:
-        The options without the rest, and the names of the rest.
+        The supported options, and the names of the others.
     """
     base, ruled = planner_and_rule(planner)
     same = base == planner_and_rule(own)[0]

@@ -1,4 +1,4 @@
-"""Another task, from a moment of a motion on."""
+"""Another task, from a time of a running motion."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ def scenario_from(
     scenario: str | Path | Mapping[str, Any] | Task,
     current: Scenario | None = None,
 ) -> Scenario:
-    """A task that starts with the state of a motion at a moment: see `Plan.replace`.
+    """A task that starts from the state of a motion at a given time: see `Plan.replace`.
 
     Args:
-        motion: What moves.
-        at: The moment, which is time 0 of the task [s].
+        motion: The running motion.
+        at: Its time that is time 0 of the task [s].
         scenario: The new task.
-        current: The scenario of the motion, if it is known.
+        current: The scenario of the motion, if known.
 
     Raises:
-        InputError: The time is outside the motion, the tool holds something of which the task says
-            nothing, it is a task of another robot, or it is wrong.
+        InputError: The time is outside the motion, a held object is missing in the task, the task
+            is for another robot, or it is wrong.
     """
     task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))
@@ -46,7 +46,7 @@ def scenario_from(
             names = moved_robot(asked).joint_names
             if set(names) != set(motion.joint_names):
                 raise InputError(
-                    f"has the joints {', '.join(names)}; the motion that it is to go on from has "
+                    f"has the joints {', '.join(names)}; the motion that it continues has "
                     f"{', '.join(motion.joint_names)}"
                 )
     return replace(asked, under_way=(motion, at))
@@ -55,7 +55,7 @@ def scenario_from(
 def _task_from(
     motion: JointTrajectory, at: float, task: PlainTask, current: Scenario | None
 ) -> Task:
-    """A task whose first waypoint, at time 0, is the state of a motion at a time [s]."""
+    """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
     q, v, a = (motion(at, nu) for nu in range(3))
     goals = [
         one if one.name else one.replace(name=nameless(i)) for i, one in enumerate(task.waypoints)
@@ -66,8 +66,8 @@ def _task_from(
     for held in held_at(current, at) if current is not None else ():
         if task.tool is None or held not in task.tool.holds:
             raise InputError(
-                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, and the task "
-                f"says nothing of it; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
+                f"{task.name or 'the new task'}: the tool holds {held!r} at {at:g} s, which "
+                f"the task omits; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
                 "}` with its shape"
             )
     units = si_factors(task.units)

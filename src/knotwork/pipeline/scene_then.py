@@ -1,4 +1,4 @@
-"""The scene of a task in a part of its motion, which has a time of its own."""
+"""The scene from a given time on, which becomes time zero."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from knotwork.waypoints import FloatArray
 
 NEAR = 1e-9
-"""What is taken this much before the end [s] is not yet held."""
+"""Objects taken within this time before the end [s] are not yet held."""
 
 
 def held_at(scenario: Scenario, at: float) -> list[str]:
-    """Names of what the tool holds at a time [s]."""
+    """Names of the objects held at a time [s]."""
     times = {one.name: one.time for one in scenario.waypoints}
     held = scenario.scene.held
     return [one.name for one in held if times[one.take] <= at < times[one.leave]]
 
 
 def on_moving_frames(task: Task) -> list[int]:
-    """Indices of the waypoints of a task that a moving frame carries."""
+    """Indices of the waypoints of a task in moving frames."""
     frames = task.frames
 
     def moves(name: str | None) -> bool:
@@ -51,16 +51,16 @@ def scene_from(
     span: tuple[float, float],
     ends: tuple[str, str],
 ) -> Task:
-    """The task with its scene as it is from a time on, which becomes time 0.
+    """The task with its scene from a time on, which becomes time 0.
 
-    What the tool holds then it holds from the first waypoint on. What it has left or will take
-    later is an object of the scene. What moves by itself goes on.
+    Objects held at that time are held from the first waypoint on. Objects released before or
+    taken later belong to the scene. Moving frames and robots continue.
 
     Args:
         scenario: The scenario of the motion.
         robot: Its robot.
         motion: The planned motion.
-        span: From when to when the planned motion is run [s].
+        span: Time interval of the planned motion that is executed [s].
         ends: Names of the waypoints at these times.
     """
     task, (first, last) = scenario.task, span
@@ -70,7 +70,7 @@ def scene_from(
     objects: dict[str, Any] = {}
 
     def there(one: Any, name: str | None) -> Any:
-        """What appears at a waypoint, as the new task has it; nothing if it is still to come."""
+        """The new task's object for one that appears at a waypoint; `None` if it appears later."""
         since = first if name is None else times[place[name]]
         return None if last < since else one.replace(appears=name if first < since else None)
 
@@ -96,7 +96,7 @@ def scene_from(
 
 
 def _moved_on(task: Task, objects: dict[str, Any], first: float) -> Task:
-    """The task with other objects, and with what moves by itself as it goes on from a time [s]."""
+    """The task with other objects, and with moving frames and robots shifted to a time [s]."""
     frames = {
         name: one
         if one.moves is None
@@ -111,7 +111,7 @@ def _moved_on(task: Task, objects: dict[str, Any], first: float) -> Task:
 
 
 def _lying(scenario: Scenario, held: HeldObject, i: int, pose: Any, *, near: bool) -> SceneObject:
-    """A held object where the tool takes or leaves it, at waypoint i."""
+    """A held object at the place where the tool takes or releases it, at waypoint i."""
     task, carrier = scenario.task, held.carriers[scenario.waypoints[i].name == held.leave]
     asked = task.tool.holds[held.name]  # type: ignore[union-attr]
     placed, parent = pose * held.shape.placement, "base"

@@ -1,4 +1,4 @@
-"""How near two motions come to one another."""
+"""Clearance between two motions."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ def clearance_between(
     *,
     space: JointSpace | None = None,
 ) -> Finding:
-    """Prove that a motion is clear of another robot's, or find where and when it comes too near.
+    """Prove that a motion is clear of another robot's, or find the place and time of their contact.
 
     Args:
         trajectory: The motion.
-        scenario: Its task, whose margin and rules of collisions hold.
+        scenario: Its task, with the margin and rules of collisions.
         other: The other robot, with the keys of `scene: {robots: …}`: `scenario`, and `motion`,
             `in`, `position`, `delay` and the like.
-        space: The scenario's joints and robot, if they have been loaded already.
+        space: The scenario's joints and robot, if loaded already.
 
     Returns:
-        The pair that comes nearest: `ok`, `value` [m], `time` [s] and `message` say how.
+        The pair with the least clearance: `ok`, `value` [m], `time` [s] and `message`.
 
     Raises:
-        InputError: A scenario or a motion is wrong, or the other's fails its own check.
+        InputError: A scenario or a motion is wrong, or the other motion fails its own check.
 
     >>> plan, other = kw.plan("ur5_deburring"), {"scenario": "ur5_deburring", "in": "block"}
     >>> clearance_between(plan.trajectory, plan.scenario, other).ok
@@ -51,5 +51,5 @@ def clearance_between(
     space = space if space is not None else joint_space(scenario)
     found = nearest_to(trajectory, replace(scenario, scene=both), space, name)
     if found is None:
-        raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that could meet")
+        raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that can collide")
     return found

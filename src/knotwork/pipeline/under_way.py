@@ -1,4 +1,4 @@
-"""A plan while it runs: another speed, a stop, another goal."""
+"""Changes to a running plan: speed override, stop, another goal."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ CHOICES = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
-"""What a task says of how its motion is to be found: nothing is left to find."""
+"""Planning options of a task, of no use for a given motion."""
 
 
 class UnderWay:
-    """What can be made of a plan while it runs."""
+    """Changes to a running plan."""
 
     if TYPE_CHECKING:
         scenario: Scenario
@@ -50,21 +50,21 @@ class UnderWay:
         report: Report
 
     def scaled(self, profile: Mapping[float, float]) -> Self:
-        """Run the same path at another speed.
+        """Execute the same path at another speed.
 
         Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
-        limits, collisions and the waypoints at their new times; tool paths are not judged again.
-        What moves by itself keeps its own speed.
+        limits, collisions and the waypoints at their new times; tool paths are not checked again.
+        Moving frames and other robots keep their own speed.
 
         Args:
             profile: Speed override by time since the start [s]: 1 is the planned speed. It changes
-                smoothly from each value to the next, and keeps the last one. If that is too fast
-                for limits of acceleration and jerk, and it is nowhere above 1, the nearest override
-                found that is not is run; a warning of the report says which.
+                smoothly from each value to the next, and keeps the last one. If it changes too fast
+                for limits of acceleration and jerk, and is at most 1, the nearest feasible override
+                found is executed instead; a warning of the report gives it.
 
         Raises:
-            InputError: A time or an override is negative, nothing would move, or a moving frame
-                carries a waypoint, which the tool would miss.
+            InputError: A time or an override is negative, nothing would move, or a waypoint is in a
+                moving frame, which the tool would miss.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})
@@ -73,7 +73,7 @@ class UnderWay:
         """
         for i in on_moving_frames(self.scenario.task)[:1]:
             raise self.scenario.places.error(
-                ("waypoints", i), "is in a frame that moves on at its own speed, not the arm's"
+                ("waypoints", i), "is in a moving frame, which keeps its own speed"
             )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         motion, clock, known = run_by(profile, self.trajectory, self.scenario.times, limits)
@@ -84,18 +84,18 @@ class UnderWay:
         """Stop as soon as the limits of acceleration and jerk allow.
 
         Args:
-            at: When the stop begins [s].
-            on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop where it rests
-                by itself, if no stop is sooner. Else each joint stops by itself, as fast as it can.
+            at: Start of the stop [s].
+            on_path: Stay on the path of the motion, within 1e-6 rad or m, and stop at its next rest
+                if no stop is sooner. Otherwise each joint stops independently, as fast as it can.
 
         Returns:
-            A plan from the moment `at` on, which is its time 0. It starts with the position,
-            velocity and acceleration of that moment.
+            A plan from the time `at` on, which is its time 0. It starts with the position,
+            velocity and acceleration at that time.
 
         Raises:
-            InputError: The time is outside the motion, a joint has no limit of acceleration (or,
-                off the path, of jerk), the motion ends before it can stop on its path, or it stands
-                still at that time.
+            InputError: The time is outside the motion, a joint has no acceleration limit (or,
+                off the path, no jerk limit), the motion ends before it can stop on its path, or is
+                at rest at that time.
 
         >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
         >>> swing = kw.plan({"limits": {"acceleration": 4, "jerk": 40}, "waypoints": joints})
@@ -106,8 +106,7 @@ class UnderWay:
         q, v, a = (self.trajectory(at, nu) for nu in range(3))
         if first_rest(self.trajectory.polynomial, at) == at:
             raise InputError(
-                f"{self.scenario.name}: the motion stands still at {at:g} s; there is nothing to "
-                "stop"
+                f"{self.scenario.name}: the motion is at rest at {at:g} s; there is nothing to stop"
             )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
         for kind, limit in zip(("acceleration", "jerk"), limits, strict=True):
@@ -115,8 +114,8 @@ class UnderWay:
                 continue
             for joint in np.flatnonzero(~np.isfinite(limit))[:1]:
                 raise InputError(
-                    f"{self.scenario.name}: joint {self.space.joint_names[joint]!r} has no limit "
-                    f"of {kind}, so no stop is the shortest; accepted: `limits: {{{kind}: …}}`"
+                    f"{self.scenario.name}: joint {self.space.joint_names[joint]!r} has no {kind} "
+                    f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
                 )
         ends = f"stop from {at:g} s", "stopped"
         if not on_path:
@@ -124,7 +123,7 @@ class UnderWay:
         found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
         if found is None:
             raise InputError(
-                f"{self.scenario.name}: no stop on the path from {at:g} s on keeps the limits "
+                f"{self.scenario.name}: no stop on the path from {at:g} s keeps the limits "
                 "before the motion ends; accepted: an earlier time, or on_path=False"
             )
         clock, motion = found
@@ -138,13 +137,13 @@ class UnderWay:
         ends: tuple[str, str],
         known: Sequence[Finding] = (),
     ) -> Self:
-        """The plan of another motion, through those waypoints that its clock passes.
+        """The plan of another motion, through the waypoints that it reaches.
 
         Args:
-            motion: Of the joints.
-            clock: The planned motion's time over its own, or `None` where it leaves the path.
-            span: From when to when the planned motion is run [s].
-            ends: Names of waypoints there, where the task has none.
+            motion: Motion of the joints.
+            clock: Time of the planned motion over its own, or `None` if it leaves the path.
+            span: Time interval of the planned motion that is executed [s].
+            ends: Names of the waypoints at the ends, where the task has none.
             known: Findings to report.
         """
         scenario, space = self.scenario, self.space
@@ -188,7 +187,7 @@ class UnderWay:
         parts: tuple[Segment, ...],
         known: Sequence[Finding],
     ) -> Self:
-        """The plan of a motion for a task, at whose waypoints it is at some times [s]."""
+        """The plan of a motion for a task, with given times of its waypoints [s]."""
         space, moved = self.space, joint_space(asked)
         trajectory = replace(
             self.trajectory,
@@ -220,7 +219,7 @@ class UnderWay:
         clock: PiecewisePolynomial | None,
         ends: tuple[str, str],
     ) -> dict[float, str]:
-        """Names of the waypoints of a motion by their times: its ends, and those it passes."""
+        """Names of a motion's waypoints by time: its ends, and the ones that it passes."""
         names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
         if clock is None:
             return names
@@ -234,7 +233,7 @@ class UnderWay:
     def _actions(
         self, place: Mapping[str, float], clock: PiecewisePolynomial | None, start: float
     ) -> dict[str, list[dict[str, Any]]]:
-        """What is switched at waypoints, of given times; at the first what is on already."""
+        """Actions at waypoints, for given times; at the first one all signals already on."""
         outputs, events = self.scenario.task.outputs, self.trajectory.events
         found: dict[str, list[dict[str, Any]]] = {name: [] for name in place}
         begun = start + NEAR if clock is None else start - NEAR
@@ -259,7 +258,7 @@ class UnderWay:
     def _waits(
         self, names: Mapping[float, str], clock: PiecewisePolynomial | None
     ) -> dict[float, float]:
-        """When the arm leaves waypoints at which it waits, by the times at which it arrives."""
+        """Ends of the waits at waypoints, by the times of arrival."""
         if clock is None:
             return {}
         place = {name: time for time, name in names.items()}
@@ -272,7 +271,7 @@ class UnderWay:
         }
 
     def _segments(self, clock: PiecewisePolynomial | None) -> tuple[Segment, ...]:
-        """What a motion by another clock consists of; empty where that is not known."""
+        """Segments of a motion with another clock; empty if unknown."""
         if clock is None:
             return ()
         first, last = clock(clock.x[[0, -1]])
@@ -286,7 +285,7 @@ class UnderWay:
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:
-    """A task that is no longer that of its file: named, with absolute paths."""
+    """A task independent of its file: named, with absolute paths."""
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
     data = task.to_dict() | {"name": scenario.name}
     return Task(**edited(Document(data), moved_paths(data, folder.resolve(), None)).data)

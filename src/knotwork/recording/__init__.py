@@ -1,4 +1,4 @@
-"""Motion as a robot recorded it: samples with noise, the curve behind them, what that can tell.
+"""Robot logs: noisy samples, the smooth motion behind them, and its uncertainty.
 
 from knotwork.recording import read_log, smoothed
 

@@ -17,7 +17,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 COARSE = 2000
-"""Steps a plan is divided into where the shift is looked for."""
+"""Number of steps of a plan in the search for the shift."""
 ROUNDS = 50
 
 
@@ -28,12 +28,12 @@ class Alignment:
     Attributes:
         trajectory: The motion of the log, in the plan's order of joints, by the plan's clock and
             within the plan's time as far as the log reaches.
-        shift: Time of the log's own clock at which the plan's is 0 [s].
+        shift: Time of the log's clock at time 0 of the plan [s].
         shift_error: Standard error of the shift [s], from the residual between log and plan.
         reference: The plan.
         curve: The smoothed log, by its own clock.
-        start: The shift counted from the log's first sample [s].
-        delays: How late the log is over the plan's time; its first span is on time.
+        start: The shift since the log's first sample [s].
+        delays: Delays of the log over the plan's time; its first span is on time.
     """
 
     trajectory: JointTrajectory
@@ -45,7 +45,7 @@ class Alignment:
     delays: tuple[Delay, ...]
 
     def on_time(self) -> JointTrajectory:
-        """The motion as it would be without its delays; it jumps where they change."""
+        """The motion without its delays; it jumps where they change."""
         own, curve = self.trajectory, self.curve.trajectory.polynomial
         c, x = [], []
         for one in self.delays:
@@ -60,30 +60,30 @@ class Alignment:
         return replace(own, polynomial=whole)
 
     def errors(self, order: int, time: float | None) -> FloatArray:
-        """What the noise leaves unknown, as standard errors of each joint, shape (d,).
+        """Standard errors of each joint due to the noise, shape (d,).
 
         Args:
             order: 0 for the position to 3 for the jerk.
-            time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
+            time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
         """
         return self._at(self.curve.errors, order, time)
 
     def left_of_plan(self, order: int, time: float | None) -> FloatArray:
-        """What a curve with the log's knots leaves of the plan, shape (d,).
+        """Residual of the plan smoothed with the log's knots, shape (d,).
 
         Args:
             order: 0 for the position to 3 for the jerk.
-            time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
+            time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
         """
         return self._at(self.left.errors, order, time)
 
     @cached_property
     def left(self) -> LeftOfPlan:
-        """How far the plan itself is off a curve with the log's knots."""
+        """Deviation of the plan from its own smoothed curve with the log's knots."""
         return left_of_plan(self.curve, self.reference, self.start)
 
     def _at(self, values: FloatArray, order: int, time: float | None) -> FloatArray:
-        """The value of a derivative at the nearest time of the grid, or the largest of all."""
+        """A derivative at the nearest time of the grid, or the largest of all."""
         grid, motion = self.curve.grid - self.start, self.trajectory
         ends = (motion.start_time, motion.end_time) if time is None else (time, time)
         first, last = (int(np.abs(grid - end).argmin()) for end in ends)
@@ -91,12 +91,12 @@ class Alignment:
 
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
-    """Find when a log's motion is that of a plan, and put it into the plan's time.
+    """Find the time shift between a log and its plan, and convert the log to the plan's time.
 
     The log is compared with the plan at every shift, in steps of its sample period; then the best
     shift is improved by least squares between all samples and the plan's polynomials. Before and
-    after its time the plan stands. Where delays within the log tell of it, the shift is that of the
-    log's beginning.
+    its time the plan is at rest. If there are delays within the log, the shift is that of its
+    beginning.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -109,22 +109,22 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
 
     Args:
         curve: The smoothed log.
-        reference: The plan; it has the log's joints, in any order.
+        reference: The plan, with the log's joints in any order.
 
     Raises:
-        InputError: The plan has other joints or stands still all the time; or log and plan have
+        InputError: The plan has other joints or never moves; or log and plan have
             no time in common.
     """
     log = curve.log
     reference = reference.reordered(log.joint_names, log.joint_units, owner=log.source)
     begin, end = reference.start_time, reference.end_time
     if not np.abs(reference.extrema(1).peak).max() > 0.0:
-        raise InputError("the plan stands still, so the time shift of the log can't be found")
+        raise InputError("the plan never moves, so the time shift of the log can't be found")
     shift, error = _refined(curve, reference, _coarse(curve, reference))
     spans = delays(curve, reference, shift)
     first_late = spans[0].late
     shift, spans = shift + first_late, tuple(one.less(first_late) for one in spans)
-    # a log that lacks more of the plan than its curve goes on has what it has of it
+    # a log without more of the plan than its extrapolation still has that part
     first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
     last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
     if not last > first:
@@ -139,7 +139,7 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
 
 
 def _held(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
-    """The plan at any times; it stands before and after its own."""
+    """The plan at any times; at rest before and after its own."""
     inside = np.clip(time, reference.start_time, reference.end_time)
     values = reference(inside, order)
     if order:
@@ -165,7 +165,7 @@ def _coarse(curve: Smoothed, reference: JointTrajectory) -> float:
 
 
 def _refined(curve: Smoothed, reference: JointTrajectory, shift: float) -> tuple[float, float]:
-    """The shift that least squares of all samples give, by Gauss and Newton, and its error."""
+    """The shift by least squares of all samples (Gauss-Newton), and its error."""
     time, q = curve.log.time, curve.log.position
     step = 0.0
     for _ in range(ROUNDS):

@@ -14,7 +14,7 @@ def inverse_within_band(factors: FloatArray) -> FloatArray:
     are zero (Takahashi's equations). Each step needs the inverse next to it only.
 
     Args:
-        factors: Diagonals of the L below each other, as `scipy.linalg.cholesky_banded` gives them
+        factors: Diagonals of the L below each other, as from `scipy.linalg.cholesky_banded`
             with `lower=True`, shape (p + 1, K, d).
 
     Returns:

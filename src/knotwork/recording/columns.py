@@ -1,6 +1,6 @@
-"""Which columns of a log hold what: headings of PlotJuggler, ROS bags and loggers of robots.
+"""Columns of a log, from the headings of PlotJuggler, ROS bags and robot loggers.
 
-Columns of a log that are no joint's position and no time are left out.
+Columns other than joint positions and time are skipped.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ _ASKED = ("target", "desired", "reference", "command", "commanded", "error", "ou
 
 @dataclass(frozen=True)
 class LogColumns:
-    """Where a log has what.
+    """Columns of a log.
 
     Attributes:
-        clock: The columns of the time and what each is multiplied with to be in s; 0 where only
-            the size of the values tells.
+        clock: Columns of the time and their factors to s; 0 if the size of the values
+            decides.
         position: Index of the column and factor to SI, for each joint.
-        units_given: The headings of positions say the units of these joints, by their index.
+        units_given: Joints, by index, whose headings state a unit.
     """
 
     clock: tuple[tuple[int, float], ...]
@@ -59,14 +59,14 @@ def log_columns(
 
     Args:
         headings: The headings.
-        first: The cells of the first row; names of joints may stand there (`name[0]`).
-        joint_names: The joints there are.
+        first: Cells of the first row, perhaps with names of joints (`name[0]`).
+        joint_names: The known joints.
         joint_units: `"rad"` or `"m"` for each.
-        topic: Use columns whose heading has this before the joint's name.
-        degrees: Columns of rad joints that say no unit are in degrees.
+        topic: Use columns with this heading before the joint's name.
+        degrees: Columns of rad joints without a unit are in degrees.
 
     Raises:
-        HeadingError: No time, or not exactly one position of each joint.
+        HeadingError: Time is missing, or a joint has not exactly one position.
     """
     found = list(_named(headings, joint_names, joint_units)) or list(
         _numbered(headings, first, joint_names)
@@ -84,7 +84,7 @@ def log_columns(
 
 
 def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) -> Iterable[_Found]:
-    """Columns whose heading has the name of a joint."""
+    """Columns with the name of a joint in their heading."""
     for index, heading in enumerate(headings):
         topic, rest = _split(heading, names)
         try:
@@ -98,7 +98,7 @@ def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) 
 
 
 def _split(heading: str, names: Sequence[str]) -> tuple[str, str]:
-    """The topic of a heading, and the rest: the joint with what else says the quantity."""
+    """The topic of a heading, and the rest: the joint and words of the quantity."""
     at = [heading.find(name) for name in names if name in heading]
     before = heading[: min(at)] if at else heading
     topic, divider, _ = before.rpartition("/") if "/" in before else before.rpartition(":")
@@ -112,9 +112,9 @@ def _split(heading: str, names: Sequence[str]) -> tuple[str, str]:
 def _numbered(
     headings: Sequence[str], first: Sequence[str], names: Sequence[str]
 ) -> Iterable[_Found]:
-    """Columns that count the joints, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
+    """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
 
-    Columns of names, if there are any, say in which order; otherwise it is that of the robot.
+    Columns of names, if there are any, give the order; otherwise it is the robot's.
     """
     named: dict[str, dict[int, str]] = {}
     counted: dict[tuple[str, str], list[tuple[int, int]]] = {}
@@ -131,7 +131,7 @@ def _numbered(
             group = (topic, "/".join([topic, *kind]))
             counted.setdefault(group, []).append((number, index))
     for (topic, group_name), columns in counted.items():
-        # of a controller's state the names stand beside the groups of values
+        # in a controller's state the names are next to the groups of values
         own = named.get(topic, named.get(topic.rpartition("/")[0]))
         if own is None and len(columns) != len(names):
             continue
@@ -143,7 +143,7 @@ def _numbered(
 
 
 def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None) -> str:
-    """The topic that has a position of every joint, each once."""
+    """The topic with exactly one position of every joint."""
     topics: dict[str, list[int]] = {}
     for one in positions:
         topics.setdefault(one.topic, []).append(one.joint)
@@ -179,12 +179,12 @@ def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None
 
 
 def _path(heading: str) -> str:
-    """A heading in small letters, divided by slashes whatever it was divided by."""
+    """A heading in lower case, with slashes as separators."""
     return re.sub(r"[./:]", "/", heading.strip()).lower()
 
 
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
-    """Columns of the time: the stamp of the messages, or else when they were received."""
+    """Columns of the time: the stamp of the messages, or else of their reception."""
     paths = [_path(heading) for heading in headings]
     own = f"{_path(topic)}/header/stamp".lstrip("/")
     stamps = {path[: path.index("header/stamp") + 12] for path in paths if "header/stamp" in path}

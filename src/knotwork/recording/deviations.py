@@ -1,4 +1,4 @@
-"""Findings on a log and its plan: the time shift, and how far joints and tool are off the plan."""
+"""Findings on a log and its plan: the time shift, and deviations of joints and tool."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ GROUP = "Against the plan"
 
 
 class LogTolerances(NamedTuple):
-    """How far a log may be off its plan.
+    """Tolerances of a log relative to its plan.
 
     Attributes:
-        tool: In position and orientation, by unit: `"m"`, `"rad"`.
-        joints: Of joints, by name, or by unit for all joints that have none of their own.
-        late: How late [s]; positions are then those without delays.
+        tool: Tolerances of position and orientation, by unit: `"m"`, `"rad"`.
+        joints: Tolerances of joints, by name, or by unit for all other joints.
+        late: Largest delay [s]; positions are then compared without delays.
     """
 
     tool: Mapping[str, float] = MappingProxyType({})
@@ -46,7 +46,7 @@ def deviation_findings(
     units: Units = SI,
     tolerances: LogTolerances = LogTolerances(),  # noqa: B008
 ) -> Iterator[Finding]:
-    """Say how far a log is off its plan: when, each joint over all time, and the tool.
+    """Report the deviations of a log from its plan: time, each joint over all time, and the tool.
 
     Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
     at the times of the samples. Short reports show the largest of each, the shift and delays.
@@ -62,9 +62,9 @@ def deviation_findings(
 
     Args:
         alignment: The smoothed log, by the plan's clock.
-        robot: Gives the deviation of the tool.
-        units: Those of the messages.
-        tolerances: What is required; of the rest nothing is.
+        robot: Robot, for the deviation of the tool.
+        units: Units of the messages.
+        tolerances: Required tolerances; nothing else is required.
     """
     own = alignment.trajectory if tolerances.late is None else alignment.on_time()
     joints = list(_joints(own, alignment, units, tolerances))
@@ -115,7 +115,7 @@ def _joints(
 
 
 def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
-    """One curve minus another, in the time that they have in common."""
+    """Difference of two curves, in their common time."""
     low, high = max(own.x[0], plan.x[0]), min(own.x[-1], plan.x[-1])
     own, plan = part(own, low, high), part(plan, low, high)
     own, plan = refined(own, plan.x), refined(plan, own.x)
@@ -162,7 +162,7 @@ def _off(
     units: Units,
     limit: float | None,
 ) -> Finding:
-    """How far something is off the plan, and whether that is allowed."""
+    """Deviation from the plan, and whether it is within the tolerance."""
     size = units.text(abs(value), unit, ".3g")
     message = what if unit == "s" else f"{what} by up to {size}, at {time:.4f} s"
     if limit is None:

@@ -61,13 +61,13 @@ class Fit:
         return matrix if change is None else matrix @ change
 
     def values(self, order: int, at: FloatArray | None = None) -> FloatArray:
-        """The curve or a derivative of it, at the samples or at other times, shape (n, d)."""
+        """The curve or a derivative, at the samples or at other times, shape (n, d)."""
         at = self._time if at is None else at
         return np.asarray(self._basis(at, order) @ self._coefficients)
 
     def standard_errors(self, at: FloatArray, order: int) -> FloatArray:
-        """What the noise leaves unknown of a derivative at times, shape (n, d)."""
-        # at a time no more B-splines differ from zero than the inverse's band is wide
+        """Standard errors of a derivative at times due to the noise, shape (n, d)."""
+        # at any time, at most as many B-splines are nonzero as the band of the inverse is wide
         basis = self._basis(at, order).tocsr()
         squares = [(basis @ inverse).multiply(basis).sum(axis=1) for inverse in self._inverses]
         return np.asarray(np.sqrt(np.maximum(np.column_stack(squares), 0.0)))
@@ -90,6 +90,6 @@ class Fit:
         ]
 
     def polynomial(self) -> PiecewisePolynomial:
-        """The curve as polynomials between its breaks."""
+        """The curve as a piecewise polynomial."""
         ends = (self.values(0, self.breaks), self.values(1, self.breaks))
         return PiecewisePolynomial(two_point_coefficients(self.breaks, ends), self.breaks)

@@ -1,4 +1,4 @@
-"""Where a log has no samples while its plan goes on."""
+"""Gaps of a log during its plan."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
 FEW = 5.5
-"""A log without a sample for longer than this many of its periods has a hole."""
+"""Number of periods without a sample beyond which there is a gap."""
 FEWEST, FAR = 1.75, 0.1
-"""So has one without a sample for longer than this many, if a joint of the plan moves meanwhile by
-more than this part of its whole range."""
+"""Number of periods without a sample beyond which there is a gap if a joint of the plan moves
+meanwhile by more than this fraction of its whole range."""
 HIDDEN = 4.0
-"""A plan that moves no farther than this many standard deviations of the noise stands."""
+"""Motion of a plan, in standard deviations of the noise, below which it is at rest."""
 
 
 def hole_findings(alignment: Alignment) -> Iterator[Finding]:
-    """Say of each hole in the plan's time that nobody knows what the robot did in it.
+    """Report each gap in the plan's time, in which the motion of the robot is unknown.
 
-    Where the plan moves that fails; where it stands it is warned of. The smoothed curve goes on in
-    a hole, but it is a guess there, and so is all that is found of it.
+    It fails if the plan moves there; at rest it is a warning. The smoothed curve continues in
+    a gap, but only as a guess, and so do all findings on it.
     """
     plan, log = alignment.reference, alignment.curve.log
     time = log.time - alignment.start
@@ -42,7 +42,7 @@ def hole_findings(alignment: Alignment) -> Iterator[Finding]:
 
 
 def _range(curve: PiecewisePolynomial) -> FloatArray:
-    """How far each joint moves in all, shape (d,)."""
+    """Range of motion of each joint, shape (d,)."""
     found = curve.extrema(0)
     return found.maximum - found.minimum
 
@@ -50,9 +50,9 @@ def _range(curve: PiecewisePolynomial) -> FloatArray:
 def _finding(start: float, end: float, period: float, allowed: float, *, moves: bool) -> Finding:
     lasts, limit = end - start, allowed * period
     then = (
-        "moves there, so it is not decided what the robot did"
+        "moves there, so the motion of the robot is undecided"
         if moves
-        else "stands there, and nothing shows that the robot did, too"
+        else "is at rest there, which the log does not confirm"
     )
     message = (
         f"the log has no sample from {start:.3f} s to {end:.3f} s: {lasts:.4g} s, "

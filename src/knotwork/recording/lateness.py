@@ -1,9 +1,9 @@
-"""How much later than its plan a log is, over the time of the plan.
+"""Delay of a log relative to its plan, over the time of the plan.
 
-The delay of the log at a moment of the plan is one of many in even steps. A change of the delay
-costs as much as some samples far off the plan, so that it changes only where the log shows that it
-does; among all delays over time the cheapest is found by dynamic programming (Viterbi). The delay
-of each span in which it stays is then improved by least squares.
+The delay at a time of the plan is one of many in even steps. A change of the delay costs as much
+as some samples far off the plan, so that it changes only with evidence in the log; the cheapest
+sequence of delays is found by dynamic programming (Viterbi). The delay of each span with a constant
+one is then improved by least squares.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 STEPS = 1000
-"""Steps that the plan is divided into at most."""
+"""Largest number of steps of the plan."""
 CHANGE = 10.0
-"""What a change of the delay costs, in squares of what the plan moves in a step."""
+"""Cost of a change of the delay, in squares of the plan's motion per step."""
 SURE = 0.25
-"""Delays count if they leave less than this part of the squares that one delay leaves."""
+"""Delays count if they reduce the squares of a constant delay below this fraction."""
 LEAST = 3.0
-"""Delays that differ by fewer steps are one."""
+"""Delays that differ by fewer steps are equal."""
 
 
 class Delay(NamedTuple):
-    """A span of the plan in which the log is late by one time.
+    """A span of the plan with a constant delay.
 
     Attributes:
-        start, end: Of the span, in the plan's time [s].
-        late: How much later than the plan's clock [s]; negative if early.
+        start, end: Span in the plan's time [s].
+        late: Delay relative to the plan's clock [s]; negative if early.
     """
 
     start: float
@@ -40,20 +40,20 @@ class Delay(NamedTuple):
     late: float
 
     def less(self, late: float) -> Delay:
-        """The same span, less late by some seconds."""
+        """The same span, with a delay reduced by some seconds."""
         return self._replace(late=self.late - late)
 
 
 def delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tuple[Delay, ...]:
-    """How late a log is over time: the spans in which that stays the same.
+    """Delays of a log over time: spans with a constant delay.
 
     Args:
         curve: The smoothed log.
         plan: The plan, with the log's joints in its order.
-        shift: Time since the log's first sample at which the plan would be at 0 [s].
+        shift: Time since the log's first sample at time 0 of the plan [s].
 
     Returns:
-        One span where nothing tells of more than one delay.
+        One span without evidence of several delays.
     """
     whole = Delay(plan.start_time, plan.end_time, 0.0)
     step = max(curve.log.period, plan.duration / STEPS)
@@ -92,7 +92,7 @@ def _cheapest(asked: FloatArray, log: FloatArray, reach: int, cost: float) -> Fl
 
 
 def _merged(steps: FloatArray, time: FloatArray, step: float) -> list[Delay]:
-    """Spans in which the delay stays nearly the same."""
+    """Spans with a nearly constant delay."""
     spans: list[Delay] = []
     cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
     for i, k in pairwise(cuts):
@@ -107,14 +107,14 @@ def _merged(steps: FloatArray, time: FloatArray, step: float) -> list[Delay]:
 def _samples(
     curve: Smoothed, plan: JointTrajectory, shift: float, span: Delay
 ) -> tuple[FloatArray, FloatArray]:
-    """The plan's times that a span's samples are of, and how far they are off it."""
+    """Times of the plan for a span's samples, and their residuals."""
     at = curve.log.time - shift - span.late
     inside = (at >= span.start) & (at < span.end)
     return at[inside], curve.log.position[inside] - plan.position(at[inside])
 
 
 def _improved(curve: Smoothed, plan: JointTrajectory, shift: float, span: Delay) -> Delay:
-    """A span with the delay that least squares of its samples give; Gauss-Newton, one step."""
+    """A span with the delay from least squares of its samples; one Gauss-Newton step."""
     at, off = _samples(curve, plan, shift, span)
     slopes = plan.velocity(at)
     weight = float((slopes**2).sum())
@@ -127,7 +127,7 @@ def _squares(curve: Smoothed, plan: JointTrajectory, shift: float, spans: list[D
 
 
 def said(spans: tuple[Delay, ...]) -> str:
-    """Lateness in words, such as "0.4 s late from 29.3 s on"; empty where there is none."""
+    """Delays in words, such as "0.4 s late from 29.3 s on"; empty without any."""
     worst = max(spans, key=lambda one: abs(one.late))
     if worst.late == 0.0:
         return ""

@@ -1,8 +1,8 @@
-"""What a curve with the knots of a log leaves of the motion that was asked for.
+"""Residual of a plan smoothed with the knots of a log.
 
-Where the jerk or the acceleration of a motion jumps, no smooth curve follows it, however exact a
-log is. A log of the plan is off its curve by what the same curve leaves of the plan's own samples,
-and the curve is off the motion by as much.
+If the jerk or the acceleration of a motion jumps, no smooth curve follows it, however exact a log
+is. A log of the plan then deviates from its curve as the plan's own samples deviate from theirs,
+and the curve deviates from the motion by as much.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 LOOKS = 17
-"""Times in each piece at which the plan is compared."""
+"""Number of times in each piece at which the plan is compared."""
 
 
 @dataclass(frozen=True, eq=False)
 class LeftOfPlan:
-    """How far a plan is off a curve with the knots and the weights of a log.
+    """Deviation of a plan from a curve with the knots and the weights of a log.
 
     Attributes:
         samples: Largest distance of its samples [rad or m], shape (d,).
@@ -35,7 +35,7 @@ class LeftOfPlan:
 
 
 def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOfPlan:
-    """Smooth a plan as a log was; nothing is left of a plan that jumps in position or velocity.
+    """Smooth a plan like a log; zero residuals for a plan that jumps in position or velocity.
 
     Args:
         curve: The smoothed log.
@@ -51,7 +51,7 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
     # many times in each piece, for the jerk may jump between two
     breaks, parts = followed.x, np.linspace(0.0, 1.0, LOOKS)
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
-    # the curve goes on for longer than log and plan do
+    # the curve extends beyond log and plan
     fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
     gaps = np.abs([_going_on(plan, fine - start, nu) - followed(fine, nu) for nu in range(ORDERS)])
     worst = gaps.reshape(ORDERS, len(breaks) - 1, LOOKS, -1).max(axis=2)
@@ -63,7 +63,7 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
 
 
 def _going_on(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
-    """A plan that goes on before and after its time, so that its velocity does not jump there."""
+    """A plan extended before and after its time, without a jump of velocity."""
     inside = np.clip(time, plan.start_time, plan.end_time)
     beyond = (time - inside)[:, None]
     values = plan(inside, order)

@@ -1,15 +1,15 @@
 """The noise of a log, estimated from the log itself.
 
-Each sample is compared with the cubic through its four neighbours, two on each side, at the times
-as they were recorded. A smooth motion leaves nothing there; what is left comes from the noise of
-the five values and from errors of their times. With independent errors the variance left is
+Each sample is compared with the cubic through its four neighbours, two on each side, at recorded
+times. A smooth motion has no residual; the residual comes from the noise of
+the five values and from errors of their times. With independent errors its variance is
 
     (1 + sum w²) (σ² + v² τ²)
 
 for the weights w of the neighbours, the noise σ of the joint, its velocity v and the jitter τ of
 the time stamps, which all joints share. σ and τ are found by non-negative least squares from the
 median sizes over the samples of each joint, in groups of like speed, so that jumps and wrong
-samples hardly count. σ is at least what rounding makes, the last digit divided by √12.
+samples hardly count. σ is at least the rounding error, the last digit divided by √12.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from knotwork.waypoints import FloatArray
 GROUPS = 8
 ROUNDS = 10
 NORMAL = 1.4826
-"""Standard deviation of normal numbers over the median of their sizes."""
+"""Ratio of standard deviation and median magnitude of normal numbers."""
 ROUNDING = 12.0**-0.5
 SMALLEST = 1e-12
-"""No log is better than this [rad or m]."""
+"""Lower bound of the noise [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """What a sample may be off by, as standard deviations.
+    """Errors of samples, as standard deviations.
 
     Attributes:
-        position: Of each joint's positions [rad or m], shape (d,).
-        jitter: Of the time stamps [s].
-        stated: The noise was given, not estimated.
+        position: Noise of each joint's positions [rad or m], shape (d,).
+        jitter: Jitter of the time stamps [s].
+        stated: Whether the noise was given, not estimated.
     """
 
     position: FloatArray
@@ -48,20 +48,20 @@ class Noise:
 
     def of_samples(self, slopes: FloatArray) -> FloatArray:
         """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
-        # where it starts and stops, a slope between samples is known from its neighbours only
+        # at starts and stops, a slope between samples is known from its neighbours only
         fast = largest_near(np.abs(slopes), 2)
         return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
 
 
 def noise_of(log: Recording, stated: float | None = None) -> Noise:
-    """Estimate the noise of a log, or take that of the positions as given.
+    """Estimate the noise of a log, or use a given noise of positions.
 
     Args:
         log: The log.
         stated: Standard deviation of all positions [rad or m], jitter included.
 
     Raises:
-        InputError: The stated noise is no positive number.
+        InputError: The given noise is not a positive number.
     """
     floor = np.maximum(log.resolution * ROUNDING, SMALLEST)
     sigma, jitter = _by_speed(*_left_over(log.time, log.position), floor)
@@ -87,7 +87,7 @@ def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What is left of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
+    """Residual of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
     places = [0, 1, 3, 4]
     n = len(time) - 4
     at = np.stack([time[k : k + n] for k in places]) - time[2 : 2 + n]
@@ -98,17 +98,17 @@ def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
                 weights[i] *= -at[j] / (at[i] - at[j])
     guessed = sum(weights[i][:, None] * values[k : k + n] for i, k in enumerate(places))
     left = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
-    # Next to a gap a neighbour is far away, and a cubic says little.
+    # Next to a gap a neighbour is far away, and a cubic is of little use.
     far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
     left[far] = np.nan
     return np.asarray(left), slopes_of(time, values)[2 : 2 + n]
 
 
 def _by_speed(left: FloatArray, slopes: FloatArray, floor: FloatArray) -> tuple[FloatArray, float]:
-    """Noise of each joint and the jitter that they share, from the variances of groups.
+    """Noise of each joint and their common jitter, from the variances of groups.
 
-    A variance is known relative to itself, so each group weighs one over the square of what is
-    expected of it, which is found anew each time.
+    A variance has a relative error, so each group is weighted by one over the square of its
+    expectation, which is updated in each iteration.
     """
     from scipy.optimize import nnls
 
@@ -116,7 +116,7 @@ def _by_speed(left: FloatArray, slopes: FloatArray, floor: FloatArray) -> tuple[
     rows: list[FloatArray] = []
     variances: list[float] = []
     for j in range(count):
-        # where nothing changes at all, the values are rounded and say nothing of their noise
+        # if nothing changes at all, the values are rounded and have no information on their noise
         moving = np.flatnonzero(np.isfinite(left[:, j]) & (left[:, j] != 0.0))
         by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
         for group in _groups(by_speed):

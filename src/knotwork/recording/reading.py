@@ -1,4 +1,4 @@
-"""Logs of robots as CSV: read as samples of joints, with what their digits can tell."""
+"""Robot logs from CSV: samples of joints, and their resolution."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from knotwork.recording.columns import LogColumns, log_columns
 from knotwork.waypoints import FloatArray
 
 FEWEST = 16
-"""Fewer samples than this say nothing of their noise."""
+"""Smallest number of samples for an estimate of the noise."""
 
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
-"""Times larger than these count ns, µs and ms since 1970, if their heading names no unit."""
+"""Times larger than these are ns, µs and ms since 1970, if their heading has no unit."""
 
 WHOLE_TURNS = 4.0 * np.pi * 1.001
-"""Joints recorded beyond this [rad], two whole turns, are probably in degrees."""
+"""Joint positions beyond this [rad], two whole turns, are probably in degrees."""
 
 _DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[eE](?P<power>[+-]?\d+))?")
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Samples of joints as they were recorded, in SI.
+    """Recorded samples of joints, in SI.
 
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each.
         time: Times since the first sample [s], shape (n,), increasing.
         position: Joint positions [rad or m], shape (n, d).
-        resolution: What the last digit of each joint's positions counts [rad or m], shape (d,).
+        resolution: Size of the last digit of each joint's positions [rad or m], shape (d,).
         origin: Time of the first sample by the log's own clock [s].
         source: Name of the file.
-        notes: What was left out or mended, in words.
+        notes: Omissions and corrections, in words.
     """
 
     joint_names: tuple[str, ...]
@@ -67,13 +67,13 @@ def read_log(
 ) -> Recording:
     r"""Read the log of a robot from CSV.
 
-    Understood are headings of PlotJuggler (`__time`, `/joint_states/elbow_joint/position`), of
+    Accepted are headings of PlotJuggler (`__time`, `/joint_states/elbow_joint/position`), of
     flattened ROS messages (`header.stamp.sec`, `header.stamp.nanosec`, `name[0]`, `position[0]`;
     `%time`, `field.position0`), of Universal Robots' RTDE (`timestamp`, `actual_q_0`), and those
-    that `knotwork check` reads. Columns are divided by commas, semicolons, tabs or spaces; besides
-    semicolons and tabs, numbers may have decimal commas. Other columns are left out, and so are
-    rows without a position of each joint. Rows are put in the order of their times; of those at
-    one time the mean counts.
+    of `knotwork check`. Columns are separated by commas, semicolons, tabs or spaces; with
+    semicolons and tabs, numbers may have decimal commas. Other columns are skipped, and so are
+    rows without a position of each joint. Rows are sorted by time; of rows at
+    one time the mean is used.
 
     >>> lines = [f"{i / 100},{i / 50 - 0.09 * (i % 2) * 1e-3:.4f}" for i in range(20)]
     >>> characters = Path("log.csv").write_text("\n".join(["__time,/arm/lift/position", *lines]))
@@ -83,18 +83,18 @@ def read_log(
 
     Args:
         path: The file.
-        joint_names: The joints that the log must have, in any order.
+        joint_names: The required joints, in any order.
         joint_units: `"rad"` or `"m"` for each.
-        topic: The topic whose columns count, where several have positions of all joints.
-        degrees: Positions of rad joints whose headings name no unit are in degrees.
+        topic: The topic to read, if several have positions of all joints.
+        degrees: Positions of rad joints without a unit in their headings are in degrees.
 
     Raises:
         DocumentError: The file can't be read, lacks the time or a joint, has fewer than 16 samples
-            or what is no number; says which line or column.
+            or an invalid number; the message names the line or column.
     """
     rows = read_rows(Path(path))
     if not rows.lines:
-        raise rows.error(None, None, "holds no rows of samples")
+        raise rows.error(None, None, "has no rows of samples")
     try:
         columns = log_columns(
             rows.headings, rows.cells[0], joint_names, joint_units, topic=topic, degrees=degrees
@@ -133,14 +133,14 @@ def _recording(
 
 
 def _numbers(rows: Rows, index: int) -> FloatArray:
-    """Numbers of a column, NaN where there are none."""
+    """Numbers of a column, NaN for missing ones."""
     values = rows.numbers(index, gaps=True)
     values[~np.isfinite(values)] = np.nan
     return values
 
 
 def _values(rows: Rows, columns: Sequence[tuple[int, float]]) -> tuple[FloatArray, FloatArray]:
-    """Numbers of columns in SI, NaN where there are none, and what their last digits count."""
+    """Numbers of columns in SI, NaN for missing ones, and the size of their last digits."""
     factors = np.array([factor for _, factor in columns])
     values = np.column_stack([_numbers(rows, index) for index, _ in columns])
     last = []
@@ -152,7 +152,7 @@ def _values(rows: Rows, columns: Sequence[tuple[int, float]]) -> tuple[FloatArra
 
 
 def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, float]:
-    """Times since the first row [s], and when that was by the log's clock."""
+    """Times since the first row [s], and its time by the log's clock."""
     largest = float(np.abs(clock[:, 0]).max())
     guessed = next((factor for most, factor in EPOCHS if largest > most), 1.0)
     sizes = [factor or guessed for factor in factors]
@@ -162,7 +162,7 @@ def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, f
 
 
 def _in_order(time: FloatArray) -> tuple[FloatArray, NDArray[np.intp], str]:
-    """Different times in order, to which of them each row belongs, and what that took."""
+    """Distinct times in order, the index of each row's, and notes on the sorting."""
     unique, order = np.unique(time, return_inverse=True)
     notes = []
     if (np.diff(time) < 0.0).any():
@@ -193,6 +193,6 @@ def _refuse_degrees(
                 rows.head,
                 index,
                 f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
-                "rad; if these are degrees, say so with --log-unit deg or with [deg] in "
-                "the headings, and with [rad] there if they are not",
+                "rad; if these are degrees, use --log-unit deg or [deg] in "
+                "the headings, else [rad] there",
             )

@@ -1,10 +1,10 @@
 """The smooth motion behind the samples of a log: cubic splines by weighted least squares.
 
-Knots are put where the samples ask for them. An interval is halved as long as the curve is off its
-samples by more than their noise, in mean square; after that all intervals are halved once more. So
-what the curve can't follow is small compared with the uncertainty by noise. The uncertainty in the
-end is the standard error of the least squares, plus the change of the curve by the last halving,
-which is more than finer knots would change.
+Knots are added where samples require them. An interval is halved as long as the residuals of its
+samples exceed their noise, in mean square; after that all intervals are halved once more. So
+the error of the curve is small compared with the uncertainty by noise. The reported uncertainty
+is the standard error of the least squares, plus the change of the curve by the last halving,
+which is an upper bound of the change by finer knots.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from knotwork.recording.reading import Recording
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-_ALLOWED = 1.1  # by how much the estimated noise may be too small
+_ALLOWED = 1.1  # tolerated ratio of true and estimated noise
 CONTINUED = 3.0
-"""The curve goes on for this many sample periods before the first sample and after the last."""
+"""Number of sample periods by which the curve extends beyond the first and the last sample."""
 FEWEST = 4
 """Smallest number of samples in an interval."""
 SURE = 5.0
-"""The curve misses the samples for sure beyond this many standard deviations of white noise."""
+"""Standard deviations of white noise beyond which the curve certainly misses the samples."""
 ORDERS = 4
 """Standard errors are known of position, velocity, acceleration and jerk."""
 
@@ -38,16 +38,16 @@ class Smoothed:
 
     Attributes:
         trajectory: The motion; its times are those of the log, since its first sample [s], and
-            three periods more at each end.
+            three more periods at each end.
         log: The samples.
-        noise: What they may be off by.
+        noise: Their noise.
         grid: Times at which the standard errors are given [s], shape (g,).
         errors: Standard errors there of position, velocity, acceleration and jerk [rad or m, per s,
             per s², per s³], shape (4, g, d), with the change by the last halving of the knots.
         residuals: Samples minus motion [rad or m], shape (n, d).
         sigma: Standard deviation of each sample [rad or m], shape (n, d).
-        missed: Spans of time [s] in which the curve can't follow the samples, though it has a piece
-            for every few of them: the motion changes faster there than the log shows.
+        missed: Time intervals [s] in which the curve can't follow the samples, even with the
+            shortest pieces: the motion changes faster there than the log can resolve.
     """
 
     trajectory: JointTrajectory
@@ -60,16 +60,16 @@ class Smoothed:
     missed: tuple[tuple[float, float], ...]
 
     def curve_of(self, position: FloatArray) -> PiecewisePolynomial:
-        """What the same knots and weights make of samples of another motion.
+        """The curve with the same knots and weights for samples of another motion.
 
         Args:
-            position: Of that motion at the times of the log [rad or m], shape (n, d).
+            position: Its positions at the times of the log [rad or m], shape (n, d).
         """
         return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial()
 
 
 def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
-    r"""Find the smooth motion behind a log.
+    r"""Estimate the smooth motion behind a log.
 
     >>> from pathlib import Path
     >>> time = np.arange(100) / 50
@@ -85,7 +85,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
         noise: Standard deviation of its positions [rad or m]; by default it is estimated.
 
     Raises:
-        InputError: The noise is no positive number.
+        InputError: The noise is not a positive number.
     """
     known = noise_of(log, noise)
     sigma = known.of_samples(slopes_of(log.time, log.position))
@@ -108,7 +108,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
-    """Breaks, middles between them, and every half of a period where the curve goes on."""
+    """Breaks, their midpoints, and every half period in the extensions."""
     middles = 0.5 * (breaks[1:] + breaks[:-1])
     beyond = np.arange(0.0, CONTINUED, 0.5) * log.period
     ends = (log.time[0] - beyond, log.time[-1] + beyond)
@@ -118,7 +118,7 @@ def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
 def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, list[int]]:
     """Ends of intervals that follow the samples within their noise, and of their halves [s].
 
-    The last are those of the first that still miss the samples, for they are too short to halve.
+    The last result has the intervals that still miss the samples but are too short to halve.
     """
     n = log.time.size
     cuts = np.unique(np.linspace(0, n, max(1, min(8, n // (2 * FEWEST))) + 1).astype(int))
@@ -134,9 +134,9 @@ def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, l
 
 
 def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
-    """Intervals in which the curve does not follow the samples, from what is left over their noise.
+    """Intervals in which the curve misses the samples, from residuals relative to the noise.
 
-    There the squares are too large in the mean, of one joint or of all, or what is left has the
+    There the mean square is too large, of one joint or of all, or the residuals have the
     same sign from sample to sample; each by this many standard deviations of white noise.
     """
     sizes, joints = np.diff(cuts), shares.shape[1]
@@ -150,13 +150,13 @@ def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
 
 
 def _halved(cuts: Any, which: Any) -> Any:
-    """Halve intervals that have samples enough."""
+    """Halve intervals with enough samples."""
     which = which & (np.diff(cuts) >= 2 * FEWEST)
     return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[which])))
 
 
 def _times(log: Recording, cuts: Any) -> FloatArray:
-    """Breaks between the samples that cuts divide, and the ends of the curve."""
+    """Breaks between the samples, and the ends of the curve."""
     time, inner, more = log.time, cuts[1:-1], CONTINUED * log.period
     middles = 0.5 * (time[inner - 1] + time[inner])
     return np.concatenate((time[:1] - more, middles, time[-1:] + more))

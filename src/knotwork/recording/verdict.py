@@ -1,12 +1,9 @@
-"""The check of a log: what it shows beyond its noise.
+"""The check of a log, within its noise.
 
-The smoothed motion is checked as any other. But a log knows its motion only up to its noise: what
-is met or fails by less than `CERTAIN` standard errors of the curve is undecided: it fails nothing,
-and is not called met. And the
-curve is smooth because it was made so: whether the motion jumps is judged by how far the samples
-are off it, against their noise. In a log without noise they are off it where the jerk jumps, as it
-may: what the same curve leaves of the plan, it may leave of the log. By as much of the plan's
-position, velocity and acceleration it may be off the motion.
+The smoothed motion is checked like any other, but it is only known up to the noise of the log. A
+requirement whose margin is below `CERTAIN` standard errors is undecided. Jumps are judged by the
+residuals of the samples, because the smoothed curve has none. For a noise-free log, residuals up to
+`LIKE_THE_PLAN` times those of the smoothed plan are accepted, because the plan's jerk may jump.
 """
 
 from __future__ import annotations
@@ -35,13 +32,13 @@ if TYPE_CHECKING:
 
 GROUP = "Log"
 ASKED = ("waypoint", "path", "wait", "motion", "event")
-"""What tolerances take the place of the requirements on."""
+"""Subjects whose requirements are replaced by given tolerances."""
 CERTAIN = 4.0
-"""What is met or fails counts if it is so by more than this many standard errors."""
+"""Number of standard errors beyond which a margin counts."""
 JUMP = 8.0
-"""A sample further off the curve than this many standard deviations is a jump or wrong."""
+"""Residual in standard deviations beyond which a sample is a jump or wrong."""
 LIKE_THE_PLAN = 1.5
-"""Residual of a log without noise at most, in multiples of that of such a curve and the plan."""
+"""Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
 _ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
 _TURNING = ("rad", "rad/s", "rad/s²")
 
@@ -55,8 +52,8 @@ def check_log(
     """Check a log against a scenario.
 
     `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
-    The findings report what is undecided. Where tolerances are given, they are in place of what the
-    scenario requires of waypoints, paths, waits and places of events.
+    The findings report undecided requirements. Given tolerances replace the scenario's
+    requirements on waypoints, paths, waits and places of events.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -71,7 +68,7 @@ def check_log(
         alignment: The smoothed log, by the clock of a plan of this scenario.
         scenario: The task.
         space: The scenario's joints and robot.
-        tolerances: How far the log may be off its plan, or `None`.
+        tolerances: Tolerances of the log relative to its plan, or `None`.
     """
     report, units = check(alignment.trajectory, scenario, space=space), scenario.units
     compared = compare_log(
@@ -83,7 +80,7 @@ def check_log(
         if found.group == "Continuity" or found.quantity.endswith("_rounding"):
             continue
         if found.subject == "event" and found.verdict == "warning":
-            continue  # no log of positions says what is switched
+            continue  # a log of positions has no signals
         if tolerances is not None and found.required and found.subject in ASKED:
             continue
         known = _known_to(found, alignment, space)
@@ -91,14 +88,14 @@ def check_log(
         if asked and known is not None and abs(found.margin or 0.0) <= known:
             undecided += 1
             to = units.text(known, found.unit, ".2g")
-            sentence = f"{found.message}; undecided, for the log tells it to {to}"
+            sentence = f"{found.message}; undecided, as the log resolves it to {to}"
             found = replace(found, verdict="undecided", message=sentence)
         findings.append(found)
     if undecided:
         findings.append(
             _information(
                 "undecided",
-                f"{undecided} requirements are undecided: they are met or failed by less than "
+                f"{undecided} requirements are undecided: their margins are below "
                 f"{CERTAIN:g} standard errors of the log",
                 f"undecided: within {CERTAIN:g} standard errors of the limit",
             )
@@ -114,7 +111,7 @@ def compare_log(
     *,
     required: bool = True,
 ) -> Report:
-    """Report how far a log is off its plan, the assumptions about it, and whether it jumps.
+    """Report the deviations of a log from its plan, the assumptions about it, and jumps.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -127,13 +124,13 @@ def compare_log(
 
     Args:
         alignment: The smoothed log, by the plan's clock.
-        robot: Gives the deviation of the tool.
-        units: Those that people read.
-        tolerances: How far the log may be off the plan, or `None`.
-        required: A jump of the position fails, where there are no tolerances.
+        robot: Robot, for the deviation of the tool.
+        units: Units of the messages.
+        tolerances: Tolerances of the log relative to the plan, or `None`.
+        required: Without tolerances, a jump of the position fails.
 
     Raises:
-        InputError: There is a tolerance of what is not there.
+        InputError: A tolerance has an unknown subject.
     """
     jumps = tolerances is None
     tolerances = tolerances or LogTolerances()
@@ -160,7 +157,7 @@ def _check_tolerances(
 ) -> None:
     if tolerances.tool and robot is None:
         raise InputError(
-            "a tolerance of the tool needs the robot, so the scenario; accepted without: "
+            "a tolerance of the tool needs the scenario's robot; accepted without: "
             "joints=0.1deg, or a joint's name in place of joints"
         )
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
@@ -170,7 +167,7 @@ def _check_tolerances(
 
 
 def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float | None:
-    """What the log's noise may make of a value, or `None` where that is not known."""
+    """Uncertainty of a value due to the log's noise, or `None` if unknown."""
     if found.value is None or not np.isfinite(found.value) or found.margin is None:
         return None
     own, names, robot = alignment.trajectory.joint_names, space.joint_names, space.robot
@@ -198,7 +195,7 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
     jacobian, turning = robot.jacobian(q), found.unit in _TURNING
     known = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_ORDERS[found.unit])))
     if found.unit == "rad" and found.subject != "waypoint":
-        # on a path the tool turns: where it is along it is known to its position only
+        # on a path the orientation depends on the position along it
         v, w = np.split(jacobian @ motion.velocity(time), 2)
         turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
         known += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
@@ -206,7 +203,7 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
 
 
 def _unknown(alignment: Alignment, order: int, time: float | None) -> FloatArray:
-    """What the log does not tell of each joint: by its noise, and where no such curve follows."""
+    """Uncertainty of each joint, by noise and by the residual of the smoothed plan."""
     noise = CERTAIN * alignment.errors(order, time)
     return noise + LIKE_THE_PLAN * alignment.left_of_plan(order, time)
 
@@ -221,12 +218,12 @@ def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
 def _smooth(
     alignment: Alignment, allowed: FloatArray, units: Units, *, required: bool
 ) -> Iterator[Finding]:
-    """Say how far the samples of each joint are off the smooth curve, against their noise.
+    """Report the residuals of the samples of each joint, relative to their noise.
 
     Args:
         alignment: The smoothed log, by the plan's clock.
-        allowed: What jumps of the jerk may add to the noise [rad or m], shape (d,).
-        units: Those that people read.
+        allowed: Residuals due to jumps of the jerk, beyond the noise [rad or m], shape (d,).
+        units: Units of the messages.
         required: A jump fails.
     """
     curve = alignment.curve
@@ -244,7 +241,7 @@ def _smooth(
             sentence += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
                 largest = float(off.max())
-                sentence += f"; if samples may be off by as much, --noise {largest:.0e} says so"
+                sentence += f"; if such errors are expected, use --noise {largest:.0e}"
         yield Finding(
             "Continuity", "joint", name, "sample_off_the_curve",
             judged(value <= limit, required=required), f"joint {name!r}: {sentence}",
@@ -265,7 +262,7 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
         errors = _unknown(alignment, order, None).tolist()
         for (name, unit), value in zip(joints, errors, strict=True):
             size = units.text(value, rate_unit(unit, order), ".2g")
-            message = f"joint {name!r}: the log tells {quantity} to {size} at worst"
+            message = f"joint {name!r}: the log resolves {quantity} to {size} at worst"
             yield _number(name, f"{quantity}_known_to", value, rate_unit(unit, order), message)
     largest: dict[str, float] = {}
     for (_, unit), value in zip(joints, noise.position.tolist(), strict=True):
@@ -285,8 +282,8 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
         start, end = (time - alignment.start for time in missed[0])
         times = f", {len(missed)} times, first" if len(missed) > 1 else ""
         message = (
-            f"the motion changes faster than the log shows{times} from {start:.4f} s to "
-            f"{end:.4f} s: there it is known badly"
+            f"the motion changes faster than the log resolves{times}, from {start:.4f} s to "
+            f"{end:.4f} s: it is uncertain there"
         )
         yield Finding("Warnings", "motion", "", "too_coarse", "warning", message, time=float(start))
 

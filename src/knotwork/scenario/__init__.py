@@ -1,4 +1,4 @@
-"""Scenarios: a task for a robot arm in one YAML file, or as a mapping in Python."""
+"""Scenarios: tasks for a robot arm in a YAML file, or as a mapping in Python."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Angles of a file that are plausibly in another unit than it says."""
+"""Angles of a file that are plausibly given in the wrong unit."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from knotwork.scenario.model import Scenario
 from knotwork.task.units import numbers
 
 WHOLE_TURN = 2.0 * np.pi * 1.001
-"""Angles above this [rad], a whole turn with what files round, are probably degrees."""
+"""Angles above this [rad], a whole turn plus rounding, are probably degrees."""
 FAST_TURN = 2.0 * WHOLE_TURN
 """Rates above this [rad/s], two turns a second, are probably degrees: few joints are as fast."""
 ROUNDED = 0.002
-"""A part of a turn in radians may be off by this much [rad]: 3.14, 1.57."""
+"""Tolerance of a simple fraction of a turn in radians [rad]: 3.14, 1.57."""
 FEW = 4
-"""Joint values that are not zero: fewer say nothing of their unit."""
+"""Minimum number of nonzero joint values to judge their unit."""
 LEAST_TURN = 1.5
-"""If no joint value [rad] is larger, they may well be small angles in degrees."""
+"""Up to this largest joint value [rad], small angles in degrees are plausible."""
 
 
 _TURNS = ("angle", "angle or length")
@@ -34,7 +34,7 @@ class _Angle(NamedTuple):
 
 
 def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
-    """Say which angles are plausibly degrees in a file in radians, or radians in one in degrees.
+    """List angles that are plausibly degrees in a file in radians, or radians in one in degrees.
 
     Args:
         scenario: The task.
@@ -45,7 +45,7 @@ def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
         bounds = {"rate": (FAST_TURN, "rad/s, more than two turns a second")}
         angle = (WHOLE_TURN, "rad, more than a whole turn")
         return [
-            f"{one.where} is {one.value:g} {words}; if it is in degrees, say "
+            f"{one.where} is {one.value:g} {words}; if it is in degrees, give "
             "`units: {angle: deg}`"
             for one in angles
             for bound, words in [bounds.get(one.what, angle)]
@@ -57,14 +57,14 @@ def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
         if _plausibly_radians(alike):
             largest = max(alike, key=lambda one: abs(one.value))
             slips.append(
-                f"{largest.where} is {largest.value:g} degrees, and no {what} of the file is "
-                "larger; if they are in radians, say `units: {angle: rad}`"
+                f"{largest.where} is {largest.value:g} degrees, the largest {what} of the file"
+                "; if they are in radians, give `units: {angle: rad}`"
             )
     return slips
 
 
 def _plausibly_radians(angles: list[_Angle]) -> bool:
-    """None is above a whole turn, and one is a twelfth or an eighth of it, or most joints' odd."""
+    """None exceeds a turn; one is a twelfth or eighth of it, or most joint values are odd."""
     values = np.array([abs(one.value) for one in angles if one.value])
     if not values.size or values.max() > WHOLE_TURN:
         return False

@@ -1,4 +1,4 @@
-"""What carries the poses of a scenario's waypoints where frames move."""
+"""Moving frames that carry the poses of a scenario's waypoints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
 MOST_JUMP = 1e-3
-"""A frame whose speed jumps by more than this [m/s, rad/s] can't be followed."""
+"""The largest speed jump of a frame that an arm can follow [m/s, rad/s]."""
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 
 class Carriers:
-    """Which moving frames carry the poses of one file.
+    """Moving frames that carry the poses of one file.
 
     Args:
-        file: What the file says, in SI.
-        places: Where it says it, for errors.
+        file: Content of the file, in SI.
+        places: Its places in the file, for errors.
         frames: Its frames.
-        frame: Gives the name of the frame that the pose of a waypoint is in.
+        frame: Function of a waypoint's index that gives the name of its pose's frame.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Carriers:
 
     @cached_property
     def any(self) -> bool:
-        """Whether a frame moves."""
+        """Whether any frame moves."""
         return any(one.moves is not None for one in self.file.frames.values())
 
     @cached_property
@@ -50,7 +50,7 @@ class Carriers:
         """Link of the robot that carries poses, else the file's frame; empty for the base.
 
         Raises:
-            DocumentError: They are on several links.
+            DocumentError: Several links carry poses.
         """
         posed = [
             (i, self._frame(i, one))
@@ -66,51 +66,51 @@ class Carriers:
             if link != found:
                 raise self.places.error(
                     ("waypoints", i),
-                    f"is in frame {name!r}, {_on(link)}, and poses before it are in frame "
+                    f"is in frame {name!r}, {_on(link)}, and earlier poses are in frame "
                     f"{first[1]!r}, {_on(found)}",
                     "poses in frames on one link or in the base",
                 )
         return found
 
     def stands(self, i: int) -> bool:
-        """Whether the pose of a waypoint stands in the base while joints carry others."""
+        """Whether the pose of a waypoint is fixed in the base while joints move other poses."""
         if i < 0 or not self.link or isinstance(self.file.waypoints[i], JointWaypoint):
             return False
         return not self.frames.moving[self._frame(i, self.file.waypoints[i])].link
 
     def of(self, i: int) -> MovingFrame | None:
-        """What carries the pose of a waypoint; `None` if it stands or is given by joint values."""
+        """The moving frame of a waypoint's pose; `None` for a fixed pose or joint values."""
         if not self.any or i < 0 or isinstance(self.file.waypoints[i], JointWaypoint):
             return None
         frame = self.frames.moving[self._frame(i, self.file.waypoints[i])]
         return replace(frame, link="") if frame.moves else None
 
     def of_path(self, first: int, last: int) -> MovingFrame | None:
-        """What carries a path through waypoints.
+        """The moving frame of a path.
 
         Raises:
-            DocumentError: They do not move together.
+            DocumentError: The waypoints do not move together.
         """
         found = self.of(last)
         for i in range(first, last):
             if _joints(self.of(i)) != _joints(found):
                 raise self.places.error(
                     ("waypoints", i),
-                    f"does not move with waypoint {last + 1}, to which the path leads on",
-                    "a path whose waypoints are in one frame, where it begins too",
+                    f"does not move with waypoint {last + 1}, the next one of the path",
+                    "a path with all waypoints in one frame, including its start",
                 )
         return found
 
     def check_smooth(self, i: int, carrier: MovingFrame | None, span: tuple[float, float]) -> None:
-        """Refuse a path along which the speed of a frame jumps, as from a file of positions alone.
+        """Refuse a path while the speed of its frame jumps, as in a file of positions only.
 
         Args:
-            i: The waypoint to which the path leads.
-            carrier: What carries the path.
-            span: From when to when the tool is on it [s].
+            i: The waypoint at the end of the path.
+            carrier: The moving frame of the path.
+            span: Time interval of the path [s].
 
         Raises:
-            DocumentError: It does.
+            DocumentError: The speed jumps.
         """
         for name, given in self.file.frames.items() if carrier is not None else ():
             own = self.frames.moving[name].joints[-1:]
@@ -128,12 +128,12 @@ class Carriers:
                     f"the tool is on the path to it from {span[0]:.4g} s to {span[1]:.4g} s, and "
                     f"at {curve.x[k + 1]:.4g} s the speed of frame {name!r} jumps by {jump}, which "
                     "no arm can follow",
-                    "a motion with velocities, too, such as a column y.velocity beside y, that "
-                    "lasts as long as the path; or the path before or after that time",
+                    "a motion with velocities, such as a column y.velocity for y, that "
+                    "covers the whole path; or a path before or after that time",
                 )
 
     def then(self, i: int, time: float, length: float) -> str:
-        """Where the frame of a waypoint is at its time [s], in a unit of length, for messages."""
+        """A note on the position of a waypoint's frame at its time [s], in a unit of length."""
         frame = self.of(i)
         if frame is None:
             return ""
@@ -144,12 +144,12 @@ class Carriers:
     def alongside(
         self, i: int, poses: Mapping[int, pin.SE3], times: Sequence[float]
     ) -> Mapping[int, pin.SE3]:
-        """Poses near a waypoint as they are seen from what carries it, each at its time.
+        """Poses near a waypoint, each at its time, relative to its moving frame.
 
         Args:
             i: The waypoint.
-            poses: Of all while frames are at rest.
-            times: Of all [s].
+            poses: Poses of all waypoints, with all frames at rest.
+            times: Times of all waypoints [s].
         """
         if not self.any:
             return poses
@@ -164,7 +164,7 @@ class Carriers:
         return seen
 
     def axes(self, i: int, name: str, time: float) -> FloatArray:
-        """Axes of a frame at a time [s], as they are seen from what carries a waypoint."""
+        """Axes of a frame at a time [s], relative to the moving frame of a waypoint."""
         own, other = self.of(i), self.frames.moving[name]
         if _joints(own) == other.joints:
             return np.array(self.frames[name].rotation)
@@ -172,10 +172,10 @@ class Carriers:
         return turn if own is None else own.since_rest([time]).place[0, :3, :3].T @ turn
 
     def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
-        """Refuse what is not possible where frames move.
+        """Refuse requests that moving frames do not support.
 
         Raises:
-            DocumentError: A speed that is chosen, or an orientation that turns otherwise.
+            DocumentError: A chosen speed, or an orientation relative to another motion.
         """
         place: Location = ("waypoints", i)
         own, asked = self.of(i), waypoint.orientation_in
@@ -183,15 +183,15 @@ class Carriers:
         if self.stands(i) and own is not None:
             raise self.places.error(
                 place,
-                f"is in frame {self._frame(i, waypoint)!r}, which moves, while other poses are "
+                f"is in frame {self._frame(i, waypoint)!r}, which moves, and other poses are "
                 f"{_on(self.link)}",
-                "a frame that stands still, or a task without the other poses",
+                "a fixed frame, or a task without the other poses",
             )
         if isinstance(waypoint, PathWaypoint) and (self.stands(i) or self.stands(i - 1)):
             raise self.places.error(
                 place,
-                f"is the end of a path that touches the base, and other poses are {_on(self.link)}",
-                f"a path whose waypoints are all {_on(self.link)}, or poses without along",
+                f"ends a path with poses in the base, and other poses are {_on(self.link)}",
+                f"a path with all waypoints {_on(self.link)}, or poses without along",
             )
         axes = getattr(getattr(waypoint, "velocity", None), "axes", None)
         for name, *key in ((asked, "orientation_in"), (axes, "velocity", "in")):
@@ -200,7 +200,7 @@ class Carriers:
                 raise self.places.error(
                     (*place, *key),
                     f"frame {name!r} is {_on(known.link)}, and the pose {_on(link)}",
-                    "a frame that stands still where the pose does",
+                    "a frame that is fixed relative to the pose",
                 )
         if not self.any:
             return
@@ -210,8 +210,8 @@ class Carriers:
             if other.joints != _joints(own) and turning:
                 raise self.places.error(
                     (*place, "orientation_in"),
-                    "turns otherwise than the frame that the pose is in",
-                    "a frame that moves as that does",
+                    "rotates relative to the frame of the pose",
+                    "a frame with the same rotation",
                 )
         if own is None:
             return
@@ -219,19 +219,19 @@ class Carriers:
         if isinstance(getattr(waypoint, "speed", None), str | AtMost):
             raise self.places.error(
                 (*place, "speed"),
-                f"is chosen, but frame {name!r} moves, and how depends on the time",
+                f"is chosen, but the motion of frame {name!r} depends on the time",
                 "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
             )
 
     def met(self, free: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
-        """What is chosen, with the waypoints that are carried where their time is.
+        """The unknowns, with the waypoints whose pose depends on their time.
 
         Args:
-            free: What is chosen.
-            index: For each waypoint of the scenario its index in the file.
+            free: The unknowns so far.
+            index: Index in the file of each waypoint of the scenario.
 
         Raises:
-            DocumentError: How long all takes is given, too.
+            DocumentError: The total duration is given as well.
         """
         if free is None or not self.any:
             return free
@@ -241,8 +241,8 @@ class Carriers:
             i = index[late[0]]
             raise self.places.error(
                 ("duration",),
-                f"is given, and when frame {self._frame(i, self.file.waypoints[i])!r}, which "
-                "moves, is met is chosen",
+                f"is given, and the time in moving frame {self._frame(i, self.file.waypoints[i])!r}"
+                " is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
         return replace(free, meets=meets)

@@ -1,4 +1,4 @@
-"""When the actions of a task happen, and what its motion consists of."""
+"""Times of a task's actions, and the segments of its motion."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from knotwork.trajectory.events import Event, Segment, SegmentKind
 from knotwork.units import Units
 
 ROUNDING = 1e-9
-"""Places on a path and times are inside within this, relative to its length and 1 s."""
+"""Tolerance of positions on a path and times, relative to its length and 1 s."""
 
 
 def with_waits(file: PlainTask) -> PlainTask:
-    """A task whose waypoints have the waits of their actions as their own."""
+    """A task in which waits among the actions are given as waits of their waypoints."""
     waits = [sum(action.wait or 0.0 for action in one.actions) for one in file.waypoints]
     given = zip(file.waypoints, waits, strict=True)
     waiting = (one.model_copy(update={"wait": wait}) if wait else one for one, wait in given)
@@ -31,13 +31,13 @@ def with_waits(file: PlainTask) -> PlainTask:
 
 @dataclass(frozen=True, eq=False)
 class EventReader:
-    """Reads the events of one file.
+    """Reads the events of a file.
 
     Attributes:
-        file: What the file says, in SI.
-        places: Where it says it, for errors.
-        units: Those of the file, for errors.
-        waypoints, paths, index: Of the scenario.
+        file: Content of the file, in SI.
+        places: Its places in the file, for errors.
+        units: Units of the file, for errors.
+        waypoints, paths, index: Waypoints, paths and indices of the scenario.
     """
 
     file: PlainTask
@@ -51,11 +51,11 @@ class EventReader:
         """All events in order of time.
 
         Args:
-            timed: Times are known; else there are none yet, and their places are checked only.
+            timed: Whether times are known; if not, only positions are checked.
 
         Raises:
-            DocumentError: One is outside the motion or its path, or not after one of the same
-                signal that the file gives before it.
+            DocumentError: An event is outside the motion or its path, or not after another
+                of its signal that the file gives before.
         """
         found = list(self._all())
         last: dict[str | int, Event] = {}
@@ -67,15 +67,15 @@ class EventReader:
                 raise self.places.error(
                     where,
                     f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, not after "
-                    f"{before.said} at {before.time:.6g} s, which is given before it",
-                    "a later moment, or the other order",
+                    f"{before.said} at {before.time:.6g} s, the previous one in the file",
+                    "a later time, or the other order",
                 )
             last[event.signal] = event
         return tuple(sorted((one for _, one in found), key=_time)) if timed else ()
 
     @cached_property
     def rows(self) -> dict[int, tuple[int, int]]:
-        """Of each waypoint of the file the first and the last of the scenario."""
+        """First and last index in the scenario of each waypoint of the file."""
         last = {k: i for i, k in enumerate(self.index)}
         first = {k: i for i, k in reversed(list(enumerate(self.index)))}
         return {k: (first[k], last[k]) for k in last}
@@ -104,7 +104,9 @@ class EventReader:
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
             raise self.places.error(
-                where, f"{name} is a digital output, and {value!r} is no state of it", "on or off"
+                where,
+                f"{name} is a digital output, and {value!r} is not a state",
+                "on or off",
             )
         moment = action.after or -(action.before or 0.0) or waited
         event = Event(waypoint.time + moment, name, value, waypoint.name, output)
@@ -124,8 +126,8 @@ class EventReader:
         if path is None:
             raise self.places.error(
                 where,
-                f"no tool path leads {'on from' if onward else 'to'} {name!r}, to measure along",
-                "after or before: seconds; or at, where along leads to or on",
+                f"no tool path {'begins' if onward else 'ends'} at {name!r}",
+                "after or before: seconds; or at on a path with along",
             )
         lengths = path.asked.lengths
         own, whole = sum(lengths[: row - path.first]), sum(lengths)
@@ -145,12 +147,12 @@ class EventReader:
             raise self.places.error(
                 where,
                 f"{event.said} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
-                f"a moment from {start:.6g} s to {end:.6g} s",
+                f"a time from {start:.6g} s to {end:.6g} s",
             )
 
 
 def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
-    """An event as an action of a task with given outputs, at once."""
+    """An event as an action of a task with given outputs, without delay."""
     if event.output is None:
         return {event.name: event.value}
     name = next((one for one, number in outputs.items() if number == event.output), None)
@@ -164,7 +166,7 @@ def _time(asked: AskedEvent) -> float:
 
 
 def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
-    """The waypoints of each way that was found, by index, and its motion."""
+    """Waypoints of each collision-free motion in the task, by index, and the motion."""
     for run in scenario.task.chosen or ():
         if run.way:
             low, high = run.times[0] - ROUNDING, run.times[-1] + ROUNDING
@@ -172,11 +174,11 @@ def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
 
 
 def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:
-    """What a motion consists of, from waypoint to waypoint.
+    """Segments of a motion, from waypoint to waypoint.
 
     Args:
-        scenario: The task, all times known.
-        ways: Indices of the waypoints from which the motion found its way to the next.
+        scenario: The task, with all times known.
+        ways: Indices of the waypoints at the start of a motion found by `way: clear`.
 
     >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
     ['start to approach', 'approach to edge start']

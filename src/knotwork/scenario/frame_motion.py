@@ -24,7 +24,7 @@ JOINTS = {
     "pitch": ("rad", "y"),
     "roll": ("rad", "x"),
 }
-"""Joints that a file of a frame's motion may have, in the order in which they move it: unit and
+"""Accepted joints of a file with a frame's motion, in kinematic order: unit and
 axis."""
 
 KNOWN = "x, y, z [m], yaw, pitch, roll [rad]"
@@ -34,13 +34,13 @@ def moved(frame: MovingFrame, given: FrameMotion, places: Places, place: Locatio
     """A frame in motion.
 
     Args:
-        frame: The frame without a motion of its own.
+        frame: The frame without its own motion.
         given: Its motion, in SI.
-        places: Of the file, for errors.
-        place: Where it is given.
+        places: Places in the file, for errors.
+        place: Location of the motion.
 
     Raises:
-        DocumentError: There is no such file, or it has other joints.
+        DocumentError: The file is missing, or has other joints.
     """
     if given.file is not None:
         return _from_file(frame, given.file, given.at, places, place)

@@ -1,4 +1,4 @@
-"""What a scenario file leaves to be chosen: durations, speeds, and for what."""
+"""Unknowns of a scenario file: durations and speeds to be chosen, and the objective."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, S
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
 MOST_BEFORE, SHORTEST = 20, 1e-3
-"""At most this many waypoints share what is left before a given time; each gets at least this
+"""Largest number of waypoints that share the time before a given one, and the minimum time of each
 [s]."""
 
 _Fault = tuple[bool, Location, str, str]
-"""Whether there is one, where it is, what is wrong, and what is accepted."""
+"""Whether the fault exists, its location, its description, and the accepted values."""
 
 
 def least_time(file: PlainTask, i: int) -> float | None:
-    """The least that the time to a waypoint may be [s], 0 without one; `None` if it is given."""
+    """Lower bound of the time to a waypoint [s], 0 without one; `None` if it is given."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
         return None
@@ -36,7 +36,7 @@ def least_time(file: PlainTask, i: int) -> float | None:
 
 
 def clear_way(file: PlainTask, i: int) -> FreeWay | None:
-    """What is asked of the motion to a waypoint, if it finds its way; in SI as the file is."""
+    """Options of a collision-free motion to a waypoint, or `None`; in SI as the file is."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint) or (i == 0 and file.start is None):
         return None
@@ -49,12 +49,12 @@ def clear_way(file: PlainTask, i: int) -> FreeWay | None:
 def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
     """Time to a waypoint until it is chosen [s]; `None` if it is given.
 
-    Before a waypoint whose time is given it is a part of what is left.
+    Before a waypoint with a given time it is a share of the remaining time.
 
     Args:
-        file: What the file says, in SI.
+        file: Content of the file, in SI.
         i: Index of the waypoint.
-        before: When the one before it is passed [s].
+        before: Time of the previous waypoint [s].
     """
     least = least_time(file, i)
     if least is None:
@@ -75,19 +75,19 @@ def given_speed(speed: float | str | AtMost | None, provisional: float) -> float
 
 
 def greatest_speed(speed: float | str | AtMost | None) -> float | None:
-    """The greatest that a free speed may be, infinite without one; `None` if it is not free."""
+    """Upper bound of a free speed, infinite without one; `None` if it is not free."""
     if isinstance(speed, AtMost):
         return speed.at_most
     return math.inf if isinstance(speed, str) else None
 
 
 def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> FreeTimes | None:
-    """Read what a file leaves to be chosen; `None` if it is nothing.
+    """Read the unknowns of a file, or `None` without any.
 
     Args:
-        file: What the file says.
-        places: Where it says it, for errors.
-        index: For each waypoint of the scenario its index in the file; -1 for the start.
+        file: Content of the file.
+        places: Its places in the file, for errors.
+        index: Index in the file of each waypoint of the scenario; -1 for the start.
 
     Raises:
         DocumentError: A key is about choices and nothing is chosen, or it can't be chosen.
@@ -135,7 +135,7 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
     if late and file.duration is not None:
         raise places.error(
             ("duration",),
-            f"is given, and the time at waypoint {index[late[0]] + 1} is, too, after chosen ones",
+            f"is given together with the time at waypoint {index[late[0]] + 1}, after chosen ones",
             "one of them",
         )
     return free if free.anything else None
@@ -148,7 +148,7 @@ def _refuse(places: Places, faults: Iterator[_Fault]) -> None:
 
 
 def _optimal_knots(file: PlainTask) -> bool:
-    """Whether knots are chosen where times are given; where others are free, unless it says no."""
+    """Whether knots are chosen for given times; by default if other times are free."""
     return file.knots == "optimal" or (
         "knots" not in file.model_fields_set and _free_anywhere(file)
     )
@@ -172,7 +172,7 @@ def check_places(file: PlainTask, places: Places) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
-        DocumentError: There is one.
+        DocumentError: One of these is given.
     """
     _refuse(places, _misplaced(file))
 
@@ -189,32 +189,32 @@ def _misplaced(file: PlainTask) -> Iterator[_Fault]:
         yield (
             at_start and untimed,
             (*place, "after"),
-            "the first waypoint has none before it, so no time to it can be chosen",
-            "no time here, or start: where the motion begins",
+            "the first waypoint has no previous one, so no time to it can be chosen",
+            "no time here, or start: the start of the motion",
         )
         yield (
             along and waypoint.time is not None and bool(free),
             (*place, "time"),
-            f"the time since 0 can't be given, because the time to {free} before it is chosen",
-            "speed, or after: the time since the waypoint before [s]",
+            f"the time since 0 can't be given, because the earlier time to {free} is chosen",
+            "speed, or after: the time since the previous waypoint [s]",
         )
         yield (
             along and waypoint.way is not None,
             (*place, "way"),
-            "the motion to here follows a tool path, so it has no other way",
+            "the motion to here follows a tool path",
             "way at a waypoint without along",
         )
         yield (
             at_start and waypoint.way is not None,
             (*place, "way"),
-            "the first waypoint has none before it, so there is no motion to it",
-            "way at a later waypoint, or start: where the motion begins",
+            "the first waypoint has no previous one, so there is no motion to it",
+            "way at a later waypoint, or start: the start of the motion",
         )
         yield (
             getattr(waypoint, "velocity", None) == "free" and (at_start or i == last),
             (*place, "velocity"),
             "the velocity is free at an end of the motion",
-            "a velocity, or none: the arm stands still there",
+            "a velocity, or none: the arm is at rest there",
         )
         yield (
             along and untimed,
@@ -248,26 +248,26 @@ def _misused(file: PlainTask, free: FreeTimes) -> Iterator[_Fault]:
     yield (
         file.duration is not None and not timed,
         ("duration",),
-        "is given, but every time is given too",
+        "is given, but so is every time",
         "times: fastest, or after: fastest at a waypoint",
     )
     yield (
         objective and not (timed or free.optimal_knots or set(free.speed) - {"given"}),
         ("objective",),
-        "says what is minimised, but no time is free",
+        "gives an objective, but no time is free",
         "times: fastest, after: fastest at a waypoint, or knots: optimal",
     )
     yield (
         objective and weighs_time and (not timed or file.duration is not None),
         ("objective",),
-        "the time is given, so it can't be made less",
+        "the time is given, so it can't be minimised",
         "jerk, effort or acceleration",
     )
     yield (
         timed and file.duration is None and not weighs_time,
         ("objective",),
-        "does not weigh the time, so the slowest motion would be the best one",
-        "time with it, for example {time: 1, effort: 0.01}, or duration: seconds",
+        "gives no weight to the time, so the slowest motion would be optimal",
+        "time as well, for example {time: 1, effort: 0.01}, or duration: seconds",
     )
     yield (
         file.chosen is not None and free.anything,
@@ -278,13 +278,13 @@ def _misused(file: PlainTask, free: FreeTimes) -> Iterator[_Fault]:
     yield (
         isinstance(file.knots, tuple) and free.anything,
         ("knots",),
-        "times of knots are given, but those of waypoints are free",
+        "knot times are given, but waypoint times are free",
         "no knots",
     )
     yield (
         file.planner != "modified-hermite" and free.anything,
         ("planner",),
-        f"{file.planner!r} takes times as they are given, and some are free",
+        f"{file.planner!r} needs given times, and some are free",
         "modified-hermite; plan --freeze writes a scenario with numbers for any planner",
     )
     yield (

@@ -1,4 +1,4 @@
-"""`FreeTimes`: what a scenario leaves to be chosen: durations, speeds, and for what."""
+"""`FreeTimes`: the unknowns of a scenario: durations, speeds and the objective."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from knotwork.waypoints import FloatArray
 BoolArray = NDArray[np.bool_]
 
 PROVISIONAL_TIME = 1.0
-"""An interval whose time is free lasts so long in the scenario until it is chosen [s]."""
+"""Provisional duration of an interval whose time is free [s]."""
 
 PROVISIONAL_SPEED = 0.01
-"""A speed along a path that is free, until it is chosen [m/s]."""
+"""Provisional speed along a path whose speed is free [m/s]."""
 
 SpeedKind = Literal["given", "along", "free"]
 
 
 class FreeWay(NamedTuple):
-    """A motion that finds its own way.
+    """Options of a collision-free motion.
 
     Attributes:
-        tries: Number of ways that are looked for.
-        room: Clearance beyond the margins that it keeps where it can [m].
+        tries: Number of motions to search for.
+        room: Extra clearance beyond the margins where possible [m].
     """
 
     tries: int
@@ -36,22 +36,22 @@ class FreeWay(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FreeTimes:
-    """What a scenario leaves to be chosen.
+    """The unknowns of a scenario.
 
     Attributes:
         duration: Whether the time from each waypoint to the next is chosen, shape (n - 1,).
-        at_least: The least that it may be [s], shape (n - 1,).
-        speed: For each waypoint `"given"`; `"along"`, where the direction of its velocity is given
-            and the speed is chosen; or `"free"`, where the velocity is chosen.
-        at_most: The greatest speed of the tool there [m/s], shape (n,), infinite without one.
-        path_speed: Greatest speed [m/s] by the waypoint at the end of each path stretch whose
+        at_least: Lower bounds of these times [s], shape (n - 1,).
+        speed: For each waypoint `"given"`; `"along"` for a given direction of the velocity
+            with a chosen speed; or `"free"` for a chosen velocity.
+        at_most: Upper bounds of the tool speed [m/s], shape (n,), infinite without one.
+        path_speed: Upper bound [m/s] by the waypoint at the end of each path stretch whose
             constant speed is chosen, infinite without one.
-        ways: What is asked of motions that find their way, by the waypoint where they end.
+        ways: Options of collision-free motions, by the waypoint where they end.
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
-        total: Duration of the whole motion that is given [s], or `None`.
-        optimal_knots: Knots are chosen where times are given, too.
-        meets: Waypoints, by index, whose pose or duration is known once times before are: they are
-            in frames that move, or have a time since 0.
+        total: Given duration of the whole motion [s], or `None`.
+        optimal_knots: Whether knots are chosen where times are given.
+        meets: Waypoints, by index, whose pose or duration depends on earlier times: in moving
+            frames, or with a time since 0.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).free.duration
@@ -71,7 +71,7 @@ class FreeTimes:
 
     @property
     def anything(self) -> bool:
-        """Whether there is something to choose."""
+        """Whether there are unknowns."""
         return bool(
             self.duration.any()
             or set(self.speed) != {"given"}
@@ -82,15 +82,15 @@ class FreeTimes:
 
     @property
     def first_untimed(self) -> int:
-        """The first waypoint whose time is not known until it is chosen; n without one."""
+        """The first waypoint with an unknown time; n without one."""
         chosen = [*(np.flatnonzero(self.duration) + 1).tolist(), *self.path_speed]
         return min(chosen, default=len(self.speed))
 
     @property
     def untimed(self) -> BoolArray:
-        """Intervals that are chosen whole or at one end, shape (n - 1,).
+        """Intervals that are chosen as a whole or at one end, shape (n - 1,).
 
-        How fast a joint is there does not follow from the scenario.
+        The scenario alone does not define the joint speeds there.
         """
         chosen: BoolArray = np.array([kind != "given" for kind in self.speed])
         untimed: BoolArray = self.duration | chosen[1:] | chosen[:-1]

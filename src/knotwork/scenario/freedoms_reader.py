@@ -1,4 +1,4 @@
-"""What the poses of a scenario file leave open."""
+"""Freedom of the poses of a scenario file."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ MOST_TURNS = 2
 
 
 def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()) -> Freedoms:
-    """What the poses of all waypoints leave open; `None` for nothing, and where there is no pose.
+    """Freedom of the poses of all waypoints; `None` without freedom or without a pose.
 
     Args:
-        file: What the file says, in SI.
-        places: Where it says it, for errors.
-        normals: Waypoints, by index, to which paths with normals lead: these free the turn.
+        file: Content of the file, in SI.
+        places: Its places in the file, for errors.
+        normals: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:
         DocumentError: A turn does not contain the pose or reaches beyond `MOST_TURNS`; a tilt is
-            too large; or a velocity is in axes that are free.
+            too large; or a velocity is given in free axes.
     """
     tool = None if file.tool is None else file.tool.free
     found: Freedoms = []
@@ -36,7 +36,7 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
         if own == "none" and i in normals:
             raise places.error(
                 ("waypoints", i, "free"),
-                "is none, but normals do not say how the tool is turned about its axis",
+                "is none, but normals leave the turn about the tool axis open",
                 "turn: z, or columns qx, qy, qz, qw",
             )
         if isinstance(waypoint, JointWaypoint) or own == "none":
@@ -53,7 +53,7 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
 
 
 def _check_velocity(velocity: Velocity, free: PoseFreedom, places: Places, i: int) -> None:
-    """Refuse a velocity in axes of the tool that are free: planning chooses where they point."""
+    """Refuse a velocity in free axes of the tool, whose direction planning chooses."""
     if velocity.axes != "tool":
         return
     across = [*velocity.linear[:2], *velocity.angular[:2]]
@@ -61,14 +61,14 @@ def _check_velocity(velocity: Velocity, free: PoseFreedom, places: Places, i: in
     if whole or (free.turn[0] < free.turn[1] and any(across)):
         raise places.error(
             ("waypoints", i, "velocity", "in"),
-            "is tool, whose axes the pose leaves open",
+            "is tool, whose axes are free at this pose",
             "base or a named frame, or free: none"
             + ("" if free.tilt else "; or a velocity along and about the tool's z axis alone"),
         )
 
 
 def _torch_at(file: PlainTask, i: int) -> Torch | None:
-    """The angles to a seam that a pose is at, given there or by the path that it is on."""
+    """The angles to a seam of a pose, given there or by its path."""
     waypoint, onward = file.waypoints[i], file.waypoints[i + 1 : i + 2]
     if isinstance(waypoint, JointWaypoint):
         return None
@@ -85,14 +85,14 @@ def _torch_at(file: PlainTask, i: int) -> Torch | None:
 def _torch_ranges(
     given: FreePose, torch: Torch | None, places: Places, location: Location, file: PlainTask
 ) -> TorchRanges:
-    """Ranges of a torch's angles, from those of its pose."""
+    """Ranges of a torch's angles, relative to those of its pose."""
     from knotwork.tool_paths.seam import TOOL_AXES
 
     unit = si_factors(file.units)[1]
     if torch is None:
         raise places.error(
             location,
-            "gives angles to a seam, and the pose is at none",
+            "gives angles to a seam, and the pose has none",
             "torch: {seam, normal, …} in the pose, or orientation: {normal, …} along the path",
         )
     ranges = []
@@ -103,7 +103,7 @@ def _torch_ranges(
             raise places.error(
                 (*location, name),
                 f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",
-                f"a range that the pose's own {own / unit:g} is in, below a quarter of a turn",
+                f"a range with the pose's {own / unit:g} in it, below a quarter of a turn",
             )
         ranges.append((low - own, high - own))
     about = TOOL_AXES[torch.tangent]
@@ -129,7 +129,7 @@ def _read(
             raise places.error(
                 (*location, "position", axis),
                 f"is [{own[0] / length:g}, {own[1] / length:g}] {file.units.length}",
-                "places from the pose: a least one up to 0, and a greatest one from 0",
+                "offsets from the pose: a lower bound up to 0, and an upper bound from 0",
             )
     box = tuple((0.0, 0.0) if own is None else (own[0], own[1]) for own in ranges)
     box = box or PoseFreedom.box
@@ -148,22 +148,22 @@ def _read(
         raise places.error(
             (*location, "turn"),
             f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",
-            f"turns from the pose: a least one from -{half} to 0, and a greatest one from 0 to "
+            f"turns from the pose: a lower bound from -{half} to 0, and an upper bound from 0 to "
             f"{half}; or z, for any turn",
         )
     return PoseFreedom((low, high), tilt, box, torch)
 
 
 def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFreedom | None:
-    """What the poses along a path leave open.
+    """Freedom of the poses along a path.
 
     Args:
-        path: A path, its first waypoint that of the file.
-        freedoms: Of all waypoints.
-        places: Of the file, for errors.
+        path: A path; its first waypoint is the file's.
+        freedoms: Freedom at all waypoints.
+        places: Places in the file, for errors.
 
     Raises:
-        DocumentError: It is not the same all along, leaves the position open, or the path begins
+        DocumentError: The freedom changes along the path, includes the position, or the path begins
             with another one.
     """
     own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
@@ -171,21 +171,21 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
         if one is not None and one.moves:
             raise places.error(
                 ("waypoints", i, "free"),
-                "leaves the position open along a path, which says where the tool is",
+                "leaves the position open along a path, which defines the position",
                 "position at poses where the tool stops",
             )
     for i, one in enumerate(own, path.first + 1):
         if one != own[0]:
             raise places.error(
                 ("waypoints", i, "free"),
-                "is not what the path before it leaves open",
-                "the same all along a path, or stop: true where it changes",
+                "differs from the freedom of the previous path",
+                "one freedom for a whole path, or stop: true where it changes",
             )
     begins = freedoms[path.first]
     if begins is not None and not begins.within(own[0]):
         raise places.error(
             ("waypoints", path.first + 1),
-            "the path begins at a pose that leaves open what the path does not",
-            "at the pose no more than along the path, for example free: none",
+            "the pose at the start of the path has more freedom than the path",
+            "no more freedom at the pose than along the path, for example free: none",
         )
     return own[0]

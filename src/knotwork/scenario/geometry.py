@@ -1,4 +1,4 @@
-"""Rotations, placements and frames of a scenario file, in SI; the maths is Pinocchio's."""
+"""Rotations, placements and frames of a scenario file, in SI, computed by Pinocchio."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.waypoints import FloatArray, rotation_fault
 
-# Values in a file are often rounded to four digits. A quaternion or matrix that is further from a
-# rotation than that is a mistake.
+# Values in a file are often rounded to four digits. A quaternion or matrix with a larger deviation
+# from a rotation is a mistake.
 ROTATION_TOLERANCE = 1e-3
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
@@ -27,12 +27,12 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
     """Rotation matrix, shape (3, 3), of a placement's orientation; the identity if it has none.
 
     Args:
-        placement: As given in the file, in SI.
-        places: Of the file, for errors.
-        location: Where the placement is in it.
+        placement: Placement as given in the file, in SI.
+        places: Places in the file, for errors.
+        location: Location of the placement.
 
     Raises:
-        DocumentError: A quaternion or a matrix is no rotation.
+        DocumentError: A quaternion or a matrix is not a rotation.
     """
     for name, order in (("quaternion_xyzw", (3, 0, 1, 2)), ("quaternion_wxyz", (0, 1, 2, 3))):
         values = getattr(placement, name)
@@ -97,14 +97,14 @@ def placed(placement: Placement, places: Places, location: Location) -> pin.SE3:
 
 
 class Frames:
-    """The named frames of a scenario, each placed in the base frame where nothing has moved yet.
+    """The named frames of a scenario, each placed in the base frame at rest.
 
     Args:
-        frames: As given in the file, in SI.
-        places: Of the file, for errors.
+        frames: Frames as given in the file, in SI.
+        places: Places in the file, for errors.
 
     Attributes:
-        moving: How each of them moves.
+        moving: Motion of each frame.
 
     Raises:
         DocumentError: A frame is placed in one that does not exist, frames are placed in a circle,
@@ -131,7 +131,7 @@ class Frames:
                 self.moving[link], self._placements[link] = own, own.rest
 
     def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
-        """Follow a frame to the first one around it that is placed; list those that are not."""
+        """List a frame and its parents up to the first one that is placed already."""
         chain: dict[str, None] = {}
         while name not in self._placements:
             location: Location = ("frames", name, "in")
@@ -153,10 +153,10 @@ class Frames:
         return self._placements[name]
 
     def find(self, name: str, location: Location, *also: str) -> str:
-        """Check that a frame exists (or is one of the other names) and return its name.
+        """Check that a name is a frame, or one of the other names, and return it.
 
         Raises:
-            DocumentError: There is no such frame.
+            DocumentError: The frame does not exist.
         """
         if name in self._placements or name in also:
             return name

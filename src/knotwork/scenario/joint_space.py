@@ -1,8 +1,7 @@
-"""The joints a scenario moves, and what it asks of them in SI.
+"""The joints that a scenario moves, and its requirements on them, in SI.
 
-The joints are those of its robot, with its tool and limits, or bare joints without a robot. What
-plans a scenario and what checks it both start here, so both speak of the same joints. Here, and
-nowhere else, joint values leave the units of the file.
+The joints are those of its robot, with its tool and limits, or bare joints without a robot.
+Planning and checking both start here; only here joint values are converted from the file's units.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """Joint values that a waypoint asks for.
+    """Joint values required at a waypoint.
 
     Attributes:
-        position: [rad or m], shape (d,).
-        velocity: [rad/s or m/s], shape (d,).
+        position: Joint positions [rad or m], shape (d,).
+        velocity: Joint velocities [rad/s or m/s], shape (d,).
     """
 
     position: FloatArray
@@ -41,28 +40,28 @@ class JointState:
 
 @dataclass(frozen=True, eq=False)
 class JointSpace:
-    """Joints with their units and limits, the robot they belong to, and the requirements on them.
+    """Joints with their units and limits, their robot, and the requirements on them.
 
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each joint.
-        lower_position_limit, upper_position_limit: [rad or m], shape (d,); infinite where there
-            is none.
+        lower_position_limit, upper_position_limit: Limits [rad or m], shape (d,); infinite without
+            one.
         limits: Largest magnitude by quantity, each of shape (d,), in the unit of
-            `JOINT_QUANTITIES`, infinite where none is given.
+            `JOINT_QUANTITIES`, infinite without a limit.
         configurations: Named joint positions, each of shape (d,).
         robot: The robot with the scenario's tool and position limits, or `None`.
-        carrying: The same with what it holds, over the motion, or `None`.
-        targets: For each waypoint what it asks of the joints; `None` for one given by a pose.
-        near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
-        end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
+        carrying: The same robot with its loads over the motion, or `None`.
+        targets: Required joint values at each waypoint; `None` for a pose.
+        near: Joint positions near which solutions are chosen [rad or m], shape (d,), or `None`.
+        end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
-        accelerations: The planner's option of this name; values as an array of shape (n, d) in SI.
-        waits: Waypoints at which the arm stands still until the next one, by index.
-        chosen: Runs of waypoints whose motion was chosen, or `None`.
-        solutions: Joint positions that solutions are to be near, shape (d,), by index of the
+        accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
+        waits: Waypoints at which the arm dwells until the next one, by index.
+        chosen: Sections of waypoints with a chosen motion, or `None`.
+        solutions: Joint positions near which solutions are chosen, shape (d,), by index of the
             waypoint.
-        shown_in: Units of the scenario, for whatever people read.
+        shown_in: Units of the scenario, for output.
     """
 
     joint_names: tuple[str, ...]
@@ -83,7 +82,7 @@ class JointSpace:
     shown_in: Units = field(default_factory=Units)
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper limit of a quantity, shape (d,) each; infinite where there is none.
+        """Lower and upper limit of a quantity, shape (d,) each; infinite without a limit.
 
         Args:
             quantity: A name in `JOINT_QUANTITIES`.
@@ -94,15 +93,14 @@ class JointSpace:
 
 
 def joint_space(scenario: Scenario) -> JointSpace:
-    """Load what a scenario moves, and resolve its joint values.
+    """Load the joints or robot of a scenario, and resolve its joint values.
 
     Raises:
         InputError: The robot, its tool frame or a joint or configuration named in the scenario
-            does not exist, joint values leave a joint out, or the robot can't be planned for.
+            does not exist, joint values leave a joint out, or the robot is not supported.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 90}, "after": 1}]
-    >>> from knotwork import load_scenario
-    >>> space = joint_space(load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
+    >>> space = joint_space(kw.load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
     >>> space.targets[1].position
     array([1.57079633])
     """
@@ -115,7 +113,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     if isinstance(scenario.prefer, Mapping):
         with scenario.error_context("prefer"):
             robot = robot.with_weights(scenario.prefer)
-    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
+    if any(isinstance(one, CartesianWaypoint) for one in scenario.waypoints):
         with scenario.error_context("robot"):
             robot.require_tool()
     _check_followers(scenario, robot)
@@ -147,11 +145,11 @@ def joint_space(scenario: Scenario) -> JointSpace:
 
 
 def moved_robot(scenario: Scenario) -> Robot:
-    """The robot of a scenario with its tool; its base is where poses are given.
+    """The robot of a scenario with its tool; its base is the frame of the poses.
 
     Raises:
-        InputError: It, its tool frame or a link that carries a frame does not exist, or none is
-            named.
+        InputError: The robot, its tool frame or a link of a frame does not exist, or no robot
+            is named.
     """
     from knotwork.robot import load_robot
 
@@ -162,25 +160,7 @@ def moved_robot(scenario: Scenario) -> Robot:
     tool = scenario.tool
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
-    return _on_link(scenario, robot)
-
-
-def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
-    """The robot with joints that are not planned for where the configurations of the task say."""
-    task = scenario.task
-    named: list[tuple[tuple[str | int, ...], Any]] = [(("start",), task.start)]
-    waypoints = enumerate(task.waypoints)
-    named += [(("waypoints", i, "joints"), getattr(one, "joints", None)) for i, one in waypoints]
-    for place, name in named:
-        if isinstance(name, str) and name in robot.configurations:
-            with scenario.error_context(*place):
-                robot = robot.with_rest(name)
-    return robot
-
-
-def _on_link(scenario: Scenario, robot: Robot) -> Robot:
-    """The robot with the base that poses are given in; all links that carry frames are there."""
-    for name, frame in scenario.task.frames.items():
+    for name, frame in scenario.task.frames.items():  # all links that carry frames are there
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):
                 robot.frame_index(frame.on)
@@ -189,28 +169,39 @@ def _on_link(scenario: Scenario, robot: Robot) -> Robot:
     return robot
 
 
+def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
+    """The robot with its unplanned joints set from the task's named configurations."""
+    waypoints = enumerate(scenario.task.waypoints)
+    named = [(("waypoints", i, "joints"), getattr(one, "joints", None)) for i, one in waypoints]
+    for place, name in [(("start",), scenario.task.start), *named]:
+        if isinstance(name, str) and name in robot.configurations:
+            with scenario.error_context(*place):
+                robot = robot.with_rest(name)
+    return robot
+
+
 def _check_followers(scenario: Scenario, robot: Robot) -> None:
-    """Refuse joints that follow planned ones: all else takes what they carry to stand still."""
+    """Refuse joints that mimic planned ones: other code assumes that their links do not move."""
     for follower, master in robot.followers.items():
         with scenario.error_context("robot"):
             raise RobotError(
                 robot.name,
                 f"joint {follower!r} mimics {master!r}, which moves: links that follow a planned "
-                f"joint are not supported; hold one of the two still with `locked: {{{follower}: "
+                f"joint are not supported; lock one of the two with `locked: {{{follower}: "
                 "0}`",
                 joint=follower,
             )
 
 
 def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
-    """Check that the links that limits name exist, and the tool that they need."""
+    """Check that the links named in limits exist, and the tool that they require."""
     limits = scenario.motion_limits
     for key in ("tool_speed", "tool_acceleration", "singular_value"):
         if getattr(limits, key) is not None:
             with scenario.error_context("limits", key):
                 robot.require_tool()
     for i, one in enumerate(limits.frame_speeds):
-        place = (i,) if len(limits.frame_speeds) > 1 else ()
+        place = [i] * (len(limits.frame_speeds) > 1)
         with scenario.error_context("limits", "frame_speed", *place, "frame"):
             robot.frame_index(one.frame)
 
@@ -235,14 +226,14 @@ def _of_bare_joints(scenario: Scenario) -> JointSpace:
 
 @dataclass(frozen=True)
 class _Reader:
-    """Reads joint values of a scenario file for some joints, in SI."""
+    """Reads joint values of a scenario file, in SI."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray]
 
     def by_joint(self, given: JointValues, *, si: bool = False) -> dict[str, Any]:
-        """Values by joint [rad or m, and per second]; `si` if they are in SI in any file."""
+        """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
         scales = {"rad": 1.0 if si else given.angle, "m": 1.0 if si else given.length}
         scale = {name: scales[unit] for name, unit in zip(self.names, self.units, strict=True)}
         if not isinstance(given.values, Mapping):
@@ -258,7 +249,7 @@ class _Reader:
         return {name: np.multiply(value, scale[name]).tolist() for name, value in items}
 
     def array(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
-        """A value for every joint, shape (d,), or a list, (d, m); `missing` for those left out."""
+        """A value for every joint, shape (d,), or a list, (d, m); `missing` for joints left out."""
         if isinstance(given.values, str):
             if given.values not in self.configurations:
                 raise given.places.error(
@@ -278,7 +269,7 @@ class _Reader:
         return np.array([values.get(name, missing or 0.0) for name in self.names])
 
     def limits(self, scenario: Scenario) -> dict[str, dict[str, Any]]:
-        """Limits by quantity and joint; those of position are pairs."""
+        """Limits by quantity and joint; position limits are pairs."""
         found = {kind: getattr(scenario.task.limits, kind) for kind in JOINT_QUANTITIES}
         return {
             kind: self.by_joint(
@@ -290,7 +281,7 @@ class _Reader:
         }
 
     def task(self, scenario: Scenario) -> dict[str, Any]:
-        """The attributes of a `JointSpace` with the requirements on the joints."""
+        """The attributes of a `JointSpace` for the requirements on the joints."""
         task, given = scenario.task, scenario.joint_values
         targets = tuple(
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None

@@ -34,17 +34,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class JointValues:
-    """Values by joint name as the file gives them, in its units.
+    """Values by joint name as given in the file, in its units.
 
-    Whether a value is an angle or a length depends on the joint: `joint_space` turns them into SI.
+    Angles and lengths are told apart by the joint: `joint_space` converts them to SI.
 
     Attributes:
-        values: By joint name numbers, or for limits of position pairs; or one number for every
+        values: Numbers by joint name, or pairs for position limits; or one number for every
             joint, or the name of a configuration.
-        length: The file's unit of length [m].
-        angle: The file's unit of angle [rad].
-        places: Of the file, for errors.
-        location: Where the values are in it.
+        length: Unit of length of the file [m].
+        angle: Unit of angle of the file [rad].
+        places: Places in the file, for errors.
+        location: Location of the values.
     """
 
     values: Mapping[str, Any] | float | str
@@ -55,7 +55,7 @@ class JointValues:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the joints that values are given for."""
+        """Names of the joints with values."""
         return tuple(self.values) if isinstance(self.values, Mapping) else ()
 
 
@@ -65,10 +65,10 @@ class JointTarget:
 
     Attributes:
         name: Name of the waypoint.
-        time: When [s].
+        time: Time [s].
         joints: Joint positions, or the name of a configuration.
-        velocity: Joint velocities, or `None` for standing still.
-        where: Where the waypoint was defined, for messages.
+        velocity: Joint velocities, or `None` at rest.
+        where: Place of the waypoint's definition, for messages.
 
     >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
@@ -89,14 +89,14 @@ ScenarioWaypoint = CartesianWaypoint | JointTarget
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The part of a tool path that leads from one waypoint to the next.
+    """The part of a tool path between two consecutive waypoints.
 
     Attributes:
-        kind: `"line"`, `"arc"` or `"points"`, and before it `"woven "` if a weave is added.
-        start, end: When it begins and ends [s].
-        speed: That of the TCP along it [m/s].
-        full_speed: From when to when [s] that speed is asked for; outside, the speed changes.
-        weave: What is added to it, or `None`.
+        kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added.
+        start, end: Time interval [s].
+        speed: Speed of the TCP along it [m/s].
+        full_speed: Time interval of that speed [s]; outside, the speed changes.
+        weave: The added weave, or `None`.
     """
 
     kind: str
@@ -112,11 +112,11 @@ class ScenarioPath:
     """A tool path through consecutive waypoints of a scenario.
 
     Attributes:
-        first: Index of the waypoint where it begins.
+        first: Index of its first waypoint.
         motion: Poses of the tool over time.
-        stretches: From waypoint to waypoint.
+        stretches: Stretches from waypoint to waypoint.
         asked: Requirements on their speeds.
-        freedom: What its poses leave open, or `None`.
+        freedom: Freedom of its poses, or `None`.
     """
 
     first: int
@@ -127,20 +127,20 @@ class ScenarioPath:
 
     @property
     def last(self) -> int:
-        """Index of the waypoint where it ends."""
+        """Index of its last waypoint."""
         return self.first + len(self.stretches)
 
 
 @dataclass(frozen=True, eq=False)
 class AskedEvent:
-    """An event, and where the tool is to be then.
+    """An event and its place on the motion.
 
     Attributes:
-        event: What is switched, and when.
-        delay: How long after arrival at its waypoint that is [s]; before it, if negative.
-        distance: How far along the path it is after its waypoint [m]; before it, if negative.
-        path: That path, or `None` where the event has its time from the waypoint.
-        arc_length: Of the place along the path [m].
+        event: The signal and its time.
+        delay: Time after arrival at its waypoint [s]; before it, if negative.
+        distance: Distance along the path after its waypoint [m]; before it, if negative.
+        path: Its path, or `None` for an event timed relative to the waypoint.
+        arc_length: Arc length of the event along the path [m].
     """
 
     event: Event
@@ -152,12 +152,12 @@ class AskedEvent:
 
 @dataclass(frozen=True)
 class ToolPlacement:
-    """The frame that carries the tool, and the place of the tool centre point (TCP) in it.
+    """The frame that carries the tool, and the pose of the tool centre point (TCP) in it.
 
     Attributes:
         frame: Name of the frame, or `None` for the robot's own tool frame.
         offset: TCP in the axes of that frame, or `None` for its origin.
-        payload: What that frame carries, in its axes, or `None`.
+        payload: Payload of that frame, in its axes, or `None`.
     """
 
     frame: str | None = None
@@ -171,7 +171,7 @@ def _one_for_each_unit() -> dict[str, float]:
 
 @dataclass(frozen=True)
 class ToleranceSet:
-    """Largest allowed differences between the motion and the task.
+    """Largest allowed deviations of the motion from the task.
 
     Attributes:
         position: Distance of the TCP [m].
@@ -179,13 +179,13 @@ class ToleranceSet:
         linear_velocity: Difference for the TCP [m/s].
         angular_velocity: Difference for the tool [rad/s].
         joint_position: Difference at waypoints given by joint values, by unit: `"rad"`, `"m"`.
-        joint_velocity: Difference at the same waypoints, and where the tool is to stop, by unit of
+        joint_velocity: Difference at the same waypoints, and at stops of the tool, by unit of
             the joint, per second.
-        joint_acceleration: Difference at the two ends, where asked for, by unit of the joint, per
+        joint_acceleration: Difference at the two ends, where given, by unit of the joint, per
             second squared.
         path: Distance of the TCP from a tool path [m].
-        path_orientation: Angle from the orientation along it [rad].
-        path_speed: Difference from the speed along it, as a part of that speed.
+        path_orientation: Angle from the orientation along the path [rad].
+        path_speed: Difference from the speed along the path, as a fraction of it.
 
     >>> ToleranceSet(position=1e-4).joint_position
     {'rad': 1e-06, 'm': 1e-06}
@@ -204,7 +204,7 @@ class ToleranceSet:
 
 
 SMALLEST_PATH_TOLERANCE = 1e-9
-"""Floating point does not hold a motion nearer to a path than this [m, rad, part of the speed]."""
+"""Limit of floating point for the tolerances of a path [m, rad, fraction of the speed]."""
 
 
 @dataclass(frozen=True)
@@ -213,39 +213,39 @@ class Scenario:
 
     Attributes:
         name: Name of the scenario.
-        description: What the task is.
-        waypoints: In order of time; at least two.
-        task: What was asked, as it was given; joint values stand in it alone.
-        index: Of each waypoint in the task, -1 for the start; one with a wait stands twice.
+        description: Description of the task.
+        waypoints: At least two waypoints, in order of time.
+        task: The task as given, which alone has the joint values.
+        index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
         robot: Shipped name, path, or inline description; `None` for a task of joints alone.
-        relative_to: Folder that relative paths in `robot` start from, or `None`.
-        units: Those of the file, for whatever people read.
-        joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for those left out.
+        relative_to: Folder of relative paths in `robot`, or `None`.
+        units: Units of the file, for output.
+        joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for joints left out.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
-        on: Link that poses are given in, if it is not the robot's base frame.
-        tool: Where the tool is, and what it weighs.
+        on: Link that carries the frame of poses, if it is not the robot's base frame.
+        tool: Placement and mass of the tool.
         gravity: In the axes of the base frame [m/s²], shape (3,); `None` for 9.81 along -z of the
             URDF's root.
-        branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
+        branch: `"free"`; `"keep"`, changed only where speeds require it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
-        prefer: What decides among solutions: `"travel"` or `"clearance"`; or weights by joint.
-        pull_to_middle: For a redundant arm, how fast its joints are pulled to the middle of their
-            ranges while the tool passes a waypoint [1/s]; 0 for not at all.
-        planner: Name of the planner, with a rule after a colon or without.
-        knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
+        prefer: Criterion among solutions: `"travel"` or `"clearance"`; or weights by joint.
+        pull_to_middle: For a redundant arm, rate at which joints are pulled to the middle of their
+            ranges while the tool passes a waypoint [1/s]; 0 for none.
+        planner: Name of the planner, optionally with a rule after a colon.
+        knots: As for `knotwork.interpolation`: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         paths: Tool paths between its waypoints, in order of time.
-        events: What is switched on the way, in order of time; empty while times are free.
-        free: Durations, speeds and knots left to be chosen; `None` if it is nothing.
+        events: Events in order of time; empty while times are free.
+        free: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
-        scene: The surroundings of the robot, what it carries, and the rules of the collision check.
-        margin: Part that is used of limits, but those of position; `motion_limits` have it already.
-        tolerances: For the check.
-        continuity: Order of continuity that the check asks for.
+        scene: Surroundings, carried objects, and rules of the collision check.
+        margin: Used fraction of limits other than position; `motion_limits` include it.
+        tolerances: Tolerances of the check.
+        continuity: Order of continuity required by the check.
         rate: Samples per second [Hz].
-        source: The file it came from, or `None`.
-        places: Where its parts stand in the file, for errors.
-        under_way: The motion that it goes on from, and when [s]; `None` for a task by itself.
+        source: Its file, or `None`.
+        places: Places of its parts in the file, for errors.
+        under_way: The motion that it continues, and the time in it [s], or `None`.
 
     >>> from knotwork import load_scenario
     >>> scenario = load_scenario("ur5_deburring")
@@ -286,24 +286,24 @@ class Scenario:
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:
-        """Add to errors of the input which field of the file is at fault.
+        """Add the field of the file at fault to errors of the input.
 
         Args:
             location: Keys and indices of the field, for example `"tool", "frame"`.
 
         Raises:
-            InputError: As it was raised inside, with file and line where the scenario has them.
+            InputError: The error raised inside, with file and line where known.
         """
         try:
             yield
         except DocumentError:
-            raise  # it says so already
+            raise  # already located
         except InputError as error:
             error.locate(self.where(*location))
             raise
 
     def where(self, *location: str | int) -> str:
-        """Where a field is, for messages: with file and line where the scenario has them.
+        """Place of a field for messages, with file and line where known.
 
         Args:
             location: Keys and indices of the field.
@@ -311,23 +311,23 @@ class Scenario:
         return self.places.where(location)
 
     def joint_values(self, values: Any, *location: str | int) -> JointValues:
-        """Joint values of the task with their units and their place in it."""
+        """Joint values of the task with their units and their location in it."""
         length, angle = si_factors(self.task.units)
         return JointValues(values, length, angle, self.places, location)
 
     @property
     def prefers_clearance(self) -> bool:
-        """Whether room to everything counts before travel."""
+        """Whether clearance has priority over travel."""
         return self.prefer == "clearance" and self.task.near is None
 
     @property
     def shown_length(self) -> tuple[float, str]:
-        """How many of the file's units of length a metre has, and the unit's name, for messages."""
+        """Number of the file's length units per metre, and the unit's name, for messages."""
         return self.units.shown(1.0, "m")
 
     @property
     def times(self) -> FloatArray:
-        """Times of the waypoints [s], shape (n,); NaN from the first that is free."""
+        """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.provisional_times
         if self.free is not None:
             times[self.free.first_untimed :] = np.nan
@@ -335,11 +335,11 @@ class Scenario:
 
     @property
     def provisional_times(self) -> FloatArray:
-        """Times from which free ones are chosen [s], shape (n,), with 1 s or so for each."""
+        """Waypoint times [s], shape (n,), with a placeholder of 1 s for each free duration."""
         return np.array([waypoint.time for waypoint in self.waypoints])
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints named by the first waypoint; for a scenario without a robot, all its joints."""
+        """Joints named by the first waypoint; without a robot, all joints of the scenario."""
         first = self.waypoints[0]
         return first.joints.names if isinstance(first, JointTarget) else ()

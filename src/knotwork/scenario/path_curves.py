@@ -1,4 +1,4 @@
-"""The curves of a scenario's tool paths, and how the tool turns along them, in the base frame."""
+"""Curves and orientations of a scenario's tool paths, in the base frame."""
 
 from __future__ import annotations
 
@@ -26,34 +26,34 @@ if TYPE_CHECKING:
     from knotwork.task import PlainTask
 
 NEAR = 1e-9
-"""Points nearer than this [m] are one."""
+"""Points nearer than this [m] are the same."""
 
 ROUNDED, ROUNDED_ANGLE = 1e-6, 1e-3
-"""Points [m] and orientations [rad] of a file within this of those of a waypoint are its own."""
+"""Points [m] and orientations [rad] of a file within this of those of a waypoint belong to it."""
 
 APART = 3.0
-"""Distance of the ends of a curve's points from waypoints at most, in their largest spacings."""
+"""Largest distance of a curve's end points from waypoints, in units of its largest spacing."""
 
 DIGITS = 9
-"""Points and lengths are reported to this many digits after the point, in the file's unit."""
+"""Number of decimals for points and lengths in messages, in the file's unit."""
 
 ROUNDING = 1e-6
-"""A blend may be longer than half a line by this part of it."""
+"""Fraction by which a blend may exceed half a line."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathCurves:
-    """Makes the curves of paths, and how the tool turns along them, from one file.
+    """Makes the curves and orientations of a file's paths.
 
     Attributes:
-        file: What the file says, in SI.
-        places: Where it says it, for errors.
+        file: Content of the file, in SI.
+        places: Its places in the file, for errors.
         length: The file's unit of length [m].
-        frames: For each waypoint the placement of the frame that its path is in, by index.
-        axes: Likewise the axes that orientations on it are in, shape (3, 3).
-        poses: Of waypoints given by poses, by index; paths correct those of theirs.
-        rotations: Of the tool at the points of those paths that come from a file with orientations.
-        normals: Paths, by index, of which the file has normals, so that the turn is free.
+        frames: Placement of the frame of each waypoint's path, by index.
+        axes: Axes of the orientations of each waypoint's path, shape (3, 3), by index.
+        poses: Poses of waypoints, by index; paths correct the poses on them.
+        rotations: Rotations of the tool at the points of paths whose file has orientations.
+        normals: Paths, by index, with normals in their file, which free the turn.
     """
 
     file: PlainTask
@@ -66,12 +66,12 @@ class PathCurves:
     normals: set[int] = field(default_factory=set)
 
     def waypoint(self, i: int) -> PathWaypoint:
-        """Waypoint i of the file, to which a path leads."""
+        """Waypoint i of the file, the end of a path."""
         return cast(PathWaypoint, self.file.waypoints[i])
 
     @contextmanager
     def errors(self, i: int, *key: str) -> Iterator[None]:
-        """Have errors of geometry name the waypoint's key."""
+        """Have errors of geometry name a key of the waypoint."""
         try:
             yield
         except InputError as error:
@@ -86,15 +86,15 @@ class PathCurves:
         """Write a length, speed or acceleration in the file's unit.
 
         Args:
-            value: In metres, per second or per second squared.
-            per: `"/s"` or `"/s²"` for the latter.
-            digits: Significant ones.
+            value: Value in m, m/s or m/s².
+            per: `"/s"` or `"/s²"` for speeds and accelerations.
+            digits: Number of significant digits.
         """
         number = round(value / self.length, DIGITS)
         return f"{number:.{digits}g} {self.file.units.length}{per}"
 
     def _place(self, i: int, point: FloatArray) -> str:
-        """Say a point as the file does: in the frame of the path to waypoint i."""
+        """Format a point as in the file: in the frame of the path to waypoint i."""
         own = np.round(self.frames[i].actInv(np.array(point)) / self.length, DIGITS) + 0.0
         return f"({', '.join(f'{value:.9g}' for value in own)}) {self.file.units.length}"
 
@@ -102,7 +102,7 @@ class PathCurves:
         return np.asarray(self.frames[i].act(np.array(given)))
 
     def curve(self, i: int) -> Curve:
-        """The curve from the waypoint before to waypoint i."""
+        """The curve from the previous waypoint to waypoint i."""
         start, end = self.poses[i - 1].translation, self.poses[i].translation
         along = self.waypoint(i).along
         with self.errors(i):
@@ -153,9 +153,9 @@ class PathCurves:
         return curve
 
     def _leaning(self, i: int, curve: Curve) -> FloatArray | None:
-        """Rotations at the angles to seam and surface that the file gives; `None` without them.
+        """Rotations at the file's angles to seam and surface; `None` without them.
 
-        Shape (k, 3, 3): at the points of a path that has normals, else where it begins.
+        Shape (k, 3, 3): at the points of a path with normals, else at its start.
         """
         asked, axes = self.waypoint(i).orientation, None
         if i in self.normals and asked is not None:
@@ -167,8 +167,8 @@ class PathCurves:
         if (torch.normal is None) == (axes is None):
             raise self.places.error(
                 ("waypoints", i, "orientation"),
-                "gives no normal" if axes is None else "gives a normal, and so have the points",
-                "normal: out of the surface where the path begins, or columns nx, ny, nz of points",
+                "gives no normal" if axes is None else "gives a normal, and so do the points",
+                "normal: out of the surface at the path's start, or columns nx, ny, nz of points",
             )
         with self.errors(i, "orientation"):
             s = curve.arc_lengths if isinstance(curve, tool_paths.ThroughPoints) else np.zeros(1)
@@ -178,7 +178,7 @@ class PathCurves:
             return np.asarray(seam_frames(curve.position(s, 1), axes) @ turned)
 
     def _points(self, i: int, along: AlongPoints) -> tuple[FloatArray, FloatArray | None]:
-        """Points in the base frame, and the tool's rotations there if a file has them."""
+        """Points in the base frame, and the tool's rotations there if the file has them."""
         placed = self.frames[i]
         rotations = None
         if isinstance(along.points, str):
@@ -197,7 +197,7 @@ class PathCurves:
         return points @ placed.rotation.T + placed.translation, rotations
 
     def _turned_before(self, i: int, axis: FloatArray) -> FloatArray:
-        """Rotation where a path begins; any about its first z axis if that decides."""
+        """Rotation at the start of a path; any one about its first z axis if that is sufficient."""
         import pinocchio as pin
 
         if self.waypoint(i).orientation is None:
@@ -205,9 +205,9 @@ class PathCurves:
         return np.array(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis).matrix())
 
     def _check_ends(self, i: int, points: FloatArray, start: FloatArray, end: FloatArray) -> None:
-        """Refuse points that are far from a waypoint of the path for how close they are."""
+        """Refuse points that are far from a waypoint of the path, relative to their spacing."""
         spacing = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        if not spacing.size or not spacing.all():  # those that repeat are named elsewhere
+        if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
         allowed = APART * float(spacing.max())
         ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
@@ -215,15 +215,15 @@ class PathCurves:
             gap = float(np.linalg.norm(point - place))
             if gap > allowed:
                 raise PathError(
-                    f"the {which} of its points is {self.text(gap, digits=6)} from waypoints"
-                    f"[{waypoint}], more than {APART:g} times as far as the points are apart "
+                    f"its {which} point is {self.text(gap, digits=6)} from waypoints"
+                    f"[{waypoint}], more than {APART:g} times the spacing of the points "
                     f"({self.text(allowed / APART, digits=6)} at most); the points must begin "
-                    f"and end at the waypoints, or no farther from them than "
+                    f"and end at the waypoints, or at most this far from them: "
                     f"{self.text(allowed, digits=6)}"
                 )
 
     def _unturned(self, i: int) -> bool:
-        """Whether the pose of a waypoint gives no orientation."""
+        """Whether the pose of a waypoint has no orientation."""
         return not self.waypoint(i).pose.turned
 
     def _between(self, i: int, one: FloatArray, other: FloatArray) -> float:
@@ -238,13 +238,13 @@ class PathCurves:
         if angle > ROUNDED_ANGLE:
             raise self.places.error(
                 ("waypoints", i, *(("along", "points") if i in self.rotations else ())),
-                f"at the first point the tool is turned {np.degrees(angle):.4g} degrees from where "
-                "the path begins",
-                "the orientation of the waypoint before; or a point on the way to it",
+                f"at the first point the tool is rotated by {np.degrees(angle):.4g} degrees from "
+                "the start of the path",
+                "the orientation of the previous waypoint; or a point between the two",
             )
 
     def orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
-        """How the tool turns on the way to waypoint i; its rotation there is put into the poses."""
+        """Orientation of the tool on the path to waypoint i, whose pose gets its rotation."""
         leaning = self._leaning(i, curve)
         given = self.rotations.get(i) if leaning is None else leaning
         first, asked = self.file.waypoints[i - 1], not self._unturned(i)
@@ -283,17 +283,17 @@ class PathCurves:
         if angle > ROUNDED_ANGLE:
             raise self.places.error(
                 ("waypoints", i, "pose"),
-                f"is turned {np.degrees(angle):.4g} degrees from where the path takes the tool",
-                "no orientation where the path has its own, or the one that it leads to",
+                f"is rotated by {np.degrees(angle):.4g} degrees from the end of the path",
+                "no orientation if the path has its own, or that of its end",
             )
 
     def blended(
         self, first: int, curves: list[Curve], given: list[PathWaypoint]
     ) -> tuple[list[Curve], FloatArray]:
-        """The curves with corners rounded, and the arc lengths where stretches end."""
+        """The curves with corners rounded, and the arc lengths at the ends of stretches."""
         pieces: list[Curve] = []
         ends, length = [], 0.0
-        begin: FloatArray | None = None  # where a line begins after a rounded corner
+        begin: FloatArray | None = None  # start of a line after a rounded corner
         for k, (curve, waypoint) in enumerate(zip(curves, given, strict=True)):
             if begin is not None and isinstance(curve, tool_paths.Line):
                 curve = tool_paths.Line(begin, curve.end)
@@ -336,7 +336,7 @@ class PathCurves:
 
 
 def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:
-    """The same turn on a stretch of another length, as a rounded corner makes it [m]."""
+    """The same rotation on a stretch of another length [m], as after a rounded corner."""
     if turn.length == length:
         return turn
     factor = length / turn.length

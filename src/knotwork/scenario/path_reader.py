@@ -1,4 +1,4 @@
-"""The tool paths of a scenario file: curves, orientation and timing in SI in the base frame."""
+"""The tool paths of a scenario file: curves, orientation and timing, in SI in the base frame."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from knotwork.tool_paths.path_timing import standstill
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 AGREE = 1e-6
-"""Speeds and times, and orientations [rad], may differ by this much, relative to them."""
+"""Relative tolerance of speeds and times, and tolerance of orientations [rad]."""
 
 HAIRPIN = 1e-3
 """Corners within this of half a turn [rad] can't be rounded."""
 
 WAITING_SPEED, WAITING_LINE = 0.05, 1e-3
-"""Where the tool waits on what moves: what its speed is measured by [m/s], and a line there [m]."""
+"""Speed and length that scale the tolerances of a wait in a moving frame [m/s, m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathReader:
-    """Reads the tool paths of one file.
+    """Reads the tool paths of a file.
 
     Attributes:
-        curves: Makes their curves, and has what the file says.
-        stops: Whether the tool stands still at a waypoint, by index.
-        carriers: What carries the waypoints.
+        curves: Makes their curves, and has the content of the file.
+        stops: Whether the tool stops at a waypoint, by index.
+        carriers: Moving frames of the waypoints.
     """
 
     curves: PathCurves
@@ -47,35 +47,35 @@ class PathReader:
     carriers: Carriers
 
     def begins(self, i: int) -> bool:
-        """Whether a path begins at a waypoint, rather than going on through it."""
+        """Whether a path begins at a waypoint, rather than passing through it."""
         given = self.curves.file.waypoints
         if i + 1 >= len(given) or not isinstance(given[i + 1], PathWaypoint):
             return False
         return not isinstance(given[i], PathWaypoint) or self.stops(i)
 
     def read(self, first: int, start: float) -> ScenarioPath:
-        """The path that begins at a waypoint and ends where the next one stops, or is none.
+        """The path that begins at a waypoint and ends at the next stop or free motion.
 
-        Its first waypoint is that of the file. The poses of `curves` are then right.
+        Its first waypoint is the file's. Afterwards the poses of `curves` are right.
 
         Args:
             first: Index of the waypoint in the file.
-            start: When it begins [s].
+            start: Start time [s].
 
         Raises:
-            DocumentError: The path can't be made as asked.
+            DocumentError: The path can't be made as given.
         """
         given = self.curves.file.waypoints
         if first not in self.curves.poses:
             found = (
                 f"the path begins at waypoint {first + 1}, which is given by joint values"
                 if first >= 0
-                else "the path has no waypoint that it begins at"
+                else "the path has no waypoint at its start"
             )
             raise self.curves.places.error(
                 ("waypoints", first + 1, "along"),
                 found,
-                "a waypoint with a pose before this one: where the path begins",
+                "a waypoint with a pose before this one, as the start of the path",
             )
         self._check_start(first)
         last = first + 1
@@ -93,8 +93,8 @@ class PathReader:
             if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
                 raise self.curves.places.error(
                     ("waypoints", first, key),
-                    "is given where a path begins, which has its own",
-                    f"no {key} here: the waypoint takes that of the path; or stop: true",
+                    "is given at the start of a path, which defines it",
+                    f"no {key} here, as the path gives it; or stop: true",
                 )
 
     def _path(self, first: int, last: int, start: float) -> ScenarioPath:
@@ -128,7 +128,7 @@ class PathReader:
                 raise
         asked = self._asked(first, lengths, given, start)
         timing, speeds = self._timed(first, asked, given)
-        # a rounded corner is passed in its middle
+        # The waypoint at a rounded corner is passed at its middle.
         self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
         times, full = start + timing.times, start + timing.full_speed
         stretches = tuple(
@@ -156,7 +156,7 @@ class PathReader:
         return ScenarioPath(first, motion, stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
-        """What the file says of how long each stretch takes [s]."""
+        """Given durations of the stretches [s]."""
         durations: list[float | None] = []
         before: float | None = start
         for k, one in enumerate(given):
@@ -166,21 +166,21 @@ class PathReader:
             elif one.time is not None and one.speed is None:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k, "time"),
-                    "does not say how long the path takes, as the time of the waypoint before it "
+                    "does not give a duration of the path, as the time of the previous waypoint "
                     "follows from a speed",
-                    "after: the time that it takes [s], or speed",
+                    "after: its duration [s], or speed",
                 )
             if taken is not None and taken <= 0.0:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k, "time"),
-                    f"is not later than {before:g} s, the time of the waypoint before it",
+                    f"is not later than {before:g} s, the time of the previous waypoint",
                     f"a time greater than {before:g} s",
                 )
             if taken is None and one.speed is None:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k),
-                    "has neither speed nor after, so that nothing says how fast the tool moves",
-                    "speed: along the path, or after: the time that it takes [s]",
+                    "has neither speed nor after, so the speed of the tool is undefined",
+                    "speed: along the path, or after: its duration [s]",
                 )
             durations.append(taken)
             known = before is not None and taken is not None
@@ -223,7 +223,7 @@ class PathReader:
             by_speed = isinstance(given[k].speed, float)
             raise self.curves.places.error(
                 ("waypoints", first + 1 + k, "speed" if by_speed else _time_key(given[k])),
-                f"is so slow that times do not resolve the changes of speed: {error}",
+                f"is too slow to resolve the changes of speed in time: {error}",
                 f"at least {text(least, '/s')}"
                 if by_speed
                 else f"at most {asked.lengths[k] / least:.6g} s for this stretch",
@@ -233,9 +233,9 @@ class PathReader:
             raise self.curves.places.error(
                 ("waypoints", first + 1 + k, _time_key(given[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {text(asked.lengths[k])} long "
-                f"here, and with its changes of speed it takes at least {error.least:.6g} s"
+                f"here, and with its changes of speed takes at least {error.least:.6g} s"
                 f"{'' if error.most == np.inf else upper} at {text(limit, '/s²')}",
-                "a time that it can take, or another path: {acceleration: …}",
+                "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
             raise self.curves.places.error(("waypoints", first + len(given)), str(error)) from error
@@ -244,7 +244,7 @@ class PathReader:
             if wanted is not None and abs(taken - wanted) > AGREE * taken:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k, _time_key(one)),
-                    f"leaves {wanted:.6g} s, but at the speed given the path takes {taken:.6g} s",
+                    f"leaves {wanted:.6g} s, but at the given speed the path takes {taken:.6g} s",
                     "speed or time, not both",
                 )
         return timing, found
@@ -253,14 +253,14 @@ class PathReader:
 def wait_on(
     carrier: MovingFrame, pose: pin.SE3, first: int, begin: CartesianWaypoint, end: float
 ) -> ScenarioPath:
-    """A wait in a frame that moves: a path on which the tool stays where it begins.
+    """A wait in a moving frame: a path on which the tool keeps its pose.
 
     Args:
-        carrier: What carries the frame.
-        pose: Of the tool while that is at rest.
-        first: Index of the waypoint where the wait begins.
-        begin: That waypoint.
-        end: When the wait is over [s].
+        carrier: The moving frame.
+        pose: Pose of the tool with that frame at rest.
+        first: Index of the waypoint at the start of the wait.
+        begin: Waypoint at the start.
+        end: End of the wait [s].
     """
     R, start = np.array(pose.rotation), begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
@@ -276,12 +276,12 @@ def _time_key(waypoint: PathWaypoint) -> str:
 
 
 def kind_of(waypoint: PathWaypoint) -> str:
-    """What a path to a waypoint is: `"line"`, `"arc"` or `"points"`."""
+    """Kind of a path to a waypoint: `"line"`, `"arc"` or `"points"`."""
     if isinstance(waypoint.along, AlongArc):
         return "arc"
     return "points" if isinstance(waypoint.along, AlongPoints) else "line"
 
 
 def path_start(curves: list[Curve], index: int) -> float:
-    """Arc length where a curve begins [m]."""
+    """Arc length at the start of a curve [m]."""
     return float(sum(curve.length for curve in curves[:index]))

@@ -1,4 +1,4 @@
-"""`AskedTiming`: what a scenario asks of how fast the tool moves along a path."""
+"""`AskedTiming`: a scenario's requirements on the speed along a path."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from knotwork.scenario.free_times import PROVISIONAL_SPEED
 from knotwork.tool_paths import Timing
 
 ACCELERATION = 1.0
-"""Largest acceleration along a path where its speed changes, if the file gives none [m/s²]."""
+"""Default of the largest acceleration along a path where its speed changes [m/s²]."""
 
 ROUNDS = 100
-"""Rounds in which speeds that follow from times, and those at junctions, come to agree."""
+"""Largest number of rounds until speeds from times and speeds at junctions agree."""
 
 QUICKER = 4.0
-"""Accelerations tried for provisional speeds differ by this factor."""
+"""Ratio of the accelerations tried for provisional speeds."""
 
 QUICKEST = 1e6
-"""Largest acceleration to try, in multiples of the one given."""
+"""Largest acceleration to try, as a multiple of the given one."""
 
 FASTER = 2.0
-"""A stretch from stop to stop has up to this many times its mean speed."""
+"""Largest ratio of speed and mean speed of a stretch from stop to stop."""
 
 
 @dataclass(frozen=True)
 class AskedTiming:
-    """Stretches of which each has a speed, a duration or a speed that is to be chosen.
+    """Stretches of a path, each with a speed, a duration or a speed to be chosen.
 
     Attributes:
-        lengths: Of the stretches [m].
-        speeds: Along each [m/s]; `None` where it follows from a duration or is chosen.
-        durations: Of each [s], or `None`.
+        lengths: Lengths of the stretches [m].
+        speeds: Speed along each [m/s]; `None` if it follows from a duration or is chosen.
+        durations: Duration of each [s], or `None`.
         ends: Speeds at both ends of the path [m/s]; `None` for that of the stretch there.
-        acceleration: The greatest along the path where its speed changes [m/s²].
-        at_most: Greatest speeds of those that are chosen [m/s], by index, infinite without one.
+        acceleration: Largest acceleration along the path where its speed changes [m/s²].
+        at_most: Upper bounds of chosen speeds [m/s], by index, infinite without one.
     """
 
     lengths: tuple[float, ...]
@@ -50,10 +50,10 @@ class AskedTiming:
     at_most: Mapping[int, float]
 
     def choosing(self, at_most: Mapping[int, float]) -> AskedTiming:
-        """The same, but that other speeds are to be chosen.
+        """The same timing with other speeds to be chosen.
 
         Args:
-            at_most: Greatest speeds of these [m/s], by index.
+            at_most: Upper bounds of these speeds [m/s], by index.
         """
         speeds, durations = (
             tuple(None if k in at_most else one for k, one in enumerate(values))
@@ -66,14 +66,14 @@ class AskedTiming:
     ) -> tuple[Timing, tuple[float, ...]]:
         """The timing, and the speed of each stretch [m/s].
 
-        The speed at a junction is the lower one of its two stretches. So speeds that follow from
-        durations depend on one another, and are found in rounds.
+        The speed at a junction is the lower one of its two stretches. So speeds from
+        durations depend on one another, and are found iteratively.
 
         Args:
-            chosen: Speeds of those stretches whose speed is chosen [m/s], by index.
+            chosen: Chosen speeds of stretches [m/s], by index.
 
         Raises:
-            PathError: A stretch is too short for its changes of speed, or a duration can't be had.
+            PathError: A stretch is too short for its changes of speed, or a duration is infeasible.
         """
         count, ends = len(self.lengths), self.ends
         given = [chosen.get(k, speed) for k, speed in enumerate(self.speeds)]
@@ -113,20 +113,20 @@ class AskedTiming:
         return timing, tuple(found)
 
     def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
-        """The greatest speeds, none above those chosen, that leave room for changes of speed.
+        """The largest speeds, none above the chosen ones, that leave room for changes of speed.
 
         Args:
-            chosen: Speeds of those stretches whose speed is chosen [m/s], by index.
+            chosen: Chosen speeds of stretches [m/s], by index.
 
         Raises:
-            PathError: At none of them there is room along the stretches that are given.
+            PathError: At no speed is there room along the stretches with a given speed.
         """
         speeds = dict(chosen)
         while True:
             try:
                 self.timed(speeds)
             except RampError as error:
-                # a stretch has the more room the faster its neighbours are: none is slowed too much
+                # A stretch has more room the faster its neighbours are: none is slowed too much.
                 if error.stretch not in speeds or error.highest_speed is None:
                     raise
                 speeds[error.stretch] = error.highest_speed
@@ -134,10 +134,10 @@ class AskedTiming:
                 return speeds
 
     def provisional(self) -> tuple[Timing, tuple[float, ...]]:
-        """The timing and speeds until speeds are chosen: low ones, to which changes are quick.
+        """Provisional timing and speeds: low speeds, with quick changes to them.
 
         Raises:
-            PathError: There is no room for changes of speed, whatever is chosen.
+            PathError: At no speed is there room for changes of speed.
         """
         if not self.at_most:
             return self.timed()

@@ -1,4 +1,4 @@
-"""The mass of a tool and of what it holds: as a file gives it, and over a motion."""
+"""The mass of a tool and of held objects: as given in a file, and over a motion."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 def read_payload(given: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
-    """The mass of a tool or of an object that it holds, in SI as the file is; `None` without one.
+    """The mass of a tool or of a held object, in SI as the file is; `None` without one.
 
     Raises:
-        DocumentError: No body has such a mass and inertia.
+        DocumentError: The mass and inertia are not physical.
     """
     if given.mass is None:
         return None
@@ -43,22 +43,22 @@ def read_payload(given: Tool | HeldObject, places: Places, place: Location) -> P
 
 @dataclass(frozen=True, eq=False)
 class Carrying:
-    """The arm with what it carries, phase by phase.
+    """The arm with its loads, phase by phase.
 
     Attributes:
-        start: When each phase begins [s], shape (m,); the first one holds before it, too.
-        robots: The arm in each; where it carries the same, it is the same one.
+        start: Start of each phase [s], shape (m,); the first one holds before it, too.
+        robots: The arm in each phase; the same object for the same load.
     """
 
     start: FloatArray
     robots: tuple[Robot, ...]
 
     def at(self, time: float) -> Robot:
-        """The arm at a time [s]; where the load changes, with the new one."""
+        """The arm at a time [s]; at a change of load, with the new one."""
         return self.robots[max(int(np.searchsorted(self.start, time, side="right")) - 1, 0)]
 
     def parts(self, motion: JointTrajectory) -> Iterator[tuple[Robot, JointTrajectory]]:
-        """A motion, divided where the load changes: the arm in each part, and the part."""
+        """A motion split at changes of load: the arm in each part, and the part."""
         inside = (self.start > motion.start_time) & (self.start < motion.end_time)
         if not inside.any():
             yield self.at(motion.start_time), motion
@@ -69,10 +69,10 @@ class Carrying:
             yield self.at(start), replace(motion, polynomial=cut, waypoint_times=None)
 
     def loads(self, start: float) -> tuple[Load, ...]:
-        """What is carried, for exports; nothing where the task gives no mass.
+        """Loads for exports; empty if the task gives no mass.
 
         Args:
-            start: When the motion starts [s].
+            start: Start of the motion [s].
         """
         found = {}
         for time, robot in zip(self.start.tolist(), self.robots, strict=True):
@@ -82,7 +82,7 @@ class Carrying:
 
 
 def _load(time: float, robot: Robot) -> Load:
-    """All that an arm carries, as one body."""
+    """The whole load of an arm as one body."""
     turn = robot.tool_offset.rotation
     bodies = [
         (one.mass, robot.tool_offset * one.centre_of_mass, turn @ one.inertia @ turn.T)
@@ -94,7 +94,7 @@ def _load(time: float, robot: Robot) -> Load:
     moment = sum((one * centre for one, centre, _ in bodies), np.zeros(3))
     centre = moment / mass if mass else moment
     total = np.zeros((3, 3))
-    if any(inertia.any() for *_, inertia in bodies):  # else points, as they were given
+    if any(inertia.any() for *_, inertia in bodies):  # else point masses, as given
         for one, at, inertia in bodies:
             d = at - centre
             total += inertia + one * (d @ d * np.eye(3) - np.outer(d, d))
@@ -104,7 +104,7 @@ def _load(time: float, robot: Robot) -> Load:
 
 
 def carrying(scenario: Scenario, robot: Robot) -> Carrying:
-    """What the arm of a scenario carries over its motion, at provisional times where it has these.
+    """The loads of a scenario's arm over its motion, at provisional times if times are free.
 
     Args:
         scenario: The task.

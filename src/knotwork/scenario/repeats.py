@@ -1,4 +1,4 @@
-"""A task without repeats: each turn with waypoints, frames and objects of its own."""
+"""A task without repeats: each repetition has waypoints, frames and objects of its own."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task
 from knotwork.tool_paths.points_file import read_points
 
 PLACE = "place"
-"""In a block that is repeated, the name of the frame of the turn."""
+"""Name of the frame of the current place, in a repeated block."""
 
 MOST_WAYPOINTS = 10_000
-"""Of all turns of all blocks together."""
+"""Largest number of waypoints in all repetitions."""
 
 
 def expanded(task: Task, places: Places | None = None) -> tuple[PlainTask, Places]:
-    """Write out every turn of every repeat.
+    """Write out every repetition of every block.
 
-    Waypoints and objects of a block have the number of their turn behind their names. Whatever
-    names an object of a block that may be touched means those of all turns.
+    Names of waypoints and objects of a block get the repetition's number. The name of an object
+    of a block that may be touched stands for the objects of all repetitions.
 
     Args:
-        task: What is asked, in its own units.
-        places: Where its parts stand in the file, for errors.
+        task: The task, in its own units.
+        places: Places of its parts in the file, for errors.
 
     Returns:
-        The task without repeats, and where its parts stand: those of a turn where the block does.
+        The task without repeats, and the places of its parts: for a repetition, that of the block.
 
     Raises:
-        DocumentError: The places of a block are wrong, or two things would have one name.
+        DocumentError: The places of a block are wrong, or a name is not unique.
     """
     places = places or Places()
     if isinstance(task, PlainTask):
@@ -47,7 +47,7 @@ def expanded(task: Task, places: Places | None = None) -> tuple[PlainTask, Place
 
 
 def turns(scenario: Scenario) -> list[list[int]]:
-    """The first waypoints of the turns of each block of a scenario, by index."""
+    """The first waypoint of each repetition of each block of a scenario, by index."""
     found: dict[Location, list[int]] = {}
     for i, k in enumerate(scenario.index):
         given = scenario.places.given(("waypoints", k))
@@ -57,7 +57,7 @@ def turns(scenario: Scenario) -> list[list[int]]:
 
 
 class _Expansion:
-    """The parts of a task, to which those of all turns are added."""
+    """The parts of a task, with those of all repetitions."""
 
     def __init__(self, task: Task, places: Places) -> None:
         self.task, self.places = task, places
@@ -71,7 +71,7 @@ class _Expansion:
         task = self.task
         if PLACE in task.frames:
             raise self.places.error(
-                ("frames", PLACE), "is the frame of the turn in repeat", "any other name"
+                ("frames", PLACE), "is the frame of the current place in repeat", "any other name"
             )
         for i, given in enumerate(task.waypoints):
             if isinstance(given, Repeat):
@@ -97,7 +97,7 @@ class _Expansion:
         if len(self.waypoints) + len(frames) * len(block.repeat) > MOST_WAYPOINTS:
             raise self.places.error(
                 (*place, "over"),
-                f"makes {len(frames)} turns of {len(block.repeat)} waypoints",
+                f"makes {len(frames)} repetitions of {len(block.repeat)} waypoints",
                 f"at most {MOST_WAYPOINTS} waypoints in all",
             )
         names = {one.name for one in block.repeat}
@@ -131,25 +131,25 @@ class _Expansion:
         own = f"{name} {turn}"
         if own in self.holds:
             raise self.places.error(
-                place, f"{own!r} of turn {turn} is held twice", "a name of its own"
+                place, f"{own!r} of repetition {turn} is held twice", "a unique name"
             )
         self.holds[own] = held
         self.objects.setdefault(name, []).append(own)
         self.origins["tool", "holds", own] = place
 
     def _all(self, name: str) -> Sequence[str]:
-        """The objects of all turns that a name means, or itself."""
+        """The objects of all repetitions with a name, or the name itself."""
         return self.objects.get(name, [name])
 
     def _allowing(self, one: Any, own: str = "") -> Any:
-        """An object that all turns of those that it may touch may touch."""
+        """An object with the names in `allow` expanded to those of all repetitions."""
         if not any(name in self.objects for name in one.allow):
             return one
         names = (other for name in one.allow for other in self._all(name) if other != own)
         return one.model_copy(update={"allow": tuple(names)})
 
     def _places(self, block: Repeat, where: Location) -> Iterator[str]:
-        """The names of the frames of all turns; those that are not there yet are made."""
+        """The names of the frames of all repetitions; missing frames are made."""
         over = block.over
         if isinstance(over, str):
             yield from self._of_grid(over, where)
@@ -159,7 +159,7 @@ class _Expansion:
             if normals is not None:
                 raise self.places.error(
                     (*where, "file"),
-                    f"{path} has normals, which leave the turn of a place open",
+                    f"{path} has normals, which leave the turn at a place open",
                     "columns qx, qy, qz, qw, or positions alone",
                 )
             for k, point in enumerate(points):

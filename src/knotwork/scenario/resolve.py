@@ -1,4 +1,4 @@
-"""From a scenario file's values to a `Scenario` in SI in the robot's base frame."""
+"""Resolve a scenario file to a `Scenario` in SI in the robot's base frame."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from knotwork.waypoints import FloatArray
 
 
 def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
-    """Read a scenario: a shipped one by name, a file by path, a mapping of the same shape, a task.
+    """Read a scenario: a shipped one by name, a file by path, a mapping like a file, or a task.
 
     Args:
         reference: Name, path, mapping or task.
@@ -41,9 +41,9 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
         The task in SI units, poses in the base frame.
 
     Raises:
-        DocumentError: The file can't be read, or something in it is wrong; names every problem
+        DocumentError: The file can't be read or has wrong content; the message lists every problem
             with its line, field, value and the accepted values.
-        InputError: There is no file at the path, or it is a robot.
+        InputError: The file is missing, or describes a robot.
         UnknownNameError: No scenario of this name is shipped.
 
     >>> load_scenario("ur5_deburring").waypoints[0].name
@@ -64,9 +64,9 @@ def resolved(
     """Resolve a task: see `load_scenario`.
 
     Args:
-        task: What is asked, in its own units.
-        places: Where its parts stand in the file that it came from, for messages.
-        expected: When waypoints whose time is chosen are expected to be reached [s], by their index
+        task: The task, in its own units.
+        places: Places of its parts in its file, for messages.
+        expected: Expected times of waypoints with a chosen time [s], by their index
             in the task.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
@@ -77,7 +77,7 @@ def resolved(
 
 
 class _Resolver:
-    """Resolves one task; the steps share its units, frames and places."""
+    """Resolves a task; the steps share its units, frames and places."""
 
     def __init__(self, task: PlainTask, places: Places, expected: Mapping[int, float]) -> None:
         self.task, self.places = task, places
@@ -91,7 +91,7 @@ class _Resolver:
             self._check_joints_alone()
         elif file.joint_units:
             raise self.places.error(
-                ("joint_units",), "is for scenarios without a robot, which knows its joints"
+                ("joint_units",), "is for scenarios without a robot, which defines its joints"
             )
         if isinstance(file.robot, dict):
             self._check_description_in_si(file.robot)
@@ -153,7 +153,7 @@ class _Resolver:
                 )
 
     def _check_joints_alone(self) -> None:
-        """Without a robot only joint values make sense."""
+        """Refuse poses without a robot."""
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint):
                 raise self.places.error(
@@ -223,7 +223,7 @@ class _Resolver:
         if isinstance(knots, Balanced):
             return knots.balanced
         if knots == "optimal":
-            return "paper"  # where nothing is chosen, which is along paths
+            return "paper"  # where nothing is chosen, that is along paths
         return knots if isinstance(knots, str) else np.array(knots)
 
     def _check_chosen(self) -> None:
@@ -258,7 +258,7 @@ class _Resolver:
                 found = getattr(self.task.tolerances, name)
                 raise self.places.error(
                     ("tolerances", name),
-                    f"is {found:g}, which floating point can't hold a motion to",
+                    f"is {found:g}, below the resolution of floating point",
                     f"at least {SMALLEST_PATH_TOLERANCE * found / value:.4g}",
                 )
         return ToleranceSet(**values)

@@ -1,4 +1,4 @@
-"""What stands around the robot and what it carries, in SI: shapes, objects, rules."""
+"""Surroundings, tool shapes, held objects and collision rules, in SI."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 STANDING = "base"
-"""What carries a frame that stands where poses are given in one that joints move."""
+"""Carrier of frames that are fixed in the cell while joints move the frame of poses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +27,12 @@ class Shape:
             `"half_space"`, `"mesh"` or `"points"`.
         size: Edges of a box; radius of a sphere; radius and length of a solid of revolution; half
             axes of an ellipsoid; unit normal and offset of a half space [m].
-        placement: In the frame that carries it.
+        placement: Placement in the frame that carries it.
         path: File of a mesh or of points, or `None`.
-        scale: Factors from the file's numbers to m, along x, y and z.
-        exact: A mesh is checked as it is, not its convex hull.
-        resolution: Edge of the cells that points fill [m].
-        place: Where it was given in the scenario.
+        scale: Scale factors of the file to m, along x, y and z.
+        exact: Check the exact mesh, not its convex hull.
+        resolution: Edge length of the cells of a point cloud [m].
+        place: Location in the scenario.
     """
 
     kind: str
@@ -47,15 +47,15 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class SceneObject:
-    """An object that stands still, or rides along with a moving frame.
+    """A fixed object, or one that moves with a frame.
 
     Attributes:
         name: Its name.
-        shape: Placed in the base frame, while what carries it is at rest.
-        allow: Names of what may touch it.
-        visual: It is only shown, never checked.
-        carrier: What carries it, or `None`.
-        appears: Name of the waypoint from which on it is there, or `None`.
+        shape: Its shape, placed in the base frame, with its carrier at rest.
+        allow: Names of bodies that may touch it.
+        visual: Only shown, never checked.
+        carrier: Moving frame that carries it, or `None`.
+        appears: Name of the waypoint at which it appears, or `None`.
     """
 
     name: str
@@ -72,12 +72,12 @@ class HeldObject:
 
     Attributes:
         name: Its name.
-        shape: Placed in the axes of the TCP.
-        take, leave: Names of the waypoints where the tool takes it and leaves it.
-        allow: Names of what it may touch; the tool may touch it anyway.
-        carriers: What carries it before it is taken, and after it is left; `None` where it stands.
-        appears: Name of the waypoint from which on it is there, or `None`.
-        payload: Its mass, in the axes of the TCP, or `None` where it has none of its own.
+        shape: Its shape, placed in the axes of the TCP.
+        take, leave: Names of the waypoints where the tool takes and releases it.
+        allow: Names of bodies that it may touch; the tool may touch it in any case.
+        carriers: Moving frames that carry it before it is taken and after its release, or `None`.
+        appears: Name of the waypoint at which it appears, or `None`.
+        payload: Its mass, in the axes of the TCP, or `None`.
     """
 
     name: str
@@ -96,11 +96,11 @@ class OtherRobot:
 
     Attributes:
         name: Its name.
-        placement: Of its base frame, `pin.SE3` in the base frame.
+        placement: Placement of its base frame, a `pin.SE3` in the base frame.
         scenario: The name of a shipped scenario, or the path of one.
         motion: Path of its recorded motion, or `None` to plan its scenario.
-        delay: How much later than the robot's own its motion begins [s].
-        carrier: What stands, where joints move the base frame; `placement` is in it then.
+        delay: Delay of its motion relative to the robot's own [s].
+        carrier: Fixed frame, if joints move the base frame; `placement` is then in it.
     """
 
     name: str
@@ -113,13 +113,13 @@ class OtherRobot:
 
 @dataclass(frozen=True)
 class CollisionRules:
-    """What is checked for collisions, and how closely.
+    """Collision checks and their precision.
 
     Attributes:
-        itself: The robot is checked against itself and its tool.
-        ignore: Pairs of names that are not checked.
-        margin: Clearance to keep from the surroundings [m].
-        resolution: A clearance nearer than this to what must be kept counts as failed [m].
+        itself: Check the robot against itself and its tool.
+        ignore: Pairs of names excluded from the check.
+        margin: Required clearance from the surroundings [m].
+        resolution: A clearance less than this above the required one counts as failed [m].
     """
 
     itself: bool = True
@@ -130,15 +130,15 @@ class CollisionRules:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Surroundings of the robot and what it carries.
+    """Surroundings of the robot and carried objects.
 
     Attributes:
-        objects: What stands still, or rides along with a moving frame.
+        objects: Objects, fixed or moving with a frame.
         tool: Shapes of the tool, in the axes of the frame that carries it.
-        held: What the tool takes along.
+        held: Objects that the tool carries.
         robots: Other robots.
-        rules: What is checked, and how closely.
-        moving: Those frames of the file that move, by name.
+        rules: Collision checks and their precision.
+        moving: Moving frames of the file, by name.
     """
 
     objects: tuple[SceneObject, ...] = ()
@@ -150,12 +150,12 @@ class Scene:
 
     @property
     def moves(self) -> bool:
-        """Whether anything that may collide moves by itself."""
+        """Whether anything that may collide moves independently of the robot."""
         carriers = [one.carrier for one in self.objects if not one.visual]
         carriers += [carrier for one in self.held for carrier in one.carriers]
         return bool(self.robots) or any(one is not None and one.moves for one in carriers)
 
     def asks(self) -> bool:
-        """Whether anything of the scenario has to be checked besides the robot's own links."""
+        """Whether the scenario has anything to check besides the robot's own links."""
         objects = any(not one.visual for one in self.objects)
         return bool(self.tool or self.held or self.robots or objects)

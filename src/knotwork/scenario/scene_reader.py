@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     from knotwork.tool_paths.moving_frame import MovingFrame
 
 TOOL = "tool"
-"""Name of all shapes of the tool together, next to those of links and objects."""
+"""Common name of all tool shapes, next to those of links and objects."""
 
 
 def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) -> Scene:
     """Read the scene of a scenario file.
 
     Args:
-        reader: Of the same file.
-        waypoints: In order of time.
+        reader: Reader of the same file.
+        waypoints: Waypoints in order of time.
 
     Raises:
         DocumentError: A frame or a waypoint does not exist, or a name is given twice.
@@ -96,16 +96,14 @@ def _held(
 ) -> HeldObject:
     place: Location = ("tool", "holds", name)
     if name == TOOL or name in reader.file.scene.objects:
-        raise reader.places.error(
-            place, f"{name!r} is the name of something else", "a name of its own"
-        )
+        raise reader.places.error(place, f"{name!r} is the name of something else", "a unique name")
     names = [waypoint.name for waypoint in waypoints]
     for key, waypoint in (("from", given.take), ("to", given.leave)):
         _find(reader, waypoint, (*place, key), names)
         if getattr(waypoints[names.index(waypoint)], "freedom", None) is not None:
             raise reader.places.error(
                 (*place, key),
-                f"the pose at {waypoint!r} is free, so that it is not known how the tool holds it",
+                f"the pose at {waypoint!r} is free, so the grasp of the object is undefined",
                 "a pose with free: none",
             )
     if names.index(given.leave) <= names.index(given.take):
@@ -140,7 +138,7 @@ def _appears(
     place: Location,
     waypoints: Sequence[ScenarioWaypoint],
 ) -> str | None:
-    """Name of the waypoint from which on an object is there; `None` if it always is."""
+    """Name of the waypoint at which an object appears; `None` if it is always present."""
     if given.appears is not None:
         names = [waypoint.name for waypoint in waypoints]
         _find(reader, given.appears, (*place, "appears"), names)
@@ -148,7 +146,7 @@ def _appears(
 
 
 def _carrier(reader: WaypointReader, name: str) -> MovingFrame | None:
-    """How a frame moves in the one that poses are given in; `None` if it stands there."""
+    """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
     frame = reader.frames.moving[name]
     if frame.link != reader.carriers.link:
         return replace(frame, link=frame.link or STANDING)
@@ -158,14 +156,14 @@ def _carrier(reader: WaypointReader, name: str) -> MovingFrame | None:
 def _object_carrier(
     reader: WaypointReader, given: SceneObjectFile, place: Location
 ) -> MovingFrame | None:
-    """What carries an object; `None` if it stands."""
+    """The moving frame of an object; `None` if it is fixed."""
     frame = _carrier(reader, given.parent)
     if frame is None:
         return None
     if given.half_space is not None:
         raise reader.places.error(
             (*place, "half_space"),
-            f"moves with frame {given.parent!r}, seen from the poses, which it can't",
+            f"moves with frame {given.parent!r} relative to the poses, which is not supported",
             "a box",
         )
     return frame
@@ -177,7 +175,9 @@ def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRob
     found = reader.frames.moving[frame]
     if found.moves or found.link:
         raise reader.places.error(
-            (*place, "in"), f"frame {frame!r} moves, and the robot's base can't", "one that stands"
+            (*place, "in"),
+            f"frame {frame!r} moves; the robot's base must not",
+            "a fixed frame",
         )
     folder = reader.places.file.parent if reader.places.file is not None else Path()
     path = folder / os.path.expanduser(given.scenario)
@@ -202,10 +202,10 @@ def _shape(
     *,
     moves: bool = False,
 ) -> Shape:
-    """A shape in SI, placed in the frame that carries it, or if one is named in the base."""
+    """A shape in SI, placed in the frame that carries it, or in the base if a frame is named."""
     if moves and given.half_space is not None:
         raise reader.places.error(
-            (*place, "half_space"), "moves with the tool, which a half space can't", "a box"
+            (*place, "half_space"), "moves with the tool, which a half space must not", "a box"
         )
     placement = reader.placement(given, place)
     if frame is not None:

@@ -1,4 +1,4 @@
-"""The direction in which a tool passes a waypoint when only its speed is given.
+"""Direction of the tool at a waypoint with only a given speed.
 
 The smooth path through a waypoint P and its neighbours A and B is the circle through the three
 (a straight line if they lie on one). With the chords h₁ = |P − A|, h₂ = |B − P| and their unit
@@ -18,15 +18,15 @@ from knotwork.documents import Places
 from knotwork.task import Task
 from knotwork.waypoints import FloatArray
 
-# Waypoints nearer to each other than this give no direction [m].
+# Waypoints nearer to each other than this define no direction [m].
 SMALLEST_CHORD = 1e-9
-# A path whose directions before and after add up to less than this turns straight back, which gives
+# A path whose directions before and after sum to less than this reverses, which defines
 # no direction either.
 SMALLEST_TANGENT = 1e-6
 
 
 class NoDirectionError(ValueError):
-    """The neighbours of a waypoint give no direction to pass it in."""
+    """The neighbours of a waypoint define no direction."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,13 @@ def _chord(start: pin.SE3, end: pin.SE3) -> _Chord:
     step = end.translation - start.translation
     length = float(np.linalg.norm(step))
     if length < SMALLEST_CHORD:
-        raise NoDirectionError("a neighbouring waypoint is at the same place")
+        raise NoDirectionError("a neighbouring waypoint is at the same position")
     turn = start.rotation @ pin.log3(start.rotation.T @ end.rotation)
     return _Chord(length, step / length, turn)
 
 
 def _arc(chord: _Chord, tangent: FloatArray) -> float:
-    """Length of the circle's arc over a chord that makes an angle with the tangent at one end."""
+    """Arc length of the circle over a chord at a given angle to the tangent at one end."""
     along = float(chord.direction @ tangent)
     across = float(np.linalg.norm(chord.direction - along * tangent))
     angle = float(np.arctan2(across, along))
@@ -55,27 +55,27 @@ def _arc(chord: _Chord, tangent: FloatArray) -> float:
 
 def _tangent(before: _Chord, after: _Chord) -> FloatArray:
     if np.linalg.norm(before.direction + after.direction) < SMALLEST_TANGENT:
-        raise NoDirectionError("the path turns straight back here")
+        raise NoDirectionError("the path reverses here")
     mean = after.length * before.direction + before.length * after.direction
     return np.asarray(mean / np.linalg.norm(mean))
 
 
 def passing_twist(poses: Sequence[pin.SE3], index: int, speed: float) -> pin.Motion:
-    """Velocity of a tool that passes a pose at a speed along the smooth path.
+    """Velocity of a tool that passes a pose at a given speed along the smooth path.
 
     At the first and the last pose the path is the circle through the three poses at that end;
     with two poses it is the straight line.
 
     Args:
         poses: The waypoints in order, in the base frame.
-        index: Which of them.
-        speed: [m/s]
+        index: Index of the pose.
+        speed: Speed of the tool [m/s].
 
     Returns:
         Velocity in base axes (`local_world_aligned`) [m/s, rad/s].
 
     Raises:
-        NoDirectionError: A neighbour is at the same place, or the path turns straight back.
+        NoDirectionError: A neighbour is at the same position, or the path reverses.
     """
     last = len(poses) - 1
     if last == 1:
@@ -98,17 +98,17 @@ def passing_twist(poses: Sequence[pin.SE3], index: int, speed: float) -> pin.Mot
 def neighbours_twist(
     file: Task, places: Places, i: int, speed: float, poses: Mapping[int, pin.SE3]
 ) -> pin.Motion:
-    """Velocity of a waypoint of a file that gives its speed alone.
+    """Velocity at a waypoint of a file that gives only its speed.
 
     Args:
-        file: In SI.
-        places: Where its parts stand, for errors.
-        i: The waypoint.
-        speed: Of the TCP [m/s].
-        poses: Of all waypoints that are given by one.
+        file: Content of the file, in SI.
+        places: Its places in the file, for errors.
+        i: Index of the waypoint.
+        speed: Speed of the TCP [m/s].
+        poses: Poses of all waypoints that have one.
 
     Raises:
-        DocumentError: Its neighbours give no direction.
+        DocumentError: Its neighbours define no direction.
     """
     location = ("waypoints", i, "speed")
     first = i
@@ -117,13 +117,13 @@ def neighbours_twist(
     last = i
     while last + 1 in poses and last < i + 2:
         last += 1
-    # The neighbours decide; one further on is needed only at the two ends of the motion.
+    # The neighbours decide; a further one is needed only at the two ends of the motion.
     at_start = i == 0 and file.start is None
     at_end = i == len(file.waypoints) - 1
     if (first == i and not at_start) or (last == i and not at_end) or first == last:
         raise places.error(
             location,
-            "the path's direction is not known, because a neighbouring waypoint is given by joint "
+            "the path's direction is undefined, because a neighbouring waypoint is given by joint "
             "values",
             "velocity: {linear, angular}, or velocity: free, instead",
         )

@@ -1,4 +1,4 @@
-"""Where the arm of a scenario waits."""
+"""Waits of a scenario's arm."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from knotwork.scenario.model import Scenario
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SAME = 1e-12
-"""Poses and joint positions nearer than this [m, rad] are one."""
+"""Poses and joint positions nearer than this [m, rad] are the same."""
 
 
 def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
-    """Indices of waypoints at rest that are followed by an equal one, but by no tool path.
+    """Indices of waypoints at rest that are followed by an equal one without a tool path.
 
     Args:
         scenario: The scenario.
-        positions: Where the joints stand at its waypoints, of shape (d,); `None` where they move,
-            or where it gives a pose.
+        positions: Joint positions at its waypoints, shape (d,); `None` where the joints move,
+            or for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free is not None:  # a velocity that is chosen is no stop
+    if scenario.free is not None:  # a chosen velocity is not a stop
         speeds = pairwise(scenario.free.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     places = [

@@ -1,4 +1,4 @@
-"""The weaves of a scenario's paths: what is added to them over time."""
+"""The weaves of a scenario's paths: oscillations added over time."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from knotwork.tool_paths.weave import AXES, SAME, Weave, woven
 from knotwork.waypoints import FloatArray
 
 LEAST_PERIODS, MOST_PERIODS = 2, 10_000
-"""Periods of a weave: it widens in the first and narrows in the last one."""
+"""Smallest and largest number of periods: a weave widens in the first and narrows in the last."""
 
 
 @dataclass(frozen=True, eq=False)
 class WeaveReader:
-    """Reads the weaves of one path.
+    """Reads the weaves of a path.
 
     Attributes:
-        curves: Has what the file says.
-        first: Index of the waypoint where the path begins.
-        given: The waypoints that it leads to.
+        curves: Content of the file, and curves of the paths.
+        first: Index of the waypoint at the start of the path.
+        given: The other waypoints of the path.
     """
 
     curves: PathCurves
@@ -40,17 +40,17 @@ class WeaveReader:
     def read(
         self, path: ToolPath, timing: Timing, start: float
     ) -> tuple[list[Weave | None], EndlessCurve, FloatArray]:
-        """The weave of each stretch; what is added to the path, and when that begins anew [s].
+        """The weave of each stretch; the sum of all, and the times at which a new one begins [s].
 
-        Stretches that follow one another with the same weave are woven as one.
+        Consecutive stretches with the same weave have one continuous weave.
 
         Args:
             path: The path.
             timing: Its timing.
-            start: When it begins [s].
+            start: Start time [s].
 
         Raises:
-            DocumentError: A weave is too short, fast or narrow, or goes along the seam.
+            DocumentError: A weave is too short, fast or narrow, or along the seam.
         """
         weaves: list[Weave | None] = [None] * len(self.given)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
@@ -69,11 +69,11 @@ class WeaveReader:
         return weaves, EndlessCurve(curve, delay=start), np.concatenate(breaks)
 
     def _runs(self) -> list[tuple[int, int, GivenWeave]]:
-        """From where to where stretches that follow one another have one weave."""
+        """Ranges of consecutive stretches with one weave."""
         runs: list[tuple[int, int, GivenWeave]] = []
         for k, one in enumerate(self.given):
             if isinstance(one.speed, str | AtMost):
-                raise self._error(k, "is chosen, on a path with a weave", "a speed", "speed")
+                raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
             if one.weave is None:
                 continue
             goes_on = bool(runs) and runs[-1][1:] == (k, one.weave)
@@ -87,7 +87,7 @@ class WeaveReader:
         )
 
     def _weave(self, k: int, given: GivenWeave, duration: float) -> tuple[Weave, FloatArray | None]:
-        """The weave that begins on a stretch, by index, and the normal that it gives."""
+        """The weave that begins on a stretch, by index, and its given normal."""
         text = self.curves.text
         periods = duration * given.frequency
         if not LEAST_PERIODS <= periods <= MOST_PERIODS:
@@ -103,7 +103,7 @@ class WeaveReader:
         if given.width <= 2.0 * allowed:
             raise self._error(
                 k,
-                f"is {text(given.width)}, and the tolerance of the path on both sides as much",
+                f"is {text(given.width)}, within the tolerance of the path on both sides",
                 f"more than {text(2.0 * allowed)}, or less in tolerances: {{path: …}}",
                 "weave",
                 "width",

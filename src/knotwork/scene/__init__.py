@@ -1,4 +1,4 @@
-"""What may collide: bodies of robot, tool and surroundings, and the pairs that are checked.
+"""Collision models: bodies of robot, tool and surroundings, and the checked pairs.
 
-Coal measures distances. It comes with Pinocchio, and is loaded where a collision model is made.
+Coal measures distances. It comes with Pinocchio, and is loaded with the first collision model.
 """

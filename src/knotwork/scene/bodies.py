@@ -1,4 +1,4 @@
-"""Bodies that may collide: links of the robot, its tool, what it holds, and what stands around."""
+"""Bodies of a collision model: links of the robot, its tool, held objects and surroundings."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from knotwork.waypoints import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A rigid body: solids that one joint carries.
+    """A rigid body: solids carried by one joint.
 
     Attributes:
-        name: What it is called in reports.
-        kind: `"link"`, `"tool"`, `"held"` or, of what the robot does not move, `"object"`.
-        joint: Index of the joint that carries it; 0 for what stands still.
-        solids: Its shapes.
-        start, end: From when to when [s] it is there.
-        apart: Whether it is to be held or was held, and the tool is away from it.
+        name: Name in reports.
+        kind: `"link"`, `"tool"`, `"held"`, or `"object"` for bodies that the robot does not move.
+        joint: Index of the joint that carries it; 0 for a fixed body.
+        solids: Its solids.
+        start, end: Time interval of its presence [s].
+        apart: Whether it is an object before the tool comes or after the tool has left.
         link: Name of a link in its URDF; empty for other bodies.
     """
 
@@ -48,7 +48,7 @@ class Body:
 
     @property
     def identity(self) -> str:
-        """What it is: a link of the robot or something of the scenario, whatever its name is."""
+        """Unique name: a link of the robot or a body of the scenario."""
         return f"link:{self.link}" if self.link else f"scenario:{self.name}"
 
 
@@ -57,8 +57,8 @@ def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Itera
 
     Args:
         body: The body.
-        rotation: Of all joints, shape (n + 1, 3, 3).
-        origin: Of all joints [m], shape (n + 1, 3).
+        rotation: Rotations of all joints, shape (n + 1, 3, 3).
+        origin: Origins of all joints [m], shape (n + 1, 3).
     """
     turn, shift = rotation[body.joint], origin[body.joint]
     for one in body.solids:
@@ -66,12 +66,12 @@ def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Itera
 
 
 class LinkBodies(NamedTuple):
-    """The links of a robot that have collision shapes.
+    """The links of a robot with collision shapes.
 
     Attributes:
-        bodies: One for each such link.
-        missing: Sentences on links whose shapes can't be had.
-        bare: Names of links that have shapes to be seen, but none for collisions.
+        bodies: A body for each such link.
+        missing: Sentences on links whose shapes are not available.
+        bare: Names of links with visual shapes but no collision shapes.
     """
 
     bodies: tuple[Body, ...]
@@ -79,21 +79,21 @@ class LinkBodies(NamedTuple):
     bare: tuple[str, ...]
 
 
-# The URDF that names a mesh, and how.
+# The URDF that names a mesh, and the name in it.
 _MeshName: TypeAlias = tuple[Path, str]
 
 
 class LinkSources(NamedTuple):
-    """What decides which shapes a robot's links have, and where: two that are equal give the same.
+    """Sources of the shapes and placements of a robot's links; equal ones give equal shapes.
 
     Attributes:
         files: The URDFs.
-        changed: When each was written last [ns].
-        placed: Of each link what `placed_links` says.
+        changed: Time of the last change of each [ns].
+        placed: Output of `placed_links` for each link.
         packages: Folders of the robot's meshes.
-        ros: Folders that ROS looks in.
-        meshes: Of each mesh of a collision shape its URDF and name, and its path and when it was
-            written last [ns]; `None` for one that is not there.
+        ros: Folders of ROS packages.
+        meshes: URDF and name of the mesh of each collision shape, with its path and the time of its
+            last change [ns]; `None` for a missing file.
     """
 
     files: tuple[UrdfFile, ...]
@@ -105,11 +105,11 @@ class LinkSources(NamedTuple):
 
 
 def link_sources(robot: Robot) -> LinkSources:
-    """What decides the shapes of a robot's links, as the files are now."""
+    """Sources of the shapes of a robot's links, in the present state of the files."""
     files, packages, ros = robot.urdf_files, tuple(robot.package_paths), ros_folders()
     changed = tuple(file.path.stat().st_mtime_ns for file in files)
     known = _collision_meshes(files, changed, packages, ros)
-    # Looking for a mesh takes much longer than seeing that it is still where it was.
+    # Searching for a mesh takes much longer than checking that it is still in its place.
     paths = ((name, path or _found(name, packages, ros)) for name, path in known)
     meshes = tuple((name, _written(path)) for name, path in paths)
     return LinkSources(files, changed, placed_links(robot), packages, ros, meshes)
@@ -122,7 +122,7 @@ def _collision_meshes(
     packages: tuple[Path, ...],
     ros: tuple[Path, ...],
 ) -> tuple[tuple[_MeshName, Path | None], ...]:
-    """Names of the meshes of all collision shapes, each once, and where they are."""
+    """Names of the meshes of all collision shapes, each once, and their files."""
     given = _shapes(files, changed)
     shapes = (shape for link in given.links for shape in given.of(link, "collision")[0])
     names = dict.fromkeys((shape.urdf, shape.mesh) for shape in shapes if shape.kind == "mesh")
@@ -131,7 +131,7 @@ def _collision_meshes(
 
 @lru_cache(maxsize=1)
 def _shapes(files: tuple[UrdfFile, ...], changed: tuple[int, ...]) -> UrdfShapes:
-    """Shapes of all links; those of the last robot are kept, as they are asked for twice."""
+    """Shapes of all links; cached for the last robot, as they are used twice."""
     return UrdfShapes(files)
 
 
@@ -151,7 +151,7 @@ def _written(path: Path | None) -> tuple[Path, int] | None:
 
 
 def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
-    """Name, carrying joint and the numbers of the placement of each link."""
+    """Name, carrying joint and placement (as numbers) of each link."""
     return tuple(
         (str(frame.name), int(frame.parentJoint), *frame.placement.homogeneous.ravel().tolist())
         for frame in robot.model.frames
@@ -161,10 +161,10 @@ def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
 
 @lru_cache(maxsize=32)
 def link_bodies(sources: LinkSources) -> LinkBodies:
-    """Read the collision shapes of a robot's links; what was read is kept for the next time.
+    """Read the collision shapes of a robot's links; cached.
 
     Raises:
-        InputError: A mesh is there and can't be read whole.
+        InputError: A mesh file exists and can't be read whole.
     """
     given = _shapes(sources.files, sources.changed)
     bodies, missing, bare = [], [], []
@@ -194,10 +194,10 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
 
 
 def _placed(given: UrdfShape, sources: LinkSources) -> Shape:
-    """A link's shape as the URDF gives it, as one that solids are made of.
+    """A link's shape in the URDF as a `Shape`.
 
     Raises:
-        InputError: There is no such mesh where meshes are taken from.
+        InputError: The mesh is not in the permitted folders.
     """
     placement, path = pin.SE3(given.rotation, given.translation), None
     if given.kind == "mesh":

@@ -1,4 +1,4 @@
-"""The collision model of a robot or a scenario, made from its shapes."""
+"""Collision model of a robot or a scenario, built from shapes."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ from knotwork.scene.solids import Solid, solid
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 
 FAR_OFF = 20.0
-"""A mesh this many times larger than the arm's reach, or a thousand times smaller than that, is
-plausibly in another unit."""
+"""Ratio of mesh size and reach of the arm above which, or a thousand times below which, the
+unit is plausibly wrong."""
 
 TINY = np.finfo(float).tiny
 
 SAME_PLACE = 1e-6
-"""Waypoints whose TCPs are this near one another [m] are at one place."""
+"""Waypoints with TCPs this near one another [m] are at one place."""
 
 DOUBTFUL = 4.0
-"""A mesh this many times larger than the arm's reach may be in another unit, and so may one that is
-fifty times this smaller."""
+"""Ratio of mesh size and reach of the arm above which, or fifty times below which, the
+unit may be wrong."""
 
 
 def robot_collision_model(robot: Robot) -> CollisionModel:
-    """The collision model of a robot alone, as `knotwork robots NAME --collisions` lists it.
+    """The collision model of a robot alone, as listed by `knotwork robots NAME --collisions`.
 
     Raises:
         InputError: A link's mesh or the SRDF can't be read.
@@ -57,13 +57,13 @@ def robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """Where and when an object is held.
+    """Place and time of a grasp.
 
     Attributes:
         taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
-        start, end: From when to when [s].
-        coming: When the tool sets out to take it [s]; until then it must keep clear of it.
-        gone: When the tool is away from it [s]; from then on it must keep clear of it.
+        start, end: Time interval [s].
+        coming: Time of the tool's departure to the object [s]; until then it must keep clear.
+        gone: Time of the tool's arrival elsewhere [s]; from then on it must keep clear.
     """
 
     taken: Any
@@ -81,17 +81,17 @@ def hold_between(
     poses: Sequence[Any],
     standing: Sequence[bool] = (),
 ) -> Hold:
-    """When an object is held between two waypoints, and when the tool may be near it.
+    """Times of holding an object between two waypoints, and of the tool near it.
 
-    The tool comes from the waypoint before it takes the object, and is gone at the one after it
-    leaves it: the nearest at which the TCP is somewhere else.
+    The tool comes from the last waypoint before, and is gone at the first one after, at which
+    the TCP is somewhere else.
 
     Args:
-        take: Place of the waypoint where the object is taken.
-        leave: Place of the waypoint where it is left.
-        times: When each waypoint is reached [s].
-        poses: Of the TCP at the waypoints, `pin.SE3` in the base frame.
-        standing: Which of them are in the axes of what stands still instead; by default none.
+        take: Index of the waypoint where the object is taken.
+        leave: Index of the waypoint where it is released.
+        times: Times of the waypoints [s].
+        poses: Poses of the TCP at the waypoints, `pin.SE3` in the base frame.
+        standing: Whether each pose is in the axes of the fixed frame instead; by default none.
     """
 
     def elsewhere(k: int, other: int) -> bool:
@@ -113,8 +113,8 @@ def collision_model(
     Args:
         scenario: The task.
         robot: Its robot, with its tool.
-        times: When each waypoint is reached [s], for objects that appear or are held.
-        poses: Of the TCP at the waypoints, `pin.SE3` in the axes of each, for those that are held.
+        times: Times of the waypoints [s], for objects that appear or are held.
+        poses: Poses of the TCP at the waypoints, `pin.SE3` in the axes of each, for held objects.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
@@ -128,7 +128,7 @@ def collision_model(
 
 
 class _Builder:
-    """Gathers bodies and pairs."""
+    """Collects bodies and pairs."""
 
     def __init__(
         self,
@@ -154,7 +154,7 @@ class _Builder:
         if scene.tool:
             bodies.append(self._tool(scene.tool))
         for frame in scene.moving.values():
-            self._carrier(frame)  # for what draws it
+            self._carrier(frame)  # for drawing
         for one in scene.objects:
             if not one.visual:
                 bodies.append(self._object(one.name, one.shape, one.carrier))
@@ -162,7 +162,7 @@ class _Builder:
             bodies += self._held(held)
         for robot in scene.robots:
             bodies += self._other(robot)
-        # of arms of one URDF each would stand in the other's model where it is at rest
+        # of arms with one URDF, each would also be in the other's model, at rest
         bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
@@ -183,13 +183,13 @@ class _Builder:
         )
 
     def _object(self, name: str, shape: Shape, frame: MovingFrame | None) -> Body:
-        """An object that stands, or rides along; it is placed while what carries it is at rest."""
+        """A fixed object, or one that moves with a frame; placed with its carrier at rest."""
         joint, carrier = self._riding(frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
     def _other(self, given: OtherRobot) -> Iterator[Body]:
-        """Links, tool and held objects of another robot, which move as they do."""
+        """Links, tool and held objects of another robot, moving with it."""
         own = self.robot
         try:
             other = other_motion(given)
@@ -233,14 +233,14 @@ class _Builder:
                 )
 
     def _riding(self, frame: MovingFrame | None, time: float | None = None) -> tuple[int, Any]:
-        """What carries a frame, as `riding` has it; without one the base does."""
+        """Joint that carries a frame and its placement, as from `riding`; by default the base."""
         if frame is None:
             return 0, self.robot.base_placement
         self._carrier(frame)
         return riding(self.carriers, frame, time)
 
     def _carrier(self, frame: MovingFrame) -> None:
-        """Put what carries a frame into the tree where it is not yet."""
+        """Add the joints of a moving frame to the tree if they are missing."""
         key = frame.link, frame.joints
         if key in self.carriers:
             return
@@ -263,7 +263,7 @@ class _Builder:
     def _put(
         self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
     ) -> int:
-        """Add joints whose positions are known; gives the index of the last."""
+        """Add joints with known positions, and give the index of the last."""
         self.joints = joined(self.joints, tree, placement, carrier)
         self.known += known
         return len(self.joints.parent) - 1
@@ -276,7 +276,7 @@ class _Builder:
         return Body(TOOL, "tool", int(frame.parentJoint), solids)
 
     def _held(self, held: HeldObject) -> list[Body]:
-        """A held object: where it is taken from, in the tool, and where it is left."""
+        """A held object: at the place where it is taken, in the tool, and where it is released."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         ends = ((hold.taken, hold.start), (hold.left, hold.end))
@@ -297,12 +297,12 @@ class _Builder:
     def _lying(
         self, shape: Shape, frame: MovingFrame | None, pose: Any, time: float
     ) -> tuple[int, tuple[Solid, ...]]:
-        """What carries an object that the tool takes or leaves, and its solids."""
+        """The carrier of an object that the tool takes or releases, and its solids."""
         joint, placement = self._riding(frame, time)
         return joint, (self._solid(shape, placement * pose),)
 
     def _solid(self, shape: Shape, carrier: Any) -> Solid:
-        """A shape of the scenario as a solid; errors say where it stands."""
+        """A shape of the scenario as a solid; errors name its place in the file."""
         try:
             made = solid(shape, carrier)
             if shape.path is not None:
@@ -312,7 +312,7 @@ class _Builder:
         return made
 
     def _check_size(self, made: Solid, shape: Shape) -> None:
-        """Refuse a file that is plausibly in another unit; warn of one that may be."""
+        """Refuse a file that is plausibly in another unit; warn if it may be."""
         size, reach = 2.0 * made.radius, self._reach
         excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, TINY), 1e3))
         if excess <= DOUBTFUL or not reach / 200 <= size * factor <= FAR_OFF * reach:
@@ -329,11 +329,11 @@ class _Builder:
 
     @cached_property
     def _reach(self) -> float:
-        """How far the arm reaches at most, stretched out [m]."""
+        """Largest reach of the arm [m]."""
         return float(np.linalg.norm(self.geometry.joints.translation, axis=1).sum()) + 0.1
 
 
 def _carried(robot: Robot, link: str) -> tuple[int, Any]:
-    """The joint that carries a link of a robot, and where the link is in its axes, `pin.SE3`."""
+    """The joint that carries a link of a robot, and the link's placement in its axes, `pin.SE3`."""
     found = robot.model.frames[robot.frame_index(link)]
     return int(found.parentJoint), found.placement.copy()

@@ -1,4 +1,4 @@
-"""Cells of a point cloud: the cubes of a grid that hold its points, all of them solid."""
+"""Cells of a point cloud: all grid cubes that hold points, as solids."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 MOST_CELLS = 100_000
-"""A distance from this many cells takes some 10 ms."""
+"""A distance to this many cells takes some 10 ms."""
 
 FARTHEST_CELL = 2**15
-"""Coal leaves out cells that are as many or more edges from the origin, without a word."""
+"""Coal silently drops cells this many or more edges from the origin."""
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Cubes of a grid that has a corner at the origin.
+    """Cubes of a grid with a corner at the origin.
 
     Attributes:
-        index: Places of the cubes in the grid, each once, shape (n, 3).
-        edge: Of a cube [m].
+        index: Grid indices of the cubes, unique, shape (n, 3).
+        edge: Edge length of a cube [m].
     """
 
     index: NDArray[np.int64]
@@ -37,22 +37,22 @@ class Cells:
 
     @property
     def centres(self) -> FloatArray:
-        """Middles of the cubes [m], shape (n, 3)."""
+        """Centres of the cubes [m], shape (n, 3)."""
         return np.asarray((self.index + 0.5) * self.edge)
 
     def coarser(self) -> Cells:
-        """Cubes twice as large that hold these."""
+        """Cubes of twice the size that contain these."""
         return Cells(np.unique(self.index // 2, axis=0), 2 * self.edge)
 
     def octree(self) -> Any:
-        """The cubes as Coal has them; their middles are in them however Coal rounds."""
+        """The cubes as a Coal octree; rounding in Coal keeps their centres inside."""
         return coal.makeOctree(self.centres, self.edge)
 
     @cached_property
     def outermost(self) -> FloatArray:
         """Corners whose convex hull is that of all cubes [m], shape (m, 3)."""
         kept = self.index
-        for axis in range(3):  # what is between two others in a row is no corner of the hull
+        for axis in range(3):  # a cube between two others in a row is not a corner of the hull
             order = np.lexsort((kept[:, axis], kept[:, axis - 1], kept[:, axis - 2]))
             kept = kept[order]
             row = np.delete(kept, axis, axis=1)
@@ -77,17 +77,17 @@ class Cells:
 
 @lru_cache(maxsize=32)
 def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
-    """The cells of a file's points.
+    """The cells of the points of a file.
 
     Args:
         path: The file.
-        changed: When it was written last, so that what was read is not used for longer.
-        scale: Factor from the file's numbers to m.
-        edge: Of a cell [m].
+        changed: Time of its last change, the key of the cache.
+        scale: Scale factor from the file's numbers to m.
+        edge: Edge length of a cell [m].
 
     Raises:
-        InputError: The file can't be read; there are too many cells, one too far from the origin,
-            or all points are closer together than a cell is large.
+        InputError: The file can't be read; there are too many cells or one too far from the origin,
+            or all points are within less than a cell.
     """
     from knotwork.scene.meshes.cloud_file import read_cloud
 
@@ -103,13 +103,13 @@ def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
     if farthest >= FARTHEST_CELL - 1:
         raise InputError(
             f"point cloud {path} has a point {farthest * edge:.4g} m from its origin, which is "
-            f"{farthest:.4g} cells of {edge:.3g} m, and at most {FARTHEST_CELL - 1} are taken; "
+            f"{farthest:.4g} cells of {edge:.3g} m, and at most {FARTHEST_CELL - 1} are accepted; "
             f"move the points to their origin, {larger}"
         )
     index = np.unique(np.floor(points / edge).astype(np.int64), axis=0)
     if len(index) > MOST_CELLS:
         raise InputError(
             f"point cloud {path} fills {len(index)} cells of {edge:.3g} m, and at most "
-            f"{MOST_CELLS} are taken; {larger}"
+            f"{MOST_CELLS} are accepted; {larger}"
         )
     return Cells(index, edge)

@@ -1,4 +1,4 @@
-"""Whether a body is inside a mesh that is taken as it is: for Coal it is a surface."""
+"""Containment of bodies in exact meshes, which Coal treats as surfaces."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from knotwork.waypoints import FloatArray
 def one_inside_the_other(first: Placed, second: Placed) -> bool:
     """Whether one of two solids whose surfaces do not meet is inside the other.
 
-    Coal takes a mesh for its surface: the distance from inside it is positive. Every connected part
-    of the inner one is looked at.
+    Coal treats a mesh as a surface: the distance from inside is positive. Every connected part
+    of the inner solid is checked.
     """
     for outer, inner in ((first, second), (second, first)):
         if outer.solid.triangles is None or inner.solid.plane is not None:
@@ -28,10 +28,10 @@ def one_inside_the_other(first: Placed, second: Placed) -> bool:
 
 
 def _is_inside(solid: Solid, point: FloatArray) -> bool:
-    """Whether a point is inside a mesh that is taken as it is, whichever way its triangles wind.
+    """Whether a point is inside an exact mesh, for either winding of its triangles.
 
-    A part within another one that winds the other way is the wall of a cavity, which is outside.
-    Where parts overlap otherwise, what two of them enclose is inside.
+    A part within another one of opposite winding is the wall of a cavity, which is outside.
+    Where parts overlap otherwise, the region enclosed by both is inside.
     """
     if solid.triangles is None or solid.parts is None:
         return False
@@ -65,11 +65,11 @@ def _points(solid: Solid) -> FloatArray:
         return solid.cells.one_of_each_part
     if isinstance(solid.geometry, coal.Convex):
         return np.array([solid.geometry.point(0)])
-    return np.zeros((1, 3))  # the middle of the other solids
+    return np.zeros((1, 3))  # the centre of the other solids
 
 
 def winding_number(triangles: FloatArray, point: FloatArray) -> float:
-    """How often closed triangles, shape (n, 3, 3), wind around a point: ±1 inside, 0 outside.
+    """Winding number of closed triangles, shape (n, 3, 3), about a point: ±1 inside, 0 outside.
 
     The sum of their solid angles (van Oosterom and Strackee, 1983) over 4π.
     """

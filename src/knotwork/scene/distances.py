@@ -16,23 +16,22 @@ from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
 TOLERANCE = 1e-9
-"""Of the search for the nearest points."""
+"""Tolerance of the search for the nearest points."""
 
 ROUNDING = 1e-6
-"""Largest error of distances [m]: from the search for the nearest points, which ended no
-farther than 1.4e-7 from the truth in 120 000 random pairs, and from the rounding of corners and
-placements."""
+"""Largest error of distances [m]: 1.4e-7 or less from the search for the nearest points, in
+120 000 random pairs, plus the rounding of corners and placements."""
 
 ON_SURFACE = 1e-7
-"""A point this near to a mesh [m] is on it."""
+"""Points within this distance of a mesh [m] are on it."""
 
 
 def _settle_boxes() -> None:
-    """Have Coal take all boxes as they are.
+    """Have Coal take all boxes exactly.
 
-    The first direction in which a process looks for the corner of a box decides for good: one with
-    a zero in it makes every box wider by 1e-10 of its size to one side (`static` in Coal 3.0).
-    Distances would differ with what was measured before.
+    The first support direction that a process evaluates for a box decides for good: one with
+    a zero in it makes every box wider by 1e-10 of its size on one side (`static` in Coal 3.0).
+    Distances would then depend on earlier ones.
     """
     turned = coal.Transform3s()
     turned.setRotation(np.array([[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]]) / 3.0)
@@ -45,12 +44,12 @@ _settle_boxes()
 
 
 class Nearest(NamedTuple):
-    """The nearest points of two bodies; where they overlap, the points of deepest penetration.
+    """The nearest points of two bodies, or the points of deepest penetration.
 
     Attributes:
-        distance: Between them [m]; minus the depth where they overlap.
-        points: On the first and on the second [m], shape (2, 3).
-        normal: Unit vector along which the first has to go to get away from the second, shape (3,).
+        distance: Distance [m], or minus the penetration depth.
+        points: Points on the first and the second [m], shape (2, 3).
+        normal: Unit vector in which the first moves away from the second, shape (3,).
     """
 
     distance: float
@@ -59,7 +58,7 @@ class Nearest(NamedTuple):
 
 
 class DistanceMeter:
-    """Measures distances; it holds Coal's working memory, so each thread needs its own."""
+    """Measures distances with Coal's working memory; each thread needs its own."""
 
     def __init__(self) -> None:
         self._request = coal.DistanceRequest()
@@ -75,9 +74,8 @@ class DistanceMeter:
         Args:
             first: A solid.
             second: Another one.
-            most: Nothing beyond this is of interest [m]: of meshes that are taken as they are, and
-                of cells, that are farther apart, it is not less than this, and not more than the
-                distance.
+            most: Upper bound of relevant distances [m]: for exact meshes and cells farther apart,
+                the result is between this and the distance.
         """
         if _cells_second(first, second):
             first, second = second, first
@@ -88,9 +86,9 @@ class DistanceMeter:
         a, b = first.solid, second.solid
         if a.around is not None or b.around is not None:
             # Triangles and cells are many. The hull is never farther away, and where it is nearest,
-            # they themselves are not far.
+            # they are not far either.
             near = self._between(a.around or a.geometry, b.around or b.geometry)
-            most = max(most, ROUNDING)  # Coal measures nothing where 0 is known already
+            most = max(most, ROUNDING)  # Coal skips the measurement if 0 is known already
             if near >= most:
                 return near
             if near > ROUNDING:
@@ -112,7 +110,7 @@ class DistanceMeter:
         return float(result.min_distance)
 
     def _off(self, solid: Solid, placement: Any, point: Any) -> float:
-        """How far a point is off a mesh as it is or off cells [m]; 0 for all that is convex."""
+        """Distance of a point from an exact mesh or from cells [m]; 0 for a convex solid."""
         if solid.around is None:
             return 0.0
         self._here.setTranslation(point)
@@ -122,11 +120,11 @@ class DistanceMeter:
 
     @property
     def normal(self) -> FloatArray:
-        """Unit vector from the second solid to the first, of the last distance, shape (3,)."""
+        """Unit vector from the second solid to the first, for the last distance, shape (3,)."""
         return -np.array(self._result.normal)
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
-        """Nearest points of two solids, as `distance`."""
+        """Nearest points of two solids; arguments as for `distance`."""
         if _cells_second(first, second):
             found = self.nearest(second, first)
             return Nearest(found.distance, found.points[::-1], -found.normal)
@@ -143,12 +141,12 @@ class DistanceMeter:
 
 
 def _cells_second(first: Placed, second: Placed) -> bool:
-    """Whether Coal would give the nearest points of two solids in the wrong order."""
+    """Whether Coal swaps the nearest points of two solids."""
     return second.solid.cells is not None and first.solid.cells is None
 
 
 def _in_axes_of(other: Placed, one: Placed) -> Placed:
-    """A solid in the axes of another: Coal's boxes around ellipsoids that turn are too small."""
+    """A solid in the axes of another: Coal's bounds of rotated ellipsoids are too small."""
     turn = other.rotation.T
     return Placed(one.solid, turn @ one.rotation, turn @ (one.origin - other.origin))
 
@@ -163,11 +161,11 @@ def nearest_of_bodies(
     """Nearest points of two bodies.
 
     Args:
-        meter: Measures.
+        meter: Meter of distances.
         first: A body.
         second: Another one.
-        rotation: Of all joints, shape (n + 1, 3, 3).
-        origin: Of all joints [m], shape (n + 1, 3).
+        rotation: Rotations of all joints, shape (n + 1, 3, 3).
+        origin: Origins of all joints [m], shape (n + 1, 3).
     """
     pairs = _pairs(first, second, rotation, origin)
     return min((meter.nearest(a, b) for a, b in pairs), key=lambda one: one.distance)
@@ -181,15 +179,15 @@ def nearer_than(
     origin: FloatArray,
     margin: float,
 ) -> bool:
-    """Whether two bodies are no farther apart than a margin, or one is inside the other.
+    """Whether two bodies are within a margin of each other, or one is inside the other.
 
     Args:
-        meter: Measures.
+        meter: Meter of distances.
         first: A body.
         second: Another one.
-        rotation: Of all joints, shape (n + 1, 3, 3).
-        origin: Of all joints [m], shape (n + 1, 3).
-        margin: Clearance to keep [m].
+        rotation: Rotations of all joints, shape (n + 1, 3, 3).
+        origin: Origins of all joints [m], shape (n + 1, 3).
+        margin: Required clearance [m].
     """
     return any(
         meter.distance(a, b, margin + ROUNDING) <= margin or one_inside_the_other(a, b)

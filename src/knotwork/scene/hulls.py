@@ -1,10 +1,10 @@
-"""Convex hulls as Coal has them, however many corners they have and lie in one plane.
+"""Convex hulls for Coal, of any number of corners and of coplanar points.
 
-Coal takes no corner with more than 254 neighbours, as tips of cones have, and Qhull is slow where
-very many points are in one plane. So a hull of many points, or with such a corner, is made a little
-larger: each point is moved away from the middle, by a part of its distance that is different for
-each and larger farther out. That bends flat faces, and each point is still in the hull, because
-it lies between the middle and where it is moved to. Around a corner with too many neighbours a
+Coal rejects corners with more than 254 neighbours, such as tips of cones, and Qhull is slow for
+many coplanar points. So a hull of many points, or with such a corner, is made slightly larger:
+each point is moved away from the centre, by a fraction of its distance that differs between
+points and grows outwards. That bends flat faces, and each point is still in the hull, because
+it lies between the centre and its new position. Around a corner with too many neighbours a
 crown of points is added, which share them.
 """
 
@@ -21,54 +21,54 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 LARGER = 1.1e-5
-"""A hull is larger by no more than this part of the largest distance from its middle."""
+"""Largest growth of a hull, as a fraction of the largest distance from its centre."""
 
 FEW = 1000
-"""So few points are left where they are, unless a corner has too many neighbours."""
+"""Number of points up to which none is moved, unless a corner has too many neighbours."""
 
 LIFT = 1e-7
-"""Points move outwards by at most this fraction of their distance from the middle."""
+"""Largest outward shift, as a fraction of the distance from the centre."""
 
 NOISE = 1e-2
-"""Part of that in which points at one distance differ."""
+"""Fraction of it by which points at the same distance differ."""
 
 UNEVEN = np.array([1.0, 0.7, 0.4])
-"""Points go farther along the first axis than along the others: a circle is bent as well."""
+"""Extra shift along the first axis, so that a circle is bent as well."""
 
 CROWN = 1e-5
 """Distance of the points of a crown from their corner, in standard deviations of the outermost."""
 
 SMALLER = 0.02
-"""Crowns of points of crowns are smaller by this factor."""
+"""Ratio of the sizes of crowns around points of crowns."""
 
 MOST_NEIGHBOURS = 250
-"""A corner with more gets a crown."""
+"""Number of neighbours beyond which a corner gets a crown."""
 
 SHARE = 100
-"""Of the neighbours for each point of a crown."""
+"""Number of neighbours for each point of a crown."""
 
 MOST_POINTS = 60
-"""Of a crown: they are neighbours of one another."""
+"""Largest number of points of a crown, which are neighbours of one another."""
 
 ROUNDS = 4
-"""So often crowns are added at most."""
+"""Largest number of rounds in which crowns are added."""
 
 THIN = 1e-6
-"""Points that are thinner than this part of their length are taken for a sheet."""
+"""Ratio of thickness and length below which points count as a sheet."""
 
 THICKNESS = 1e-4
-"""A sheet is thickened by this to both sides [m]."""
+"""Thickness added to a sheet on both sides [m]."""
 
 _DIRECTIONS = np.array([w for w in itertools.product((-1, 0, 1), repeat=3) if any(w)])
 
 
 def convex_hull(points: FloatArray) -> Any:
-    """Convex hull of points [m], shape (n, 3), as Coal has it; larger by `LARGER` at most.
+    """Convex hull of points [m], shape (n, 3), for Coal; larger by `LARGER` at most.
 
     Flat bodies are thickened by `THICKNESS` to both sides: a hull needs an inside.
 
     Raises:
-        InputError: There is none.
+        InputError: The hull can't be made.
     """
     points = points[np.lexsort(points.T)]
     points = points[np.append(True, np.any(points[1:] != points[:-1], axis=1))]
@@ -76,13 +76,13 @@ def convex_hull(points: FloatArray) -> Any:
     if len(points) <= FEW:
         try:
             return coal.ConvexBase.convexHull(_vectors(points), True, "Qt")
-        except Exception:  # Boost.Python passes on whatever Coal throws
+        except Exception:  # Boost.Python forwards any exception of Coal
             pass  # a corner has too many neighbours
     return _bent(points)
 
 
 def _thickened(points: FloatArray) -> FloatArray:
-    """Points of a sheet, or of a wire, with some on both sides of it."""
+    """Points of a sheet, or of a wire, with extra points on both sides."""
     spread, axes = np.linalg.eigh(np.cov(points.T, bias=True))
     for axis in axes.T[spread <= (THIN**2) * max(spread[-1], THICKNESS**2)]:
         points = np.concatenate([points - THICKNESS * axis, points + THICKNESS * axis])
@@ -90,10 +90,10 @@ def _thickened(points: FloatArray) -> FloatArray:
 
 
 def _bent(points: FloatArray) -> Any:
-    """Convex hull of points that are moved outwards, with crowns.
+    """Convex hull of points moved outwards, with crowns.
 
     Qhull works in axes in which the points are as wide as they are long, so that thin plates are
-    bent as much as all else.
+    bent as much as other bodies.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -121,9 +121,9 @@ def _bent(points: FloatArray) -> Any:
 
 
 def _round_axes(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The middle of some outermost points, axes in which these are as wide as long, and back.
+    """Centre of some outermost points, axes in which they are as wide as long, and the inverse.
 
-    Only outermost points count: those of a cone are nearly all at its base.
+    Only outermost points count: nearly all points of a cone are at its base.
     """
     for _ in range(2):
         middle = points.mean(axis=0)
@@ -135,7 +135,7 @@ def _round_axes(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]
 
 
 def _crown(hull: Any, corner: int, radius: float) -> FloatArray:
-    """Points around a corner, each towards the outside of some of the facets there."""
+    """Points around a corner, each outside some of the facets there."""
     normals = hull.equations[(hull.simplices == corner).any(axis=1), :3]
     up = normals.mean(axis=0)
     across = np.linalg.svd(up[None])[2][1:]
@@ -148,7 +148,7 @@ def _crown(hull: Any, corner: int, radius: float) -> FloatArray:
 
 
 def _outward(hull: Any, index: Any) -> Any:
-    """Corners of the hull's triangles, anticlockwise seen from outside, shape (n, 3)."""
+    """Corners of the hull's triangles, counter-clockwise from outside, shape (n, 3)."""
     a, b, c = hull.points[hull.simplices.T]
     turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     triangles = index[hull.simplices]
@@ -157,7 +157,7 @@ def _outward(hull: Any, index: Any) -> Any:
 
 
 def _vectors(points: FloatArray) -> Any:
-    """Points as Coal takes them."""
+    """Points in Coal's type."""
     vectors = coal.StdVec_Vec3s()
     vectors.extend(list(points))
     return vectors

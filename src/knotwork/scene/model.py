@@ -1,4 +1,4 @@
-"""The collision model of a task: its bodies, and which pairs of them are checked."""
+"""Collision model of a task: bodies, and the pairs of them that are checked."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ NEITHER_MOVES = "neither moves"
 
 
 class IgnoredPair(NamedTuple):
-    """Two bodies that are not checked against one another.
+    """Two bodies excluded from the check.
 
     Attributes:
         first, second: Their names.
-        reason: Why not.
+        reason: Reason of the exclusion.
     """
 
     first: str
@@ -41,12 +41,12 @@ class IgnoredPair(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two bodies that are checked against one another.
+    """Two bodies that are checked for collisions.
 
     Attributes:
-        first, second: Their places among the bodies; the second one moves with the robot.
-        margin: Clearance to keep [m].
-        around: One of them stands around, so that the motion can be led past it.
+        first, second: Their indices among the bodies; the second one moves with the robot.
+        margin: Required clearance [m].
+        around: Whether one of them belongs to the surroundings, so that a detour is possible.
     """
 
     first: int
@@ -59,12 +59,12 @@ Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
 
 
 def riding(carriers: Carriers, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
-    """The joint that carries a frame, and what brings poses of the base to its axes.
+    """The joint that carries a frame, and the transform of base poses into its axes.
 
     Args:
-        carriers: As `CollisionModel` has them.
-        frame: One of them.
-        time: When the poses are meant [s]; by default where the frame's joints are at 0.
+        carriers: Attribute of `CollisionModel`.
+        frame: Moving frame.
+        time: Time of the poses [s]; by default with the frame's joints at 0.
     """
     joint, placement = carriers[frame.link, frame.joints]
     joint_axes = MovingFrame(frame.joints, pin.SE3.Identity())
@@ -74,21 +74,21 @@ def riding(carriers: Carriers, frame: MovingFrame, time: float | None = None) ->
 
 @dataclass(frozen=True, eq=False)
 class CollisionModel:
-    """Bodies, and the pairs of them that are checked.
+    """Bodies and their checked pairs.
 
     Attributes:
-        joints: The robot's joints, and those of what moves as it is known to.
+        joints: The robot's joints, and those of known motions.
         bodies: All bodies.
         pairs: Pairs to check.
-        ignored: Pairs of bodies that are not checked, with the reason.
-        missing: Sentences on links whose shapes can't be had.
-        bare: Names of links that have shapes to be seen, but none for collisions.
-        notes: Plausible slips, and pairs that are not checked: `"warning"` or `"information"`, and
+        ignored: Excluded pairs of bodies, with the reason.
+        missing: Sentences on links whose shapes are not available.
+        bare: Names of links with visual shapes but no collision shapes.
+        notes: Plausible mistakes, and excluded pairs: `"warning"` or `"information"`, and
             the sentence.
-        known: Positions of the joints that follow the robot's.
-        carriers: What carries what rides along with a moving frame, by its `key`: a joint, and
-            `pin.SE3` of its link, in its axes.
-        robots: Of each other robot by name its `Robot`, and the joint that is its root; its own
+        known: Positions of the joints after the robot's.
+        carriers: For each moving frame, by its `key`, its joint and the `pin.SE3` of
+            its link in that joint's axes.
+        robots: For each other robot, by name, its `Robot` and the joint of its root; its own joints
             follow it.
     """
 
@@ -104,33 +104,33 @@ class CollisionModel:
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
     def whole(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
-        """Positions of all joints over the time of the robot's, trailing shape (d,)."""
+        """Positions of all joints over the time of the robot's motion, trailing shape (d,)."""
         if not self.known:
             return curve
         span = curve.x[[0, -1]].tolist()
         return side_by_side(curve, *(one.between(*span) for one in self.known))
 
     def placed(self, q: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rotations and origins of all joints, as `place_joints` gives them.
+        """Rotations and origins of all joints, as for `place_joints`.
 
         Args:
             q: Positions of the robot's joints [rad or m], shape (k, d).
-            time: When [s], shape (k,).
+            time: Times [s], shape (k,).
         """
         return place_joints(self.joints, np.hstack((q, *(one(time) for one in self.known))))
 
     def riding(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
-        """The joint that carries a moving frame, and what brings poses of the base to its axes.
+        """The joint that carries a moving frame, and the transform of base poses into its axes.
 
         Args:
-            frame: One that carries something in the scene.
-            time: When the poses are meant [s]; by default where the frame's joints are at 0.
+            frame: Frame that carries an object of the scene.
+            time: Time of the poses [s]; by default with the frame's joints at 0.
         """
         return riding(self.carriers, frame, time)
 
     @property
     def bare_links_note(self) -> str:
-        """A sentence on the links that have no collision shapes, or nothing if all have."""
+        """A sentence on links without collision shapes, or an empty one."""
         *others, last = self.bare or ("",)
         if not others:
             text = f"link {last} has no collision shapes and is not checked for collisions"
@@ -140,7 +140,7 @@ class CollisionModel:
 
     @property
     def ignored_pairs_notes(self) -> list[str]:
-        """A sentence for each reason why pairs that move to one another are not checked."""
+        """A sentence for each reason of excluding pairs that move relative to each other."""
         pairs: dict[str, list[str]] = {}
         for one in self.ignored:
             if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
@@ -149,5 +149,5 @@ class CollisionModel:
 
     @cached_property
     def meter(self) -> DistanceMeter:
-        """Measures distances."""
+        """Meter of distances."""
         return DistanceMeter()

@@ -1,6 +1,6 @@
 """Motions of other robots in a scene: planned from their scenarios, or read from files.
 
-What plans knows scenes, so scenes must not know it: it is loaded by name when it is called.
+Planning imports scenes, so scenes load it by name when they call it.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ SAME_PLACE = 1e-9
 _PACKAGE = __package__.partition(".")[0]
 
 _under_way: list[str] = []
-"""Scenarios whose motion is being planned, from the first to the one that it needs now."""
+"""Scenarios being planned, each needed by the one before."""
 
 
 @dataclass(frozen=True, eq=False)
 class OtherMotion:
-    """How another robot moves.
+    """Motion of another robot.
 
     Attributes:
         robot: The robot.
         model: Its bodies, in the axes of its URDF's root.
         known: Positions of all joints of its model.
-        held: Names of what it holds.
+        held: Names of its held objects.
     """
 
     robot: Robot
@@ -46,7 +46,7 @@ class OtherMotion:
 
 
 def other_motion(given: OtherRobot) -> OtherMotion:
-    """Plan or read how another robot moves; what was found is kept for the next time.
+    """Plan or read the motion of another robot; cached.
 
     Raises:
         InputError: Its scenario is wrong, fails its own check, or needs itself.
@@ -54,7 +54,7 @@ def other_motion(given: OtherRobot) -> OtherMotion:
     source = str(given.scenario)
     if source in _under_way:
         circle = " needs ".join((*_under_way[_under_way.index(source) :], source))
-        raise InputError(f"robots need one another: {circle}; accepted: one that moves alone")
+        raise InputError(f"robots need one another: {circle}; accepted: an independent one")
     files = (Path(given.scenario), given.motion) if given.motion else (Path(given.scenario),)
     changed = tuple(one.stat().st_mtime_ns for one in files if one.is_file())
     _under_way.append(source)
@@ -74,7 +74,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
         if not plan.report.ok:
             raise InputError(
                 f"{source}: its motion fails its own check: {plan.report.failures[0].message}; "
-                "accepted: a scenario that passes, or motion: the file of one that was recorded"
+                "accepted: a scenario that passes, or motion: the file of a recorded motion"
             )
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:

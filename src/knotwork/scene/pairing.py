@@ -1,4 +1,4 @@
-"""Which pairs of bodies are checked for collisions, and why others are not."""
+"""Pairs of bodies checked for collisions, and the reasons of excluded ones."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Pairing:
 
     Args:
         robot: The robot.
-        joints: Its joints, and after them those of what moves as it is known to.
+        joints: Its joints, followed by those of known motions.
         scene: The surroundings, and the rules of the check.
-        geometry: Its links, and which of them touch.
-        given: Reasons that the scenario gives, by the identities of the two bodies.
+        geometry: Its links, and the touching pairs of them.
+        given: Reasons given by the scenario, by the identities of the two bodies.
 
     Attributes:
-        notes: Plausible slips, and pairs that are not checked.
+        notes: Plausible mistakes, and excluded pairs.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Pairing:
         self.held = {one.name for one in scene.held}
 
     def pairs(self, bodies: Sequence[Body]) -> tuple[list[Pair], list[IgnoredPair]]:
-        """Give the pairs to check, and those that are not, with the reason."""
+        """Give the checked pairs, and the excluded ones with the reason."""
         pairs, ignored = [], []
         touching, by_files = self._touching(bodies), self._reasons_of_files()
         for i, first in enumerate(bodies):
@@ -85,7 +85,7 @@ class Pairing:
         return next(others, body.name) if body.kind == OBJECT else body.name
 
     def _reason(self, first: Body, second: Body, by_files: Reasons) -> str | None:
-        """Why two bodies are not checked, whatever they touch."""
+        """Reason why two bodies are excluded, whatever they touch."""
         if first.joint == second.joint:
             return MOVE_TOGETHER if first.joint else NEITHER_MOVES
         kinds = {first.kind, second.kind}
@@ -94,7 +94,7 @@ class Pairing:
         reason = self.given.get(frozenset((first.identity, second.identity)))
         apart = first.apart or second.apart
         if reason is not None and not (reason == ALLOWED and apart):
-            return reason  # what takes an object may touch it only then
+            return reason  # an object may be touched only by its gripper and only then
         if kinds == {OBJECT} and (self.own[first.joint] == self.own[second.joint]).all():
             return NOT_OURS
         if kinds == {"link"}:
@@ -104,7 +104,7 @@ class Pairing:
         return CARRIED if carried and not apart else None
 
     def _note_touching(self, first: Body, second: Body, depth: float) -> None:
-        """Warn that the robot or its tool touches itself at home, and how deep."""
+        """Warn that the robot or its tool touches itself at home, with the depth."""
         self.notes.append(
             (
                 "warning",
@@ -116,7 +116,7 @@ class Pairing:
         )
 
     def _reasons_of_files(self) -> Reasons:
-        """Reasons that the robot's file and its SRDF give for links, by the names of the pair."""
+        """Reasons in the robot's file and its SRDF for links, by the names of the pair."""
         reasons: Reasons = {}
         robot = self.robot
         if robot.srdf is not None:
@@ -140,7 +140,7 @@ class Pairing:
         return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
 
     def _touching(self, bodies: Sequence[Body]) -> Touching:
-        """Pairs of the robot's links and its tool that touch at its home, by their places."""
+        """Pairs of the robot's links and its tool that touch at its home, by their indices."""
         tools = [i for i, body in enumerate(bodies) if body.kind == "tool"]
         pairs = [(i, j) for i in range(len(self.geometry.links.bodies)) for j in tools]
         return self.geometry.touching | touching_pairs(

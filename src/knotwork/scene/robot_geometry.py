@@ -1,4 +1,4 @@
-"""The robot in a collision model: its links, and which of them touch at home."""
+"""The robot in a collision model: its links, and the pairs that touch at home."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.waypoints import FloatArray
 
 NEAR = CollisionRules.resolution
-"""Bodies that are nearer to one another than this [m] touch: no check finds them clear."""
+"""Bodies nearer to one another than this [m] touch: no check finds them clear."""
 
 Touching = dict[tuple[int, int], float]
-"""Pairs of bodies that touch at home, by their places, and how deep they are in each other [m]."""
+"""Pairs of bodies that touch at home, by index, with their penetration depth [m]."""
 
 
 class RobotGeometry(NamedTuple):
@@ -39,7 +39,7 @@ class RobotGeometry(NamedTuple):
 
 @dataclass(frozen=True)
 class _Key:
-    """All that the relative placement of a robot's links depends on."""
+    """All inputs of the relative placement of a robot's links."""
 
     sources: LinkSources
     home: tuple[float, ...]
@@ -47,7 +47,7 @@ class _Key:
 
 
 def robot_geometry(robot: Robot) -> RobotGeometry:
-    """The geometry of a robot, the same for all its scenarios; it is cached."""
+    """The geometry of a robot, common to all its scenarios; cached."""
     return _made(_Key(link_sources(robot), tuple(home_of(robot).tolist()), robot))
 
 
@@ -60,7 +60,7 @@ def _made(key: _Key) -> RobotGeometry:
 
 
 def home_of(robot: Robot) -> FloatArray:
-    """Home, or where there is none as near to zero as limits let it."""
+    """The home configuration, or the one nearest to zero within the limits."""
     low, high = robot.lower_position_limit, robot.upper_position_limit
     return robot.configurations.get("home", np.clip(np.zeros(robot.dof), low, high))
 
@@ -71,7 +71,7 @@ def touching_pairs(
     pairs: Sequence[tuple[int, int]],
     robot: Robot,
 ) -> Touching:
-    """Those pairs of bodies that touch at home, of those that move relative to each other."""
+    """Pairs of bodies that move relative to each other and touch at home."""
     rotation, origin = (one[0] for one in place_joints(joints, home_of(robot)[None]))
     meter = DistanceMeter()
     touching = {}

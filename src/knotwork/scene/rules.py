@@ -1,4 +1,4 @@
-"""Which pairs of bodies a scenario takes out of the check, by the names in `allow` and `ignore`."""
+"""Pairs of bodies that a scenario excludes from the check, by names in `allow` and `ignore`."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Place = tuple[str | int, ...]
 
 
 class GivenRules(NamedTuple):
-    """What a scenario says of pairs.
+    """Exclusions of a scenario.
 
     Attributes:
-        reasons: Why a pair is not checked, by the identities of its bodies.
-        notes: Names that change nothing.
+        reasons: Reason of each excluded pair, by the identities of its bodies.
+        notes: Names without effect.
     """
 
     reasons: Reasons
@@ -32,10 +32,10 @@ class GivenRules(NamedTuple):
 
 
 def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Places) -> GivenRules:
-    """Find what the names in `allow` and `ignore` mean.
+    """Resolve the names in `allow` and `ignore`.
 
     Raises:
-        InputError: A name means nothing or more than one body, or an object has the name of a link.
+        InputError: A name is unknown or ambiguous, or an object has the name of a link.
     """
     names = _Names(robot, bodies, places)
     reasons: Reasons = {}
@@ -48,7 +48,7 @@ def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Plac
         for found in names.meant(others, (*place, "allow"), TOOL):
             if found == own:
                 fault = f"names {name!r} itself"
-                raise names.wrong((*place, "allow"), fault, "what may touch it")
+                raise names.wrong((*place, "allow"), fault, "names of bodies that may touch it")
             reasons[frozenset((own, found))] = ALLOWED
     for i, pair in enumerate(scene.rules.ignore):
         at = ("collisions", "ignore", i)
@@ -61,7 +61,7 @@ def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Plac
 
 
 class _Names:
-    """What names mean: links of the robot, and what the scenario has."""
+    """Names of the robot's links and of the scenario's bodies."""
 
     def __init__(self, robot: Robot, bodies: Sequence[Body], places: Places) -> None:
         self.places = places
@@ -74,12 +74,12 @@ class _Names:
         self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
 
     def meant(self, given: Sequence[str], place: Place, also: str = "") -> list[str]:
-        """Identities of the bodies that are named; warns of what has no shapes.
+        """Identities of the named bodies; warns of bodies without shapes.
 
         Args:
             given: The names.
-            place: Where they stand.
-            also: One more name that may stand there, whether or not it has shapes.
+            place: Location of the names.
+            also: One more accepted name, with or without shapes.
         """
         found = []
         where = self.places.where(place)
@@ -90,7 +90,7 @@ class _Names:
                 raise self.wrong(place, fault, " or ".join(map(repr, meanings)))
             found += meanings
             if not meanings and name in self.bare:
-                fault = f"{name!r} has no collision shapes, so that naming it changes nothing"
+                fault = f"{name!r} has no collision shapes, so naming it has no effect"
                 self.notes.append(("warning", f"{where}: {fault}" if where else fault))
             elif not meanings and name != also:
                 names = dict.fromkeys([*self.listed, also] if also else self.listed)

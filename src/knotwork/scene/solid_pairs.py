@@ -19,14 +19,14 @@ class SolidPairs:
 
     Attributes:
         model: Bodies and pairs.
-        solids: Of all bodies.
+        solids: Solids of all bodies.
         joint: Index of the joint that carries each solid, shape (s,).
         first, second: Solids of each pair of solids, shape (c,).
-        pair: Pair of bodies that it belongs to, shape (c,).
-        margin: Clearance to keep [m], shape (c,).
-        exact: Whether one of the two is a mesh that is taken as it is, shape (c,).
+        pair: Pair of bodies of each, shape (c,).
+        margin: Required clearance [m], shape (c,).
+        exact: Whether one of the two is an exact mesh, shape (c,).
         convex: Whether both are convex, shape (c,).
-        windows: From when to when [s] each pair of bodies is there, shape (p, 2).
+        windows: Time interval of the presence of each pair of bodies [s], shape (p, 2).
     """
 
     def __init__(self, model: CollisionModel) -> None:
@@ -50,7 +50,7 @@ class SolidPairs:
         bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
         self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
         corners = np.array([one.corners for one in self.solids])
-        corners[~np.isfinite(corners)] = 0.0  # half spaces stand still
+        corners[~np.isfinite(corners)] = 0.0  # half spaces are fixed
         self._corners = corners.swapaxes(1, 2)
         self._turn = np.array([one.rotation for one in self.solids])
         self._shift = np.array([one.translation for one in self.solids])
@@ -67,8 +67,8 @@ class SolidPairs:
         """Rotations and origins of the solids' own axes, shapes (k, s, 3, 3) and (k, s, 3).
 
         Args:
-            rotation: Of all joints, shape (k, n + 1, 3, 3).
-            origin: Of all joints [m], shape (k, n + 1, 3).
+            rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
+            origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
         turn = rotation[:, self.joint]
         shift = (turn @ self._shift[:, :, None])[..., 0] + origin[:, self.joint]
@@ -78,20 +78,20 @@ class SolidPairs:
         """Corners of boxes around the solids [m], shape (k, s, 3, 8).
 
         Args:
-            rotation: Of all joints, shape (k, n + 1, 3, 3).
-            origin: Of all joints [m], shape (k, n + 1, 3).
+            rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
+            origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
         turned = rotation[:, self.joint] @ self._corners
         return np.asarray(turned + origin[:, self.joint, :, None])
 
     def least(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """Distances of spheres around solids, or of a sphere and a plane [m], shape (k, c).
+        """Distances of bounding spheres, or of a sphere and a plane [m], shape (k, c).
 
-        No solids are nearer to one another than these.
+        These are lower bounds of the distances of the solids.
 
         Args:
-            rotation: Of all joints, shape (k, n + 1, 3, 3).
-            origin: Of all joints [m], shape (k, n + 1, 3).
+            rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
+            origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
         centre = (rotation[:, self.joint] @ self._centre[:, :, None])[..., 0]
         centre += origin[:, self.joint]
@@ -114,10 +114,10 @@ class SolidPairs:
         """Distance of a pair of solids [m]; not above 0 where they overlap.
 
         Args:
-            combo: Which pair.
+            combo: Index of the pair.
             turn: Rotations of the solids' own axes, shape (s, 3, 3).
             shift: Their origins [m], shape (s, 3).
-            most: Nothing beyond this is of interest [m], as in `DistanceMeter.distance`.
+            most: Upper bound of distances of interest [m], as in `DistanceMeter.distance`.
         """
         return self._meter.distance(*self.placed(combo, turn, shift), most)
 
@@ -129,12 +129,12 @@ class SolidPairs:
         turn: FloatArray,
         shift: FloatArray,
     ) -> FloatArray:
-        """How far planes across a direction keep two convex solids apart [m], shape (m,).
+        """Gaps between two convex solids along a direction [m], shape (m,).
 
         Args:
-            item: Which of the k placements, shape (m,).
-            combo: Which pair of solids, shape (m,).
-            normal: Unit vectors from the second to the first, shape (m, 3); those from half spaces
+            item: Indices of the k placements, shape (m,).
+            combo: Indices of the pairs of solids, shape (m,).
+            normal: Unit vectors from the second to the first, shape (m, 3); for half spaces they
                 are replaced by the normals of their planes.
             turn: Rotations of the solids' own axes, shape (k, s, 3, 3).
             shift: Their origins [m], shape (k, s, 3).
@@ -151,7 +151,7 @@ class SolidPairs:
         return result
 
     def placed(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
-        """The two solids of a pair where they are; arguments as in `measured`."""
+        """The two placed solids of a pair; arguments as in `measured`."""
         a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
@@ -160,27 +160,27 @@ class SolidPairs:
         return bool(self.exact[combo]) and one_inside_the_other(*self.placed(combo, turn, shift))
 
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
-        """The least distance beyond the required margin at configurations [m], shape (m,).
+        """The minimum distance beyond the required margin at configurations [m], shape (m,).
 
         Arguments are those of `clearances`, with one time for all.
         """
         return np.array(list(self.clearances(q, np.full(len(q), time), most)))
 
     def clearances(self, q: FloatArray, time: FloatArray, most: float = 0.0) -> Iterator[float]:
-        """The least distance beyond the required margin at one configuration after the other [m].
+        """The minimum distance beyond the required margin, one configuration after the other [m].
 
         Args:
             q: Joint positions [rad or m], shape (m, d).
-            time: When each is taken [s], shape (m,): bodies that are not there then are left out.
-            most: Nothing beyond this is of interest [m]: it is the largest value given. With 0 only
-                the sign counts.
+            time: Times [s], shape (m,); bodies that are absent then are ignored.
+            most: Upper bound of the given values [m]. With 0 only the sign
+                is meaningful.
         """
         return (gap for gap, _ in self.nearest(q, time, most))
 
     def nearest(
         self, q: FloatArray, time: FloatArray, most: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """`clearances`, each with the pair of solids that has it, or -1 without one nearer."""
+        """`clearances`, each with its pair of solids, or -1 if none is nearer."""
         low, high = self.windows[self.pair].T
         there = (low <= time[:, None]) & (time[:, None] <= high)
         rotation, origin = self.model.placed(np.asarray(q, dtype=float), time)

@@ -1,4 +1,4 @@
-"""Solids that Coal measures distances of, from shapes."""
+"""Solids for distances with Coal, made from shapes."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A shape as Coal has it, placed in the axes of the joint that carries it.
+    """A shape as Coal geometry, placed in the axes of the joint that carries it.
 
     Attributes:
-        shape: What it is made from.
-        geometry: Coal's.
-        rotation: Of its axes, shape (3, 3).
-        translation: Of its origin [m], shape (3,).
-        corners: Of a box around it, in the joint's axes [m], shape (8, 3); infinite for a half
+        shape: Its shape.
+        geometry: Coal's geometry.
+        rotation: Rotation of its axes, shape (3, 3).
+        translation: Origin [m], shape (3,).
+        corners: Corners of its box, in the joint's axes [m], shape (8, 3); infinite for a half
             space.
         plane: Unit normal and offset of a half space in the joint's axes, shape (4,), or `None`.
-        triangles: Of a mesh that is not taken as its hull: corners in its own axes [m], shape
-            (n, 3, 3); `None` for all that is convex.
-        parts: Which connected part each of those triangles is of, shape (n,); `None` as well.
-        around: Convex hull of such a mesh or of cells, as Coal has it; `None` for all else.
-        cells: Of a point cloud; `None` for all else.
+        triangles: Triangles of an exact mesh in its own axes [m], shape
+            (n, 3, 3); `None` for a convex solid.
+        parts: Index of the connected part of each of those triangles, shape (n,), or `None`.
+        around: Convex hull of such a mesh or of cells in Coal's type, else `None`.
+        cells: Cells of a point cloud, or `None`.
     """
 
     shape: Shape
@@ -62,17 +62,17 @@ class Solid:
 
     @property
     def radius(self) -> float:
-        """Of that sphere [m]."""
+        """Radius of that sphere [m]."""
         return float(np.linalg.norm(self.corners[-1] - self.corners[0]) / 2)
 
 
 class Placed(NamedTuple):
-    """A solid, and where it is.
+    """A solid and its placement.
 
     Attributes:
         solid: The solid.
-        rotation: Of its own axes, shape (3, 3).
-        origin: Of its own axes [m], shape (3,).
+        rotation: Rotation of its own axes, shape (3, 3).
+        origin: Origin of its own axes [m], shape (3,).
     """
 
     solid: Solid
@@ -84,11 +84,11 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     """Make a solid.
 
     Args:
-        shape: What it is.
-        carrier: `pin.SE3` of the frame that the shape is placed in, in the joint's axes.
+        shape: Its shape.
+        carrier: `pin.SE3` of the shape's frame in the joint's axes.
 
     Raises:
-        InputError: A file can't be read, a mesh is to be exact and is not watertight, or points
+        InputError: A file can't be read, an exact mesh is not watertight, or points
             fill too many cells.
     """
     placed = carrier * shape.placement
@@ -135,8 +135,8 @@ def support(solid: Solid, directions: FloatArray) -> FloatArray:
     """Largest value of n·p over the points p of a convex solid [m], shape (m,).
 
     Args:
-        solid: In its own axes.
-        directions: Unit vectors n, shape (m, 3); of a half space, its normal.
+        solid: Solid in its own axes.
+        directions: Unit vectors n, shape (m, 3); for a half space, its normal.
     """
     kind, size = solid.shape.kind, solid.shape.size
     along, across = directions[:, 2], np.hypot(directions[:, 0], directions[:, 1])
@@ -159,13 +159,13 @@ def support(solid: Solid, directions: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
-    """Convex hull of a mesh file; `changed` is when it was written last."""
+    """Convex hull of a mesh file; `changed` is the time of its last change."""
     return convex_hull(read_points(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
 def _octree(cells: Cells) -> tuple[Any, Any]:
-    """Cells as Coal has them, and their convex hull."""
+    """Cells in Coal's type, and their convex hull."""
     return cells.octree(), convex_hull(cells.outermost)
 
 
@@ -173,7 +173,7 @@ def _octree(cells: Cells) -> tuple[Any, Any]:
 def _exact(
     path: Path, changed: int, scale: tuple[float, float, float]
 ) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
-    """A mesh as it is, the corners of its triangles, the part that each is of, and their hull."""
+    """An exact mesh, the corners of its triangles, the part of each, and the hull."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -187,8 +187,8 @@ def _exact(
     backward = np.unique(edges[:, ::-1], axis=0)
     if (count > 1).any() or not np.array_equal(forward, backward):
         raise InputError(
-            f"mesh {path} is not watertight, so that it has no inside; close it, or leave out "
-            "exact, then its convex hull is taken"
+            f"mesh {path} is not watertight, so it has no inside; close it, or leave out "
+            "exact to use its convex hull"
         )
     mesh = coal.BVHModelOBBRSS()
     mesh.beginModel(len(faces), len(points))

@@ -1,4 +1,4 @@
-"""Pairs of links that an SRDF takes out of collision checks."""
+"""Pairs of links that an SRDF excludes from collision checks."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from knotwork.robot.urdf_rules import child_elements
 
 @lru_cache(maxsize=32)
 def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
-    """Read two links and the reason of each pair that is not to be checked.
+    """Read two links and the reason of each excluded pair.
 
     Args:
         path: The SRDF.
-        changed: When it was written last, so that what was read is not used for longer.
+        changed: Time of its last change, the key of the cache.
 
     Raises:
-        InputError: The file can't be read, or is no SRDF.
+        InputError: The file can't be read, or is not an SRDF.
     """
     try:
         text = read_text(path, most=MOST_BYTES)

@@ -1,6 +1,6 @@
 """Trajectories, samples and reports to and from files.
 
-Each part is loaded when something is first read or written.
+Each part is loaded on first use.
 """
 
 import lazy_loader

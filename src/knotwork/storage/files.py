@@ -1,4 +1,4 @@
-"""Files written whole: into a hidden folder next to their places first, from there into these."""
+"""Atomic file writing: into a hidden folder first, then moved into place."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from pathlib import Path
 from knotwork.errors import InputError
 
 _HIDDEN = ".knotwork-"
-"""Begins the name of the hidden folder."""
+"""Prefix of the hidden folder's name."""
 
 
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
     """Write files into a folder, all of them or none; existing ones are replaced.
 
-    A process that is killed leaves each file whole, and may leave files of two sets next to one
-    another: `set_disagreement` says so.
+    A killed process leaves each file whole, but possibly files of two sets side by
+    side: `set_disagreement` detects that.
 
     >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
     ['a.txt', 'b.bin']
 
     Args:
-        folder: Made if it does not exist.
+        folder: Created if it does not exist.
         contents: Text, written in UTF-8, or bytes by file name.
 
     Returns:
@@ -47,13 +47,13 @@ def write_file(
     'one'
 
     Args:
-        path: Path of the file; its folder is made if it does not exist.
+        path: Path of the file; its folder is created if it does not exist.
         content: Text, written in UTF-8, or bytes.
-        what: What it holds, for the error, such as `"a picture"`.
-        replace: Whether there may be one already; if not, of several writers one alone writes.
+        what: Kind of content, for the error, such as `"a picture"`.
+        replace: Replace an existing file; without it, only one of several writers succeeds.
 
     Raises:
-        InputError: It can't be written.
+        InputError: The file can't be written.
     """
     path = Path(path)
     accepted = "give a file in a folder that can be made and written to"
@@ -63,10 +63,10 @@ def write_file(
 
 @contextlib.contextmanager
 def _refusing(failure: str, accepted: str) -> Iterator[None]:
-    """Say what could not be done, why, and what can.
+    """Turn errors of the file system into a message with failure, reason and accepted input.
 
     Raises:
-        InputError: In place of an `OSError`, or of a `ValueError`, for a name or text that no file
+        InputError: An `OSError`, or a `ValueError` for a name or text that no file can have.
             can have.
     """
     try:
@@ -80,12 +80,12 @@ def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = Tr
     """Write files, all of them or none.
 
     Raises:
-        OSError: One could not be written.
-        ValueError: A name or text that no file can have.
+        OSError: A file could not be written.
+        ValueError: A name or text can't be stored in a file.
     """
     folder.mkdir(parents=True, exist_ok=True)
     if not replace and any((folder / name).exists() for name in contents):
-        raise FileExistsError(None, "it is there already")
+        raise FileExistsError(None, "it exists already")
     with tempfile.TemporaryDirectory(prefix=_HIDDEN, dir=folder) as hidden:
         new, old = Path(hidden, "new"), Path(hidden, "old")
         new.mkdir()
@@ -123,7 +123,7 @@ def _write_one(path: Path, content: str | bytes, place: Path) -> None:
 
 
 def _link(existing: Path, other: Path) -> None:
-    """Give a file another name too; where the file system can't, copy it."""
+    """Give a file a second name; copy it where the file system has no links."""
     try:
         os.link(existing, other, follow_symlinks=False)
     except OSError:

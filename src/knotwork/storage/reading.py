@@ -1,4 +1,4 @@
-"""Stored trajectories, checked field by field as they are read."""
+"""Stored trajectories, validated field by field."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from knotwork.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.trajectory.events import SegmentKind
 from knotwork.waypoints import FloatArray
 
-# Knots and coefficients of a stored trajectory say the same within this, relative to the scale
-# of the values: both are written with all their digits.
+# Stored knots and coefficients agree within this, relative to the scale of the values: both are
+# written with all their digits.
 KNOT_AGREEMENT = 1e-9
 # A hundred thousand waypoints of seven joints have half of this.
 MOST_BYTES = 500_000_000
@@ -84,10 +84,10 @@ class _TrajectoryFile(StrictModel):
 
 
 def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
-    """Make a trajectory from plain data as `trajectory_to_dict` gives it.
+    """Make a trajectory from plain data in the format of `trajectory_to_dict`.
 
-    The coefficients are the curve; use `knot_disagreement` to see whether the knots still say
-    the same.
+    The coefficients define the curve; `knot_disagreement` reports knots that differ
+    from it.
 
     >>> from knotwork import storage
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
@@ -95,7 +95,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
     array([0.5])
 
     Raises:
-        DocumentError: Something is missing, unknown, not finite, of the wrong shape or out of
+        DocumentError: A value is missing, unknown, not finite, of the wrong shape or out of
             order.
     """
     document = data if isinstance(data, Document) else Document(dict(data))
@@ -111,7 +111,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
         raise document.error(("coefficients",), f"has shape {coefficients.shape}", accepted)
     for i, (before, after) in enumerate(pairwise(content.breaks), 1):
         if after <= before:
-            message = f"{after!r} is not greater than {before!r}, the one before it"
+            message = f"{after!r} is not greater than {before!r}, the previous one"
             raise document.error(("breaks", i), message)
     units, names = content.units.joints, content.joint_names
     if len(units) != joints:
@@ -151,7 +151,7 @@ def _array(
 
 
 def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None:
-    """Say where the knots stated in a stored trajectory differ from its coefficients, if they do.
+    """Describe where the knots of a stored trajectory differ from its coefficients, if they do.
 
     >>> from knotwork import storage
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
@@ -161,7 +161,7 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
     knots.position[1][0] is 2, but the coefficients make it 1; the check is of the coefficients
 
     Raises:
-        DocumentError: The knots are not of the trajectory's shape.
+        DocumentError: The knots have another shape than the trajectory.
     """
     stated = data.data.get("knots")
     if stated is None:
@@ -187,14 +187,14 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
 def read_trajectory_document(path: Path | str) -> Document:
     """Read the JSON of a stored trajectory.
 
-    Numbers may still be infinite or NaN, which readers refuse with their place.
+    Numbers may be infinite or NaN; later checks refuse them with their place.
 
     >>> characters = Path("motion.json").write_text('{"planner": "cubic"}')
     >>> read_trajectory_document("motion.json").data
     {'planner': 'cubic'}
 
     Raises:
-        DocumentError: The file can't be read or is no JSON.
+        DocumentError: The file can't be read or is not JSON.
     """
     path = Path(path)
     if path.is_dir():
@@ -213,9 +213,9 @@ def read_trajectory_document(path: Path | str) -> Document:
 
     text = documents.read_text(path, most=MOST_BYTES)
     if text.count(",") + text.count("[") > MOST_VALUES:
-        raise refused(f"holds more than {MOST_VALUES} values")
+        raise refused(f"has more than {MOST_VALUES} values")
     try:
-        data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused where it stands
+        data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused later, with its place
     except json.JSONDecodeError as error:
         message = f"is not valid JSON: {error.msg} (column {error.colno})"
         raise refused(message, error.lineno) from error
@@ -223,15 +223,15 @@ def read_trajectory_document(path: Path | str) -> Document:
         raise refused("is nested too deep") from None
     except DocumentError:
         raise
-    except ValueError as error:  # Python reads no integer of more than some thousands of digits
-        raise refused("holds an integer of too many digits") from error
+    except ValueError as error:  # Python reads integers of at most some thousands of digits
+        raise refused("has an integer with too many digits") from error
     return Document(data, path)
 
 
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
-    Use `set_disagreement` to see whether it is the one that a `report.json` next to it is about.
+    `set_disagreement` tells whether it belongs to the `report.json` in its folder.
 
     >>> import tempfile, knotwork as kw
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -243,6 +243,6 @@ def load_trajectory(path: Path | str) -> JointTrajectory:
         path: Path of the file or folder.
 
     Raises:
-        DocumentError: The file can't be read, or is no trajectory.
+        DocumentError: The file can't be read, or is not a trajectory.
     """
     return trajectory_from_dict(read_trajectory_document(path))

@@ -1,4 +1,4 @@
-"""What ties the files of a plan together: `report.json` says what the others hold."""
+"""Consistency of a plan's files: `report.json` states the digests of the others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REPORT = "report.json"
 
 
 def digests(contents: Mapping[str, str]) -> dict[str, str]:
-    """SHA-256 of files by name, as `report.json` states them under `files`.
+    """SHA-256 of files by name, as in `report.json` under `files`.
 
     >>> digests({"trajectory.json": "{}"})["trajectory.json"][:15]
     'sha256:44136fa3'
@@ -28,7 +28,7 @@ def _digest(content: bytes) -> str:
 
 
 def set_disagreement(path: Path) -> str | None:
-    """Say that a file is not the one that the report next to it was written with, if it is not.
+    """Describe a file that differs from the one that its report was written with.
 
     >>> paths = kw.plan("paper_case").save("motion")
     >>> set_disagreement(Path("motion")) is None
@@ -45,14 +45,14 @@ def set_disagreement(path: Path) -> str | None:
         stated = _report_beside(path)["files"][path.name]
         found = _digest(path.read_bytes())
     except (OSError, LookupError, TypeError):
-        return None  # there is no report, or it says nothing of the file
+        return None  # no report, or none of this file
     if stated == found:
         return None
     return f"is not the file that {REPORT} next to it was written with: it was changed since"
 
 
 def stated_scenario(path: Path) -> str | None:
-    """Name of a shipped scenario or path of a file, as the report next to a plan states it.
+    """Name or path of the scenario that the report in a plan's folder states.
 
     Args:
         path: A trajectory, or a folder with a `trajectory.json`.
@@ -66,7 +66,7 @@ def stated_scenario(path: Path) -> str | None:
 
 
 def _report_beside(path: Path) -> Any:
-    """The report in the folder of a file; `None` where there is none that can be read."""
+    """The report in the folder of a file; `None` without a readable one."""
     try:
         return json.loads(documents.read_text(path.parent / REPORT))
     except (OSError, ValueError, RecursionError, DocumentError):

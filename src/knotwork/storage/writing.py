@@ -21,7 +21,7 @@ _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
 
 def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
-    """Give a trajectory as plain data, ready for JSON, in SI with its units named.
+    """Convert a trajectory to plain data, ready for JSON, in SI with its units named.
 
     `coefficients` have SciPy's `PPoly` order and the shape (degree + 1, pieces, joints). A curve
     of cubics also states its `knots`, which define all of it.
@@ -53,7 +53,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
 def to_csv(
     columns: Mapping[str, FloatArray], labels: Mapping[str, Sequence[str]] = MappingProxyType({})
 ) -> str:
-    """Write columns of numbers, each of shape (n,), as CSV with one header row; labels come last.
+    """Write columns of numbers, each of shape (n,), as CSV with one header row; labels are last.
 
     >>> print(to_csv({"time": np.array([0, 1]), "lift": np.array([0, 0.5])}), end="")
     time,lift
@@ -70,7 +70,7 @@ def to_csv(
 
 
 def rows_to_csv(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    r"""Write rows of any values as CSV with a header row; what a row has no value for is empty.
+    r"""Write rows of any values as CSV with a header row; missing values are empty.
 
     >>> from knotwork import storage
     >>> storage.rows_to_csv(["planner", "jump"], [{"planner": "cubic"}])
@@ -84,12 +84,12 @@ def rows_to_csv(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
 
 def _quoted(cell: str) -> str:
-    """A cell of CSV, in quotes where it has to be."""
+    """A cell of CSV, in quotes where required."""
     return '"' + cell.replace('"', '""') + '"' if set(cell) & set(',;"\t\r\n#') else cell
 
 
 def to_json(data: Mapping[str, Any]) -> str:
-    """Write plain data as JSON text, rows of numbers on a line each so that it can be read.
+    """Write plain data as JSON text, each row of numbers on one line for readability.
 
     >>> print(to_json({"lift": [0.0, 0.5]}), end="")
     {

@@ -1,4 +1,4 @@
-"""Many scenarios from one: values varied, each planned and checked, a row of figures for each."""
+"""Sweeps: variations of a scenario, each planned and checked, with a row of figures for each."""
 
 import lazy_loader
 

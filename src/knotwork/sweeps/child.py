@@ -1,8 +1,8 @@
-"""Child processes that plan: one may hang or crash, and its parent goes on.
+"""Child processes for planning; a parent survives their crashes and timeouts.
 
 Parent and child have a pipe. A child ends when its parent does, which closes it. The pools of
-`concurrent.futures` and `multiprocessing` can't take its place: they give up all processes when one
-ends, have no time limits, or import the script of the user.
+`concurrent.futures` and `multiprocessing` are not sufficient: they give up all processes when one
+ends, have no time limits, or import the user's script.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from knotwork.errors import InputError
 from knotwork.verification.checks import own_checks
 
 START_LIMIT = 120.0
-"""Time that a child may take to import what it needs [s], which is not the fault of a row."""
+"""Time for imports in a child [s], not counted for a row."""
 LONGEST = 1e8
-"""Longer limits are this one [s], as clocks have an end."""
+"""Upper bound of time limits [s], required by clocks."""
 POLL = 1.0
-"""Longest time between two looks at how many tasks may be under way [s]."""
-# One process is one thread of work; NumPy's would slow down the others.
+"""Longest interval between checks of the number of tasks in progress [s]."""
+# One process is one thread of work; NumPy's threads would slow down the others.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 Item = TypeVar("Item")
@@ -43,23 +43,23 @@ class ChildTimeoutError(Exception):
 
 
 class ChildCrashedError(Exception):
-    """The child ended during a call; says how."""
+    """The child ended during a call; the message has the reason."""
 
 
 def refuse_own_checks(instead: str) -> None:
-    """Refuse to plan in child processes where the user has checks, which only this process knows.
+    """Refuse child processes if the user has registered checks, which only this process has.
 
     Raises:
-        InputError: There are some; `instead` says what to do.
+        InputError: Checks are registered; `instead` is the advice.
     """
     if own := own_checks():
         raise InputError(
-            f"processes that plan do not know your own checks ({', '.join(own)}); {instead}"
+            f"child processes do not have your own checks ({', '.join(own)}); {instead}"
         )
 
 
 class Child:
-    """A child process; started at its first call, and again after its end."""
+    """A child process; started at its first call, and restarted after its end."""
 
     def __init__(self) -> None:
         self._process: Any = None
@@ -67,18 +67,18 @@ class Child:
         self._closed = False
 
     def call(self, function: Callable[..., Any], *arguments: Any, limit: float) -> Any:
-        """Call a function there; once more if the child ends, as others may have ended it.
+        """Call a function in the child, a second time if it ends, as others may have ended it.
 
-        A system that is short of memory ends processes whose rows are in order.
+        A system short of memory ends processes whose rows are valid.
 
         Args:
-            function: One of a module.
-            arguments: What it takes.
-            limit: Time that it may take [s].
+            function: Function of a module.
+            arguments: Its arguments.
+            limit: Time limit [s].
 
         Raises:
-            ChildTimeoutError: It took longer.
-            ChildCrashedError: The process ended both times, or this was closed.
+            ChildTimeoutError: The call took longer.
+            ChildCrashedError: The process ended twice, or this object was closed.
         """
         try:
             return self._asked((function, arguments), limit)
@@ -102,11 +102,11 @@ class Child:
             try:
                 self._answer((_load, ()), START_LIMIT)
             except ChildTimeoutError as error:
-                raise ChildCrashedError(f"the process that plans {error} to start") from error
+                raise ChildCrashedError(f"the child process {error} to start") from error
         return self._answer(question, limit)
 
     def _answer(self, question: Any, limit: float) -> Any:
-        """The child's answer; the child is ended if that takes longer than the limit."""
+        """The child's answer; the child is ended after the time limit."""
         process, ok, answer = self._process, True, Exception()
         try:
             self._pipe.send(question)
@@ -126,7 +126,7 @@ class Child:
         return answer
 
     def close(self) -> None:
-        """End the process, whatever it is about, and start none again."""
+        """End the process at once, and start none again."""
         self._closed = True
         process, self._process = self._process, None
         if process is not None:  # whoever waits for an answer closes the pipe
@@ -135,19 +135,19 @@ class Child:
 
 
 def _end(process: subprocess.Popen[bytes], pipe: Any) -> None:
-    """End a process that may have ended by itself, and close its pipe."""
+    """End a process that may have ended already, and close its pipe."""
     process.kill()
     process.wait()
     pipe.close()
 
 
 def _exit_reason(code: int) -> str:
-    """How a process ended, in words."""
+    """Reason of a process's end, in words."""
     if code >= 0:
-        return f"the process that planned it ended with code {code}"
+        return f"its process ended with code {code}"
     with contextlib.suppress(ValueError):
-        return f"the process that planned it was ended by {signal.Signals(-code).name}"
-    return f"the process that planned it was ended by signal {-code}"
+        return f"its process was ended by {signal.Signals(-code).name}"
+    return f"its process was ended by signal {-code}"
 
 
 def by_children(
@@ -156,7 +156,7 @@ def by_children(
     """Perform a task for each item with one of some child processes, each in a thread.
 
     Yields:
-        What the tasks return, in the order in which they are ready.
+        Results of the tasks, in the order of completion.
     """
     children = [Child() for _ in range(workers)]
     free: queue.SimpleQueue[Child] = queue.SimpleQueue()
@@ -173,7 +173,7 @@ def by_children(
     with ThreadPoolExecutor(workers) as pool:
         try:
             yield from as_ready(lambda item: pool.submit(performed, item), items, lambda: workers)
-        finally:  # inside, as the pool waits for what is under way when an interrupt ends this
+        finally:  # inside, as the pool waits for running tasks after an interrupt
             for child in children:
                 child.close()
 
@@ -181,7 +181,7 @@ def by_children(
 def as_ready(
     submit: Callable[[Item], Future[Answer]], items: Iterable[Item], most: Callable[[], int]
 ) -> Iterator[Answer]:
-    """Submit items, with at most `most()` under way; give answers as they are ready."""
+    """Submit items, at most `most()` at a time, and give answers in the order of completion."""
     left, waiting = iter(items), set[Future[Answer]]()
     while True:
         waiting.update(map(submit, islice(left, max(0, most() - len(waiting)))))
@@ -193,19 +193,19 @@ def as_ready(
 
 
 def _load() -> None:
-    """Import what planning needs."""
+    """Import the modules for planning."""
     importlib.import_module("knotwork.sweeps.outcome")
 
 
 def main() -> None:
-    """Answer calls until there are no more."""
+    """Answer calls until the parent closes the pipe."""
     pipe: Any = Connection(int(sys.argv[1]))
-    # An interrupt from the keyboard goes to the parent, which ends this process.
+    # The parent handles keyboard interrupts, and ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     asked: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
     def listen() -> None:
-        """When the parent has gone this process ends, whatever it is about."""
+        """End this process when the parent has gone."""
         try:
             while True:
                 asked.put(pipe.recv())

@@ -1,4 +1,4 @@
-"""Where chunks are planned: in this process, in children of it, or by the workers of Dask."""
+"""Executors of chunks: this process, child processes, or Dask's workers."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from knotwork.sweeps.rows import HOW, own_version
 from knotwork.sweeps.spec import StudySpec
 
 AHEAD = 3
-"""Chunks that are handed over for each worker of Dask: one is planned, the next ones wait."""
+"""Number of chunks handed to each worker of Dask: one is planned, the others wait."""
 CONNECT_TIMEOUT = 20.0
-"""To a scheduler [s]."""
+"""Timeout of the connection to a scheduler [s]."""
 LONGEST_ABSENCE = 300.0
 """Longest time that chunks wait for a worker [s]."""
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Rows that are planned in one go and written to one file.
+    """Rows that are planned together and written to one file.
 
     Attributes:
-        index: Of the chunk.
-        document: The scenario that is varied.
-        rows: By row the values in place of the document's.
-        time_limit: Of one row [s].
+        index: Index of the chunk.
+        document: The varied scenario.
+        rows: Replaced values of each row.
+        time_limit: Time limit of a row [s].
     """
 
     index: int
@@ -60,16 +60,16 @@ def chunk_of(spec: StudySpec, index: int, size: int) -> Chunk:
 
 
 def planned(chunks: Iterator[Chunk], workers: int, scheduler: str | None) -> Iterator[Planned]:
-    """Plan chunks of rows, in the order in which they are ready.
+    """Plan chunks of rows, and give them in the order of completion.
 
     Args:
-        chunks: What to plan.
-        workers: Number of child processes; 0 to plan in this one, which a crash of a row ends.
-        scheduler: Address of a Dask scheduler whose workers plan in place of these.
+        chunks: Chunks to plan.
+        workers: Number of child processes; 0 to plan in this process, which a crash of a row ends.
+        scheduler: Address of a Dask scheduler, in place of child processes.
 
     Raises:
-        InputError: There is no scheduler at the address, its workers can't plan for it, the
-            scheduler or all workers are lost, or a chunk ended the workers it was given to.
+        InputError: The scheduler can't be reached, its workers can't plan, the scheduler or all
+            workers are lost, or a chunk crashed its workers.
     """
     if scheduler is not None:
         yield from _on_scheduler(chunks, scheduler)
@@ -81,7 +81,7 @@ def planned(chunks: Iterator[Chunk], workers: int, scheduler: str | None) -> Ite
 
 
 def _in_child(child: Child, chunk: Chunk) -> Planned:
-    """Plan a chunk in a child process, whatever happens to that."""
+    """Plan a chunk in a child process, whatever happens to it."""
 
     def outcome(edits: Edits) -> Outcome:
         begin = time.perf_counter()
@@ -99,7 +99,7 @@ def distributed() -> Any:
     """The package `distributed`, Dask's scheduler.
 
     Raises:
-        InputError: It can't be imported.
+        InputError: The package can't be imported.
     """
     return needed("distributed", "a sweep with a scheduler", HOW)
 
@@ -120,13 +120,13 @@ def _on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Planned]:
 
 
 def _places(client: Any) -> int:
-    """How many chunks may be under way by the workers that there are, as they come and go."""
+    """Number of chunks to hand out, for the present number of workers."""
     count: int = sum(client.nthreads().values())
     if not count:
         try:
             client.wait_for_workers(1, timeout=LONGEST_ABSENCE)
         except TimeoutError as error:
-            raise InputError(f"all workers are lost, and no others came; {KEPT}") from error
+            raise InputError(f"all workers are lost, and no new ones joined; {KEPT}") from error
     return AHEAD * max(1, count)
 
 
@@ -134,7 +134,7 @@ _own = threading.local()
 
 
 def _by_worker(chunk: Chunk) -> Planned:
-    """Plan a chunk in the child process of this thread of one of Dask's workers."""
+    """Plan a chunk in the child process of this thread of a Dask worker."""
     if not hasattr(_own, "child"):
         _own.child = Child()
     return _in_child(_own.child, chunk)

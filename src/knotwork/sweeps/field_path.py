@@ -19,13 +19,13 @@ _PART = re.compile(r"\.?([^.\[\]]+)|\[([^\[\]]+)\]")
 
 
 def location_of(path: str, document: Document) -> Location:
-    """Find where a path leads to in a document.
+    """Location of a field path in a document.
 
-    The last key need not be there yet, since a scenario may leave it out. Items of lists are chosen
-    by their index, waypoints by their name too.
+    The last key may be missing, since a scenario may leave it out. Items of lists are selected
+    by their index, waypoints also by their name.
 
     Raises:
-        InputError: The path is not written as one, or leads nowhere.
+        InputError: The path is malformed, or does not exist.
 
     >>> task = Document({"waypoints": [{"name": "pick", "after": 1}]})
     >>> location_of("waypoints[pick].after", task), location_of("knots", task)
@@ -48,7 +48,7 @@ def location_of(path: str, document: Document) -> Location:
             kind, accepted = _KINDS.get(type(data), ("a single value", "nothing more"))
             key_text = f"[{key}]" if in_brackets else f".{key}"
             raise InputError(
-                f"{path}: {_where(location)} is {kind}, which {key_text} can't follow; accepted: "
+                f"{path}: {_where(location)} is {kind}, which has no {key_text}; accepted: "
                 f"{accepted}"
             )
         location = (*location, here)
@@ -59,17 +59,17 @@ def varied(document: Document, edits: Edits) -> Scenario:
     """The scenario of a task with other values.
 
     Args:
-        document: The task that is varied.
-        edits: The values by their place in it.
+        document: The task.
+        edits: Values by their location in it.
 
     Raises:
-        DocumentError: Some are wrong.
+        DocumentError: Some values are wrong.
     """
     return resolved(validate(Task, edited(document, edits)), document.places)
 
 
 def _parts(path: str) -> list[tuple[str, bool]]:
-    """Keys and indices of a path, and which of them are in brackets."""
+    """Keys and indices of a path, and whether each is in brackets."""
     parts, at = [], 0
     while at < len(path):
         found = _PART.match(path, at)
@@ -79,7 +79,7 @@ def _parts(path: str) -> list[tuple[str, bool]]:
         at = found.end()
     if not path or at < len(path):
         raise InputError(
-            f"{path!r} is no path of a value; accepted: keys divided by dots and indices in "
+            f"{path!r} is not a path of a value; accepted: keys separated by dots and indices in "
             "brackets, for example frames.block.position[0]"
         )
     return parts
@@ -96,7 +96,7 @@ def _index(path: str, location: Location, key: str, items: list[Any]) -> int:
         raise _missing(path, location, key, known)
     accepted = f"; accepted: 0 to {len(items) - 1}" if items else ""
     raise InputError(
-        f"{path}: {_where(location)} has {len(items)} items, and there is no [{key}]{accepted}"
+        f"{path}: {_where(location)} has {len(items)} items, so [{key}] does not exist{accepted}"
     )
 
 

@@ -1,4 +1,4 @@
-"""What a row says of a motion: the figures of its report, by name."""
+"""Figures of a motion in a row: values of its report, by name."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RowFigure:
-    """One figure of a row, `None` where the plan does not have it.
+    """A figure of a row, or `None` if the plan does not have it.
 
     >>> from knotwork.sweeps import FIGURES
     >>> FIGURES["clearance"].unit, FIGURES["clearance"].more_is_better
     ('m', True)
 
     Attributes:
-        name: Of its column.
-        title: In words, for pictures.
-        unit: SI unit; empty for a part of a limit and for singular values.
-        more_is_better: Whether the best row is the one with the most.
-        of: Takes it from a plan.
-        at_rest: Quantity of its findings if an arm that stands has it, too, so that a place where
-            all rows stand can decide it: see `shared_rest`. Empty for others.
+        name: Name of its column.
+        title: Title in pictures.
+        unit: SI unit; empty for a fraction of a limit and for singular values.
+        more_is_better: Whether the best row has the largest value.
+        of: Computes it from a plan.
+        at_rest: Quantity of its findings, if an arm at rest has it, so that a stop shared by
+            all rows may be the worst place: see `shared_rest`. Empty for others.
     """
 
     name: str
@@ -46,14 +46,14 @@ _TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
 
 
 def _use(quantity: str) -> RowFigure:
-    """RowFigure for the largest part of a kind of limit that is used."""
-    # tools have a position at waypoints as well
+    """Figure for the largest used fraction of a kind of limit."""
+    # tools also have a position at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
     def of(plan: Plan) -> float | None:
         found = plan.report.select(quantity=quantity, **kind)
         if any(one.only_sampled for one in found):
-            return None  # how much of it is used is not known
+            return None  # its use is unknown
         return max((one.use for one in found if one.use is not None), default=None)
 
     title = f"part used of limits of {quantity.replace('_', ' ')}"
@@ -74,7 +74,7 @@ def _deviation(plan: Plan) -> float | None:
 
 
 def _clearance(around: bool, plan: Plan) -> float | None:
-    """Least clearance to what stands around, or of the robot and what it holds to itself."""
+    """Minimum clearance to the surroundings, or of the robot and held objects to itself."""
     found = plan.report.select(quantity="clearance", subject="pair")
     values = (one.value for one in found if one.around == around and one.value is not None)
     return min(values, default=None)
@@ -94,7 +94,7 @@ FIGURES: dict[str, RowFigure] = {
     for one in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
         RowFigure(_SINGULAR, "smallest singular value", "", True, _least_singular, _SINGULAR),
-        RowFigure("clearance", "clearance to what stands around", "m", True, _outer, "clearance"),
+        RowFigure("clearance", "clearance to the surroundings", "m", True, _outer, "clearance"),
         RowFigure("self_clearance", "clearance to itself", "m", True, _inner, "clearance"),
         *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
@@ -108,7 +108,7 @@ def figure_named(name: str) -> RowFigure:
     """Find a figure.
 
     Raises:
-        UnknownNameError: There is none of this name.
+        UnknownNameError: The figure is unknown.
     """
     if name not in FIGURES:
         raise UnknownNameError("figure", name, FIGURES)

@@ -1,4 +1,4 @@
-"""The folder of a study: its definition, and the rows that are finished, a file a chunk."""
+"""The folder of a study: its definition, and the finished rows, one file per chunk."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from
 
 STUDY, CHUNKS = "study.json", "chunks"
 FORMAT = "knotwork.study"
-KEPT = "what is finished is kept, go on with --resume"
+KEPT = "finished rows are kept, continue with --resume"
 PER_FOLDER = 1000
-"""Files in a folder at most; folders of many thousands are slow to list."""
+"""Largest number of files in a folder; folders of many thousands are slow to list."""
 
 
 class StudyFolder:
-    """The folder of one study.
+    """The folder of a study.
 
     Attributes:
-        path: Of the folder; `None` keeps the rows in memory.
+        path: Path of the folder; `None` keeps the rows in memory.
         spec: The study.
-        size: Rows in a chunk.
+        size: Number of rows in a chunk.
     """
 
     def __init__(self, path: Path | None, spec: StudySpec, size: int) -> None:
@@ -42,7 +42,7 @@ class StudyFolder:
         """Write the rows of a chunk, whole or not at all.
 
         Raises:
-            InputError: It can't be written, or the study is gone.
+            InputError: The file can't be written, or the study was removed.
         """
         if self.path is None:
             self._kept[index] = content
@@ -56,7 +56,7 @@ class StudyFolder:
             raise
 
     def finished(self) -> dict[int, Any]:
-        """Files of the chunks that are finished by their index, in order."""
+        """Files of the finished chunks by index, in order."""
         if self.path is None:
             return {index: io.BytesIO(content) for index, content in sorted(self._kept.items())}
         found = {}
@@ -77,15 +77,15 @@ def is_study(path: Path | str) -> bool:
 
 
 def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
-    """Make the folder of a study.
+    """Create the folder of a study.
 
     Raises:
-        InputError: It can't be made, or there is a study, or rows of one whose description is gone.
+        InputError: The folder can't be created, or has a study, or rows without description.
     """
     folder = StudyFolder(path, spec, size)
     if folder.finished() and not is_study(path):
         raise InputError(
-            f"{path} holds rows of a study, and no {STUDY} that says of which; give another folder"
+            f"{path} has rows of a study but no {STUDY} that describes it; give another folder"
         )
     data = {
         "format": FORMAT,
@@ -100,7 +100,7 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
         text = json.dumps(data, indent=1, allow_nan=False)
     except TypeError as error:
         raise InputError(
-            f"the study can't be written: {error}; accepted: values as a file may have them"
+            f"the study can't be written: {error}; accepted: values that a file can have"
         ) from error
     try:
         storage.write_file(path / STUDY, text + "\n", replace=False)
@@ -108,7 +108,7 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
         if not is_study(path):
             raise
         raise InputError(
-            f"{path} holds a study already; go on with it by --resume (resume=True), or give "
+            f"{path} has a study already; continue it with --resume (resume=True), or give "
             "another folder"
         ) from error
     return folder
@@ -118,7 +118,7 @@ def open_study(path: Path) -> StudyFolder:
     """Open the folder of a study.
 
     Raises:
-        InputError: It is none, or its `study.json` can't be understood.
+        InputError: The folder is not a study, or its `study.json` is invalid.
     """
     data = _read(path)
     try:
@@ -128,22 +128,22 @@ def open_study(path: Path) -> StudyFolder:
             raise ValueError(f"its chunks have {size} rows")
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
-            f"{path / STUDY}: can't be understood ({type(error).__name__}: {error}); accepted: "
-            "the file that knotwork sweep has written"
+            f"{path / STUDY}: is invalid ({type(error).__name__}: {error}); accepted: "
+            "the file written by knotwork sweep"
         ) from error
     return StudyFolder(path, spec, size)
 
 
 def reopen(path: Path, spec: StudySpec, size: int | None) -> StudyFolder:
-    """Open the folder of a study to go on with it.
+    """Open the folder of a study to continue it.
 
     Args:
-        path: Of the folder.
+        path: Path of the folder.
         spec: The study.
-        size: Rows in a chunk; `None` for that of the folder.
+        size: Number of rows in a chunk; `None` for that of the folder.
 
     Raises:
-        InputError: It holds another study, or one with chunks of another size.
+        InputError: The folder has another study, or one with chunks of another size.
     """
     data = _read(path)
     if data.get("knotwork") != own_version():
@@ -154,7 +154,7 @@ def reopen(path: Path, spec: StudySpec, size: int | None) -> StudyFolder:
     there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
     if there != here:
         raise InputError(
-            f"{path} holds another study: {first_difference(there, here)}; give the same scenario "
+            f"{path} has another study: {first_difference(there, here)}; give the same scenario "
             "and values, or another folder"
         )
     folder = StudyFolder(path, spec, open_study(path).size)
@@ -169,18 +169,18 @@ def _read(path: Path) -> dict[str, Any]:
     if not is_study(path):
         raise InputError(
             f"{path} is not the folder of a study: it has no {STUDY}; accepted: a folder that "
-            "knotwork sweep has written"
+            "written by knotwork sweep"
         )
     try:
         data = json.loads(read_text(path / STUDY))
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path / STUDY}: is no JSON: {error}") from error
+        raise InputError(f"{path / STUDY}: is not JSON: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f"{path / STUDY}: is not the description of a study")
     study = data.get("study")
     version = study.get("version") if isinstance(study, dict) else None
     if version != VERSION:
         raise InputError(
-            f"{path / STUDY}: has version {version}, and {VERSION} is accepted; make the study anew"
+            f"{path / STUDY}: has version {version}, and {VERSION} is accepted; run the study again"
         )
     return data

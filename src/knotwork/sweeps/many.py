@@ -1,4 +1,4 @@
-"""`kw.plan_many`: plans of many scenarios, by several processes."""
+"""`kw.plan_many`: plans of many scenarios, in several processes."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ def plan_many(
     """Plan and check many scenarios, in several processes of this machine.
 
     Args:
-        scenarios: Each as for `knotwork.plan`.
+        scenarios: Scenarios, each as for `knotwork.plan`.
         workers: Number of processes; by default as many as there are processors.
-        time_limit: Of one scenario [s].
+        time_limit: Time limit of one scenario [s].
 
     Returns:
-        For each scenario its plan, or the error that says why there is none: what `knotwork.plan`
-        would raise, or that it took too long or came to its end.
+        For each scenario its plan, or the error without one: of `knotwork.plan`,
+        or for a timeout or crash.
 
     Raises:
-        InputError: There are checks of your own, or the number of workers, the time limit or the
+        InputError: You have checks of your own, or the number of workers, the time limit or the
             type of a scenario is wrong.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
@@ -65,7 +65,7 @@ def plan_many(
             return place, child.call(_plan, given[place], limit=limit)
         except (ChildTimeoutError, ChildCrashedError) as error:
             return place, KnotworkError(str(error))
-        except Exception as error:  # a fault in one is not the end of the others
+        except Exception as error:  # a fault in one does not stop the others
             return place, KnotworkError(f"internal error: {type(error).__name__}: {error}")
 
     found = dict(by_children(planned, range(len(given)), min(count, max(1, len(given)))))

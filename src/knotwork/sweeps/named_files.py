@@ -1,4 +1,4 @@
-"""Files that a scenario stands on: those it names, and those that these name."""
+"""Files that a scenario depends on: the ones it names, and the ones named in these."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from knotwork.errors import InputError
 from knotwork.scene.meshes.locating import find_mesh
 
 LARGEST = 500_000_000
-"""Bytes of a file that is named: no reader takes more, and a text may name any file."""
+"""Largest size of a named file: no reader takes more, and a text may name any file."""
 _DOCUMENTS = (".yaml", ".yml", ".json")
 _MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
 def named_files(data: Any, folder: Path) -> dict[str, Path]:
-    """All files that texts in data name, and those that robots and URDFs name.
+    """All files named by texts in data, and the files named in robots and URDFs.
 
     Args:
         data: Plain data: mappings, sequences, texts.
-        folder: That relative paths start from.
+        folder: Folder of relative paths.
 
     Returns:
-        By the path as it is named, in order; a file named by another, by the paths of both.
+        Paths by the name in the data, in order; for a file named in another, by both names.
     """
     found: dict[str, Path] = {}
     _add(found, "", ((text, folder / text) for text in _texts(data)))
@@ -38,7 +38,7 @@ def file_digests(data: Any, folder: Path) -> dict[str, str]:
     """SHA-256 of these files, by the same names."""
     found = {}
     for name, path in named_files(data, folder).items():
-        with contextlib.suppress(OSError):  # whoever reads the scenario says what is wrong with it
+        with contextlib.suppress(OSError):  # reported when the scenario is read
             found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
     return found
 
@@ -53,7 +53,7 @@ def _add(found: dict[str, Path], named_by: str, files: Iterator[tuple[str, Path]
             if named_by.count(" > ") < 2:  # scenario, robot, URDF, mesh
                 _add(found, f"{name} > ", _named_in(path))
         except (OSError, ValueError):
-            continue  # no name that a file can have, or a file that can't be read
+            continue  # not a valid file name, or an unreadable file
 
 
 def _named_in(path: Path) -> Iterator[tuple[str, Path]]:

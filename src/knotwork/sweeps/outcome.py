@@ -1,4 +1,4 @@
-"""What became of one scenario: its verdict, the reason of a failure, and its figures."""
+"""Outcome of a row: its verdict, the reason of a failure, and its figures."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from knotwork.sweeps.shared_rest import row_figures
 PASSED, FAILED, REFUSED = "passed", "failed", "refused"
 """Verdicts: all checks pass; one fails; there is no motion."""
 TIME_LIMIT, CRASHED = "time limit", "crashed"
-"""Verdicts: it took too long; the process came to its end."""
+"""Verdicts: the time limit was exceeded; the process crashed."""
 WRONG_INPUT = "wrong input"
-# The first class that an error is of.
+# The first matching class decides.
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.OutOfReachError, "out of reach"),
     (errors.BranchError, "branch"),
@@ -33,14 +33,14 @@ _REASONS: tuple[tuple[type[Exception], str], ...] = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one scenario.
+    """Outcome of one scenario.
 
     Attributes:
-        verdict: What became of it: one of the verdicts above.
-        reason: What fails, in few words; empty if nothing does.
-        message: The same in a sentence; of a motion that passes, how much of it is sampled only.
-        figures: By name; `None` where there is no motion, or the report does not have it.
-        plan_time: Time that it took [s].
+        verdict: One of the verdicts above.
+        reason: Reason of a failure, in few words; else empty.
+        message: Reason as a sentence; for a motion that passes, the number of sampled requirements.
+        figures: Figures by name; `None` without a motion, or if the report does not have it.
+        plan_time: Planning time [s].
     """
 
     verdict: str
@@ -56,7 +56,7 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
     try:
         made = plan(varied(document, edits))
         return _judged(made, edits, time.perf_counter() - begin)
-    except Exception as error:  # a fault of Knotwork in one row is not the end of the others
+    except Exception as error:  # an internal error in one row does not stop the others
         return _without_motion(error, time.perf_counter() - begin)
 
 

@@ -1,4 +1,4 @@
-"""Rows of a study as a Parquet file: their columns, written, and read within bounds."""
+"""Rows of a study as a Parquet file: columns, writing, and reading with size limits."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from knotwork.sweeps.spec import StudySpec
 HOW = "pip install 'knotwork[sweep]'"
 WIDEST = 10**9
 STUDY_KEY = "knotwork.study"
-"""In the metadata of a file of rows: the digest of their study."""
+"""Metadata key of a file of rows: the digest of their study."""
 MOST_BYTES = 2_000_000_000
-"""Of the rows of a study, unpacked; some ten million rows have as many."""
+"""Largest size of the rows of a study, unpacked; enough for some ten million rows."""
 
 
 def arrow() -> tuple[Any, Any]:
     """The packages `pyarrow` and `pyarrow.parquet`.
 
     Raises:
-        InputError: They can't be imported.
+        InputError: The packages can't be imported.
     """
     parquet = needed("pyarrow.parquet", "a sweep", HOW)
     return needed("pyarrow", "a sweep", HOW), parquet
 
 
 def own_version() -> str:
-    """Version of Knotwork; empty where it is not installed but only found on the path."""
+    """Version of Knotwork; empty if it is not installed but only on the path."""
     try:
         return version("knotwork")
     except PackageNotFoundError:
@@ -41,7 +41,7 @@ def own_version() -> str:
 
 
 def schema_of(spec: StudySpec) -> Any:
-    """Schema of a file of rows, which says of which study they are."""
+    """Schema of a file of rows, with the digest of their study."""
     pa, _ = arrow()
     fields = [pa.field(name, pa.type_for_alias(kind)) for name, kind in spec.columns.items()]
     return pa.schema(fields, metadata={STUDY_KEY: spec.digest})
@@ -66,18 +66,18 @@ def _text(cell: Any) -> str:
 
 
 def read_rows(file: Any, spec: StudySpec, most_bytes: int) -> Any:
-    """Read rows of a study; a few bytes from a stranger may fill all memory.
+    """Read rows of a study within a size limit, as a small file may unpack to any size.
 
     Args:
         file: A Parquet file, or its path.
         spec: The study.
-        most_bytes: What the rows may take.
+        most_bytes: Largest size of the rows.
 
     Returns:
         A `pyarrow.Table`.
 
     Raises:
-        InputError: It can't be read, is of another study, or holds more.
+        InputError: The file can't be read, is of another study, or too large.
     """
     pa, parquet = arrow()
     schema = schema_of(spec)
@@ -86,7 +86,7 @@ def read_rows(file: Any, spec: StudySpec, most_bytes: int) -> Any:
         found = parquet.read_schema(file)
         if not found.equals(schema) or found.metadata != schema.metadata:
             raise InputError("its rows are of another study")
-        # Texts are read once each, however many rows have them.
+        # Each text is read once, for all rows that have it.
         with parquet.ParquetFile(file, read_dictionary=texts) as opened:
             metadata = opened.metadata
             if metadata.num_rows > len(spec):
@@ -98,19 +98,17 @@ def read_rows(file: Any, spec: StudySpec, most_bytes: int) -> Any:
         return rows.cast(schema)
     except (OSError, pa.ArrowException, InputError) as error:
         raise InputError(
-            f"{file}: can't be read ({error}); remove it, and go on with --resume"
+            f"{file}: can't be read ({error}); remove it, and continue with --resume"
         ) from error
 
 
 def _check_size(size: int, most: int) -> None:
     if size > most:
-        raise InputError(
-            f"with it the study has more than {MOST_BYTES} bytes unpacked, as many as are read"
-        )
+        raise InputError(f"with it the study has more than {MOST_BYTES} bytes unpacked, the limit")
 
 
 def _text_size(column: Any) -> int:
-    """Bytes of a column of texts that stand once each, where every row has its own."""
+    """Size of a column of texts in bytes if every row has its own; here each is stored once."""
     compute = needed("pyarrow.compute", "a sweep", HOW)
     sizes = [
         compute.sum(compute.binary_length(part.dictionary).take(part.indices)).as_py() or 0

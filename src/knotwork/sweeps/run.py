@@ -1,4 +1,4 @@
-"""`kw.sweep`: a study made, or gone on with."""
+"""`kw.sweep`: a study, started or continued."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ from knotwork.sweeps.variations import make_axes
 from knotwork.task import Task
 
 TIME_LIMIT = 60.0
-"""Of one row by default [s]."""
+"""Default time limit of a row [s]."""
 CHUNK = 8
-"""Rows in a chunk."""
+"""Number of rows in a chunk."""
 SMALL, MOST_FILES = 32, 2000
-"""Numbers of chunks: smaller studies have fewer rows in each, so that all workers get some; large
-ones have more, as each chunk takes some 20 ms of the one process that hands them out."""
+"""Numbers of chunks: small studies have fewer rows in each, so that all workers get some; large
+ones more, as each chunk takes some 20 ms of the process that hands them out."""
 
 
 @dataclass(frozen=True)
 class SweepProgress:
-    """How far a sweep has come.
+    """Progress of a sweep.
 
     >>> at = kw.sweeps.SweepProgress(done=30, total=90, passed=12, before=10, seconds=4.0)
     >>> at.rate, at.left
     (5.0, 12.0)
 
     Attributes:
-        done: Rows that are finished.
-        total: Rows of the study.
-        passed: Finished rows that pass.
-        before: Rows that were finished when it began, which `resume` gave.
-        seconds: Since it began.
+        done: Number of finished rows.
+        total: Number of rows of the study.
+        passed: Number of finished rows that pass.
+        before: Number of rows finished at its start, from `resume`.
+        seconds: Elapsed time [s].
     """
 
     done: int
@@ -60,12 +60,12 @@ class SweepProgress:
 
     @property
     def rate(self) -> float:
-        """Rows a second."""
+        """Rows per second."""
         return (self.done - self.before) / self.seconds if self.seconds else 0.0
 
     @property
     def left(self) -> float | None:
-        """Time left [s]; `None` until there is a rate."""
+        """Remaining time [s]; `None` without a rate."""
         return (self.total - self.done) / self.rate if self.rate else None
 
 
@@ -86,30 +86,30 @@ def sweep(
     chunk: int | None = None,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> Study:
-    """Plan and check a scenario with other values, a row for each combination of them.
+    """Plan and check a scenario with varied values, one row per combination.
 
-    A row that hangs or crashes says so. But for the time to plan, rows do not depend on workers.
+    A row reports a timeout or crash. But for the planning time, rows do not depend on workers.
 
     Args:
         scenario: As for `knotwork.plan`.
         vary: Values by the path of the field in the file, such as `waypoints[pick].after`: a list
             or array of values in the file's units, or text, such as `"-200:200:41"` (a range and
             its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
-        rows: A CSV file with a path at the head of each column; its rows go together.
-        together: All values go together, row by row, in place of their product.
-        samples: Number of random samples of fields that are `uniform`; they go together.
-        seed: Of the random numbers.
-        out: Folder for the study; by default it is in memory only.
-        resume: Go on with the study in the folder.
-        workers: Child processes, by default one a processor; 0 to plan here without time limit.
+        rows: A CSV file with paths as headings; each row is one variation.
+        together: Vary all values together, row by row, in place of their product.
+        samples: Number of random samples of `uniform` fields, which vary together.
+        seed: Seed of the random numbers.
+        out: Folder for the study; by default only in memory.
+        resume: Continue the study in the folder.
+        workers: Number of child processes, by default one per processor; 0 for none, untimed.
         scheduler: Address of a Dask scheduler, in place of `workers`.
-        stop_after: Stop once this many rows pass.
-        time_limit: Of one row [s].
-        chunk: Rows that are planned in one go; by default up to 8, more in large studies.
-        progress: Called as rows are finished.
+        stop_after: Stop after this many passing rows.
+        time_limit: Time limit of a row [s].
+        chunk: Number of rows planned together; by default up to 8, more in large studies.
+        progress: Callback for finished rows.
 
     Raises:
-        InputError: Scenario or values are wrong, there are checks of your own and `workers` is not
+        InputError: Scenario or values are wrong, you have checks of your own and `workers` is not
             0, the folder has another study or can't be written to, or a package is missing.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
@@ -132,14 +132,14 @@ def sweep(
 
 
 def _checked_workers(workers: int | None, scheduler: str | None) -> int:
-    """Number of child processes, if there is no scheduler."""
+    """Number of child processes without a scheduler."""
     if scheduler is not None and workers is not None:
         raise InputError("workers and scheduler are both given; give one of the two")
     if workers is None:
         workers = os.cpu_count() or 1
     _check_count("workers", workers, 0)
     if scheduler is not None or workers:
-        refuse_own_checks("give workers=0, with which this process plans")
+        refuse_own_checks("give workers=0 to plan in this process")
     if scheduler is not None:
         executors.distributed()
     return workers
@@ -148,13 +148,13 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
 def _folder(
     spec: StudySpec, out: str | Path | None, resume: bool, chunk: int | None
 ) -> StudyFolder:
-    """The study's folder, made or gone on with."""
+    """The study's folder, created or continued."""
     if not isinstance(out, str | Path | None):
         raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
     size = chunk or max(1, min(CHUNK, len(spec) // SMALL), len(spec) // MOST_FILES)
     if out is None:
         if resume:
-            raise InputError("there is no study to go on with: resume is given without out")
+            raise InputError("there is no study to continue: resume is given without out")
         return StudyFolder(None, spec, size)
     if resume and is_study(out):
         return reopen(Path(out), spec, chunk)
@@ -167,7 +167,7 @@ def _plan_rest(
     progress: Callable[[SweepProgress], None] | None,
     most: float,
 ) -> None:
-    """Plan the rows that are left, until enough pass; what is finished is kept at once."""
+    """Plan the remaining rows, until enough pass; finished rows are kept at once."""
     spec, finished, begin = folder.spec, folder.finished().keys(), time.monotonic()
     verdicts = study_of(folder)["verdict"] if finished else []
     before = done = len(verdicts)
@@ -196,10 +196,10 @@ def _check_count(name: str, value: int | None, least: int) -> None:
 
 
 def _refuse_wrong_values(spec: StudySpec) -> None:
-    """Refuse a study whose scenario is wrong with the first, the last and a middle row's values.
+    """Refuse a study that is wrong for the first, the last and a middle row.
 
     Raises:
-        InputError: What is wrong with the first.
+        InputError: The error of the first.
     """
     faults: list[InputError] = []
     for row in (0, len(spec) // 2, len(spec) - 1):

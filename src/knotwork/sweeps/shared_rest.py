@@ -1,11 +1,11 @@
-"""Figures of a row without the places at which every row stands.
+"""Figures of a row without the stops that all rows share.
 
-A motion that begins at home is never better there than home is, whatever is varied. So it is at
-every waypoint given by joint values that are not varied, unless an object is taken or left there.
-A pose that is not varied counts: rows are planned apart, and may reach it by other joint values.
-Where such a waypoint is the worst of a motion, the figure does not tell rows apart. Then it is
-taken over the rest alone: from each other waypoint to the next one. That is no worse than the whole
-motion, so rows whose motion is worse than that place somewhere stay behind.
+A motion that begins at home is never better there than home is, whatever is varied. The same holds
+at every waypoint with fixed joint values, unless an object is taken or released there. Fixed poses
+do not count: rows are planned independently, and may reach them with other joint values. If such a
+waypoint is the worst place of a motion, the figure can't rank rows. Then it is computed from the
+rest only: from each other waypoint to the next one. Its figures are at least as good, so rows
+with a worse motion elsewhere stay behind.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from knotwork.verification.tool_motion import singularity
 from knotwork.waypoints import CartesianWaypoint
 
 INSTANT = 1e-3
-"""Length [s] of the stretch of motion that is examined for one time."""
+"""Length of motion examined for one time [s]."""
 NEAR = 1 / PARTS
-"""A worst value is located to this fraction of the motion."""
+"""Precision of the place of a worst value, as a fraction of the motion."""
 AS_BAD = 1e-6
-"""Values that differ by a smaller part are equal."""
+"""Relative tolerance of equal values."""
 
 
 def row_figures(plan: Plan, varied: Collection[Location] = ()) -> dict[str, float | None]:
@@ -41,7 +41,7 @@ def row_figures(plan: Plan, varied: Collection[Location] = ()) -> dict[str, floa
 
     Args:
         plan: The motion.
-        varied: Places in the scenario's document that are not the same in all rows.
+        varied: Locations in the scenario's document that differ between rows.
     """
     shared, others = _divided(plan, varied)
 
@@ -72,7 +72,7 @@ def row_figures(plan: Plan, varied: Collection[Location] = ()) -> dict[str, floa
 def _divided(
     plan: Plan, varied: Collection[Location]
 ) -> tuple[list[float], list[tuple[float, float]]]:
-    """Times [s] of waypoints that all rows share; from when to when the others follow another."""
+    """Times [s] of waypoints that all rows share, and time intervals between other ones."""
     handled = {name for one in plan.scenario.scene.held for name in (one.take, one.leave)}
 
     def is_shared(one: ScenarioWaypoint) -> bool:
@@ -93,7 +93,7 @@ def _divided(
 
 
 def _between(plan: Plan, start: float, end: float) -> Plan:
-    """The plan as if the motion lasted from one time to another, with what figures look at."""
+    """The plan cut to a time interval, with everything that figures use."""
     motion = plan.trajectory
     if end - start < INSTANT:
         start = min(start, motion.end_time - INSTANT)

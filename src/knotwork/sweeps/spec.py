@@ -1,4 +1,4 @@
-"""A study: one scenario, the axes that vary it, and so the scenario of each row."""
+"""Definition of a study: one scenario, and the axes that vary it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from knotwork.verification.checks import own_checks
 
 TEXTS = ("verdict", "reason", "message")
 VERSION = 3
-"""Of what a row means; a folder of another version is not gone on with."""
+"""Version of the meaning of rows; folders of another version are not continued."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class StudySpec:
     """The definition of a study.
 
     Attributes:
-        document: The scenario that is varied.
+        document: The varied scenario.
         axes: The varied fields; the rows are their product, the last axis fastest.
-        time_limit: Of one row [s].
+        time_limit: Time limit of a row [s].
     """
 
     document: Document
@@ -59,7 +59,7 @@ class StudySpec:
 
     @cached_property
     def locations(self) -> tuple[Location, ...]:
-        """Where that is in the document."""
+        """Locations of the varied fields in the document."""
         return tuple(location_of(path, self.document) for path in self.paths)
 
     def values(self, row: int) -> tuple[Any, ...]:
@@ -71,7 +71,7 @@ class StudySpec:
         return tuple(found)
 
     def edits(self, row: int) -> Edits:
-        """The values of a row by their place in the document."""
+        """The values of a row by their location in the document."""
         return dict(zip(self.locations, self.values(row), strict=True))
 
     @cached_property
@@ -87,13 +87,13 @@ class StudySpec:
 
     @cached_property
     def _files(self) -> dict[str, str]:
-        """The files that the study stands on, each read once."""
+        """The files that the study depends on, each read once."""
         folder = self.document.file.parent if self.document.file is not None else Path()
         columns = [column for axis in self.axes for column in axis.columns]
         return file_digests([self.document.data, *columns], folder)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the study as plain data, ready for JSON."""
+        """Convert to plain data, ready for JSON."""
         return {
             "version": VERSION,
             "scenario": self.document.data,
@@ -108,13 +108,13 @@ class StudySpec:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all that decides what the rows are."""
+        """SHA-256 of everything that determines the rows."""
         text = json.dumps(self.to_dict(), sort_keys=True, default=repr)
         return hashlib.sha256(text.encode()).hexdigest()
 
 
 def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
-    """The study that `StudySpec.to_dict` has given; `file` is the scenario's."""
+    """The study from the data of `StudySpec.to_dict`; `file` is the scenario's."""
     axes = tuple(
         Axis(tuple(axis), tuple(tuple(column) for column in axis.values())) for axis in data["vary"]
     )
@@ -123,14 +123,14 @@ def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
 
 
 def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario) -> Document:
-    """The document of a scenario that is to be varied.
+    """The document of a scenario to be varied.
 
     Raises:
-        InputError: There is none, or it is wrong as it stands.
+        InputError: The scenario is missing or wrong.
     """
     if isinstance(scenario, str | Path):
         path = resources.find("scenarios", scenario)
-        load_scenario(path)  # which names all that is wrong in it
+        load_scenario(path)  # which lists all its faults
         return read(path.absolute())
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
@@ -138,7 +138,7 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
 
 
 def first_difference(one: Any, other: Any) -> str | None:
-    """Say where two studies differ first, and how."""
+    """Describe the first difference between two studies."""
     for location, value in differences(one, other).items():
         old = one
         for key in location:

@@ -1,4 +1,4 @@
-"""A study that was made, whole or in part: its rows, the best of them, and its pictures."""
+"""A study, complete or in part: its rows, the best one, and pictures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Study:
-    """The rows of a study, in their order; those that are not finished are left out.
+    """The finished rows of a study, in order.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
@@ -36,8 +36,8 @@ class Study:
     (['failed', 'passed', 'passed'], 2)
 
     Attributes:
-        spec: What was to be planned.
-        folder: Where its rows are; `None` if they are in memory.
+        spec: Its definition.
+        folder: Folder of the rows, or `None` for rows in memory.
     """
 
     def __init__(self, spec: StudySpec, files: Sequence[Any], folder: Path | None = None) -> None:
@@ -48,7 +48,7 @@ class Study:
         """Open the folder of a study.
 
         Raises:
-            InputError: It is none.
+            InputError: The folder is not a study.
         """
         return study_of(open_study(Path(folder)))
 
@@ -78,7 +78,7 @@ class Study:
 
     @property
     def together(self) -> tuple[tuple[str, ...], ...]:
-        """The same by the axes of the study, as random samples are varied together."""
+        """Names of the varied columns by axis, as random samples vary together."""
         names = iter(self.varied)
         return tuple(tuple(islice(names, len(axis.paths))) for axis in self.spec.axes)
 
@@ -91,7 +91,7 @@ class Study:
 
     @cached_property
     def titles(self) -> dict[str, str]:
-        """The varied fields, by their column, with its unit in brackets where it is known."""
+        """The varied fields by column, with the unit in brackets where known."""
         data = self.spec.document.data
         units = (unit_at(data, location) for location in self.spec.locations)
         pairs = zip(self.varied, units, strict=True)
@@ -99,7 +99,7 @@ class Study:
 
     @cached_property
     def units(self) -> Units:
-        """Those of the scenario's file; figures are in SI."""
+        """Units of the scenario's file; figures are in SI."""
         return Units(**self.spec.document.data.get("units", {}))
 
     @property
@@ -111,10 +111,10 @@ class Study:
         return int(self.table.num_rows)
 
     def __getitem__(self, column: str) -> list[Any]:
-        """Values of a column; `None` where there is none.
+        """Values of a column, `None` for missing ones.
 
         Raises:
-            InputError: There is no such column.
+            InputError: The column does not exist.
         """
         if column not in self.columns:
             raise InputError(f"no column {column!r}; accepted: {', '.join(self.columns)}")
@@ -126,17 +126,17 @@ class Study:
 
     @property
     def passed(self) -> int:
-        """How many rows pass all checks."""
+        """Number of rows that pass all checks."""
         return self["verdict"].count(PASSED)
 
     @property
     def reasons(self) -> dict[str, int]:
-        """How many rows fail for each reason, most first."""
+        """Number of failed rows by reason, most frequent first."""
         counted = Counter(reason for reason in self["reason"] if reason)
         return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
 
     def best(self, figure: str = "duration") -> dict[str, Any]:
-        """The row that is best in a figure among those that pass; of equal ones the first.
+        """The best row by a figure among all that pass; the first of equal ones.
 
         Raises:
             InputError: No row passes, or none of them has the figure.
@@ -164,15 +164,15 @@ class Study:
     def freeze(self, row: int, path: str | Path) -> Path:
         """Write the scenario of a row, comments kept as far as its file still has them.
 
-        Where it leaves times or speeds free it is planned again, and the file has the chosen
-        numbers, as `Plan.freeze` writes them.
+        If times or speeds are free, it is planned again, and the file has the chosen
+        numbers, as from `Plan.freeze`.
 
         Args:
-            row: Its number.
+            row: Number of the row.
             path: The file to write; an existing one is replaced.
 
         Raises:
-            InputError: The study has no such row, no motion was found whose times could be written,
+            InputError: The study has no such row, no motion with times to write was found,
                 or the file can't be written.
         """
         from knotwork.choosing import saved_text

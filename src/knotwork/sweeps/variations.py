@@ -16,23 +16,21 @@ from knotwork.documents import parse
 from knotwork.documents.csv_rows import read_rows
 from knotwork.errors import DocumentError, InputError, shown
 
-ACCEPTED = (
-    "a range FROM:TO:COUNT, values divided by commas, or uniform(FROM, TO) with a number of samples"
-)
+ACCEPTED = "a range FROM:TO:COUNT, values separated by commas, or uniform(FROM, TO) with samples"
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
 _RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
 _UNIFORM = re.compile(rf"\s*uniform\({_NUMBER},{_NUMBER}\)\s*")
 MOST_ROWS = 100_000_000
-"""Of a study."""
+"""Largest number of rows of a study."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Values that are varied together.
+    """Values that vary together.
 
     Attributes:
         paths: The varied fields.
-        columns: For each path its values, all of one length.
+        columns: Values of each path, all of one length.
     """
 
     paths: tuple[str, ...]
@@ -48,7 +46,7 @@ class _Uniform:
     high: float
 
     def drawn(self, count: int, seed: int, path: str) -> tuple[float, ...]:
-        """Numbers that are the same everywhere; NumPy promises that of no version to the next."""
+        """Reproducible numbers; NumPy does not promise equal ones across versions."""
         source = random.Random(f"{seed} {path}")
         return tuple(self.low + (self.high - self.low) * source.random() for _ in range(count))
 
@@ -64,14 +62,14 @@ def make_axes(
     """Make the axes whose product is the study; the last one varies fastest.
 
     Args:
-        vary: By path the values: a list, an array, or text as on the command line.
-        rows: A CSV file whose header has paths; its rows are one axis, the first.
-        together: All that is varied goes together, row by row: one axis.
-        samples: How many random samples are drawn. They are one axis, the last.
-        seed: Of the random numbers.
+        vary: Values by path: a list, an array, or text as on the command line.
+        rows: A CSV file with paths as header; its rows are one axis, the first.
+        together: Vary everything together, row by row: one axis.
+        samples: Number of random samples, which are one axis, the last.
+        seed: Seed of the random numbers.
 
     Raises:
-        InputError: Values are not written as accepted, lengths differ, or there are none.
+        InputError: Values are malformed, of different lengths, or missing.
     """
     if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
         raise InputError(f"vary is {shown(vary)}; accepted: a mapping of paths to their values")
@@ -79,7 +77,7 @@ def make_axes(
     axes: list[dict[str, Sequence[Any]]] = [_rows(Path(rows))] if rows is not None else []
     for path in axes[0] if axes else ():
         if path in given:
-            raise InputError(f"{path} is varied twice: by {rows} and by itself; leave out one")
+            raise InputError(f"{path} is varied twice: by {rows} and on its own; leave out one")
     axes += [{path: one} for path, one in given.items() if not isinstance(one, _Uniform)]
     uniform = {path: one for path, one in given.items() if isinstance(one, _Uniform)}
     if samples is not None and not uniform:
@@ -104,7 +102,7 @@ def _common_length(columns: Mapping[str, Sequence[Any]], samples: int | None) ->
         lengths["the random samples"] = samples
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{path} has {length}" for path, length in lengths.items())
-        raise InputError(f"what is varied together must have as many values each; {counts}")
+        raise InputError(f"values that vary together must be equally many; {counts}")
     return next(iter(lengths.values()))
 
 
@@ -147,7 +145,7 @@ def _check_finite(path: str, value: Any) -> None:
 
 
 def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
-    """Read values as they are written on the command line.
+    """Read values in the syntax of the command line.
 
     >>> parse_values("knots", "paper,balanced"), parse_values("rate", "100:200:3")
     (['paper', 'balanced'], [100.0, 150.0, 200.0])

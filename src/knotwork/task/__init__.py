@@ -1,6 +1,6 @@
-"""A task for a robot arm: what it is to do, in typed parts; a scenario file says the same.
+"""A task for a robot arm in typed parts; a scenario file holds the same.
 
-Each part is loaded when something of it is first used.
+Each part is loaded on first use.
 """
 
 import lazy_loader

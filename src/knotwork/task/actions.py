@@ -1,4 +1,4 @@
-"""What is done on the way: signals that are switched, and waits."""
+"""Actions along the motion: signals that are switched, and waits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pydantic import (
 from knotwork.documents.values import LARGEST, Forms, Number, Positive, Several, optional
 from knotwork.task.part import TaskPart
 
-# Of shorter waits rounding of times would make motions.
+# Shorter waits could not be told from rounding of times.
 Wait = Annotated[Positive, Field(ge=1e-3)]
 
 
@@ -31,12 +31,12 @@ SWITCHED = {"on": True, "off": False}
 
 
 def switched(value: Any) -> Any:
-    """A value, on and off as true and false."""
+    """A value, with on and off as true and false."""
     return SWITCHED.get(value, value) if isinstance(value, str) else value
 
 
 def one_name_each(outputs: dict[str, int]) -> dict[str, int]:
-    """Outputs by their names, unless two names are one output."""
+    """Outputs by name, unless two names share one output."""
     names: dict[int, str] = {}
     for name, number in outputs.items():
         if number in names:
@@ -58,29 +58,27 @@ Value = Annotated[Any, AfterValidator(_a_value)]
 
 
 class Action(TaskPart):
-    """One thing that is done on the way: a signal, by a name of your own; an output; or a wait."""
+    """One action along the motion: a signal with a name of your own, an output, or a wait."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Value]
     ALTERNATIVES = (("at", "after", "before"),)
 
-    output: Output | None = optional("Number of a digital output, which takes the value")
-    value: Switched | None = optional("Of the output")
-    wait: Wait | None = optional(
-        "The arm stands still for so long [s], before what comes next in the list"
-    )
+    output: Output | None = optional("Number of the digital output that is set to the value")
+    value: Switched | None = optional("Value of the output")
+    wait: Wait | None = optional("Dwell time [s], before the next action in the list")
     at: Number | None = optional(
-        "How far after the waypoint along the tool path; before it, if negative [length]"
+        "Distance after the waypoint along the tool path; before it, if negative [length]"
     )
-    after: Positive | None = optional("How long after arrival at the waypoint [s]")
-    before: Positive | None = optional("How long before arrival at the waypoint [s]")
+    after: Positive | None = optional("Time after arrival at the waypoint [s]")
+    before: Positive | None = optional("Time before arrival at the waypoint [s]")
 
     def __repr_args__(self) -> list[tuple[str, Any]]:
         return [*self.signals.items(), *super().__repr_args__()]
 
     @property
     def signals(self) -> dict[str, Any]:
-        """Values by the names that the task gives them; one at most."""
+        """Values by the signal names of the task; at most one."""
         return self.__pydantic_extra__ or {}
 
     @model_validator(mode="after")
@@ -98,7 +96,7 @@ class Action(TaskPart):
         if (self.output is None) != (self.value is None):
             raise ValueError("needs output and value together, as in {output: 3, value: true}")
         if self.wait is not None and {"at", "after", "before"} & self.model_fields_set:
-            raise ValueError("waits where the arm stands, which is at the waypoint alone")
+            raise ValueError("a wait is at the waypoint itself; leave out at, after and before")
         return self
 
 

@@ -1,4 +1,4 @@
-"""Times and speeds of a task that are chosen, and what for."""
+"""Times, speeds and poses that a task leaves open, and the objective that decides them."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from knotwork.task.part import TaskPart
 
 
 class Fastest(TaskPart):
-    """A time that is chosen: the least that the limits allow."""
+    """A duration to be chosen: the minimum that the limits allow."""
 
     fastest: Literal[True] = Field(description="The minimum time that the limits allow")
-    at_least: Positive | None = optional("But no less than this [s]")
+    at_least: Positive | None = optional("Lower bound [s]")
 
 
 class AtMost(TaskPart):
-    """A speed that is chosen, up to a greatest one."""
+    """A speed to be chosen, with an upper bound."""
 
-    at_most: Positive = Field(description="The speed is chosen, up to this one [length/s]")
+    at_most: Positive = Field(description="Upper bound of the chosen speed [length/s]")
 
 
 After = Annotated[
@@ -44,37 +44,37 @@ Speed = Annotated[
 
 
 class FreePosition(TaskPart):
-    """A box for the tool in the axes of the pose; along axes left out it stays where it is."""
+    """A box for the tool in the axes of the pose; axes left out keep the position of the pose."""
 
-    x: Interval | None = optional("Least and greatest place [length]")
-    y: Interval | None = optional("Least and greatest place [length]")
-    z: Interval | None = optional("Least and greatest place [length]")
+    x: Interval | None = optional("Lower and upper bound [length]")
+    y: Interval | None = optional("Lower and upper bound [length]")
+    z: Interval | None = optional("Lower and upper bound [length]")
 
 
 class FreePose(TaskPart):
-    """What a pose leaves open. All else, and how fast the tool is, stays as given."""
+    """Freedom of a pose. The other coordinates, and the speed of the tool, stay as given."""
 
     turn: (
         Annotated[
             Literal["z"] | Interval,
-            Forms("z, or a list of two angles, the least and the greatest"),
+            Forms("z, or a list of two angles, the lower and the upper bound"),
         ]
         | None
     ) = optional(
-        "The tool may turn about its z axis: z, however far; or the least and the "
-        "greatest turn from the pose [angle]"
+        "Turn of the tool about its z axis: z for any turn, or the lower and the "
+        "upper bound of the turn from the pose [angle]"
     )
     tilt: Positive | None = optional(
-        "The z axis may be this far from that of the pose [angle]; the turn is that "
-        "before the tool leans"
+        "Largest angle between the z axis and that of the pose [angle]; the turn is "
+        "applied before the tilt"
     )
     work_angle: Interval | None = optional(
-        "Least and greatest, of a tool at angles to a seam [angle]"
+        "Lower and upper bound, for a tool at angles to a seam [angle]"
     )
     travel_angle: Interval | None = optional(
-        "Least and greatest, of a tool at angles to a seam [angle]"
+        "Lower and upper bound, for a tool at angles to a seam [angle]"
     )
-    position: FreePosition | None = optional("Where the tool stops it may be anywhere in a box")
+    position: FreePosition | None = optional("Box for the tool position, where the tool stops")
 
     @model_validator(mode="after")
     def _something(self) -> FreePose:
@@ -96,14 +96,14 @@ Free = Annotated[
 
 
 class ClearWay(TaskPart):
-    """A motion that finds its own way past everything that it may not touch."""
+    """A collision-free motion past everything that may not be touched."""
 
-    clear: Literal[True] = Field(description="The motion keeps clear of everything, proved")
+    clear: Literal[True] = Field(description="A motion proved to be free of collisions")
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
-        "Number of ways that are looked for; the fastest is taken", 2
+        "Number of motions to search for; the fastest is taken", 2
     )
     room: Positive | None = optional(
-        "Clearance beyond the margins that it keeps where it can, or a half or a "
+        "Extra clearance beyond the margins where possible, or a half or a "
         "quarter of it [length]; left out: none"
     )
 
@@ -118,7 +118,7 @@ Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 
 class Weights(TaskPart):
-    """Objective that is minimised where times or knots are chosen: a weighted sum of these."""
+    """Objective minimised where times or knots are chosen: a weighted sum of these terms."""
 
     time: Weight = optional("Weight of the duration [1/s]", 0.0)
     jerk: Weight = optional("Weight of the integral of jerk squared [s⁵/rad²]", 0.0)
@@ -135,23 +135,20 @@ class Weights(TaskPart):
 
 
 class ChosenMotion(TaskPart):
-    """A run of waypoints whose times were chosen: its knots and the accelerations there."""
+    """A section of waypoints with chosen times: its knots and the accelerations there."""
 
     times: Annotated[Items[Number], Field(min_length=4)] = Field(
-        description="Of the knots, among them those of the run's waypoints [s]"
+        description="Knot times, among them the times of the section's waypoints [s]"
     )
     accelerations: Annotated[dict[Text, Items[Number]], Field(min_length=1)] = Field(
-        description="At the knots, a list for each joint [angle/s² or length/s²]"
+        description="Accelerations at the knots, a list for each joint [angle/s² or length/s²]"
     )
     velocities: dict[Text, JointMap] = optional(
-        "Joint velocities at waypoints where they were chosen, by their names "
-        "[angle/s or length/s]",
+        "Chosen joint velocities by the name of the waypoint [angle/s or length/s]",
         {},
     )
-    way: Annotated[int, Field(ge=0)] = optional(
-        "Number of ways that were tried where it found its way; else 0", 0
-    )
+    way: Annotated[int, Field(ge=0)] = optional("Number of motions tried for way: clear; else 0", 0)
     room: Annotated[Number, Field(ge=0)] | None = optional(
-        "Clearance beyond the margins that its way keeps [length]; left out where none "
-        "was asked for"
+        "Extra clearance beyond the margins, for way: clear [length]; left out where none "
+        "was requested"
     )

@@ -1,4 +1,4 @@
-"""Mass, its centre and its inertia, of a tool and of what it holds."""
+"""Mass, centre of mass and inertia of a tool and of held objects."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 class Inertia(TaskPart):
     """Moments of inertia about the centre of mass, named as in a URDF."""
 
-    ixx: Number = Field(description="About x [kg m²]")
-    iyy: Number = Field(description="About y [kg m²]")
-    izz: Number = Field(description="About z [kg m²]")
+    ixx: Number = Field(description="Moment about x [kg m²]")
+    iyy: Number = Field(description="Moment about y [kg m²]")
+    izz: Number = Field(description="Moment about z [kg m²]")
     ixy: Number = optional("Product of inertia [kg m²]", 0.0)
     ixz: Number = optional("Product of inertia [kg m²]", 0.0)
     iyz: Number = optional("Product of inertia [kg m²]", 0.0)

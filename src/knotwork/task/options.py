@@ -1,4 +1,4 @@
-"""How a task is planned and checked: options of planners, tolerances, branches of solutions."""
+"""Options for planning and checking: planners, tolerances, branches of solutions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.task.part import TaskPart
 
 
 class Balanced(TaskPart):
-    """Balanced knots with their constant given."""
+    """Balanced knots with a given constant."""
 
     balanced: Annotated[float, Field(strict=True, gt=0, le=0.5)] = Field(
         description="Constant c: knots sit c times the shorter neighbouring interval away from "
@@ -20,21 +20,21 @@ class Balanced(TaskPart):
 
 
 class EndAcceleration(TaskPart):
-    """Joint accelerations at the two ends; joints left out have none."""
+    """Joint accelerations at the two ends; zero for joints left out."""
 
     start: dict[str, Number] = optional("At the first waypoint [angle/s² or length/s²]", {})
     end: dict[str, Number] = optional("At the last waypoint [angle/s² or length/s²]", {})
 
 
 class Branch(TaskPart):
-    """The branch of solutions to take, in words; what is left out is free."""
+    """The branch of solutions to take; parts left out are free."""
 
     shoulder: Literal["left", "right"] | None = optional(
         "Side of axis 1 on which the upper arm is, seen from behind the arm"
     )
-    elbow: Literal["up", "down"] | None = optional("Above or below the line from shoulder to wrist")
+    elbow: Literal["up", "down"] | None = optional("Side of the line from shoulder to wrist")
     wrist: Literal["flip", "no flip"] | None = optional(
-        "no flip: axis 6 is turned from axis 4 in the positive sense of joint 5"
+        "no flip: axis 6 is turned relative to axis 4 in the positive sense of joint 5"
     )
 
     @model_validator(mode="after")
@@ -45,7 +45,7 @@ class Branch(TaskPart):
 
 
 class Presets(TaskPart):
-    """Options of some planners beyond knots; `knotwork planners` says which takes which."""
+    """Further options of some planners; `knotwork planners` lists which planner takes which."""
 
     accelerations: (
         Annotated[
@@ -61,34 +61,34 @@ class Presets(TaskPart):
 
 
 class Tolerances(TaskPart):
-    """Largest differences from the task that pass the check; by default 1e-6 in SI."""
+    """Largest deviations that pass the check; 1e-6 in SI by default."""
 
-    position: Positive | None = optional("Of the TCP at a pose [length]")
-    orientation: Positive | None = optional("Of the tool at a pose [angle]")
-    linear_velocity: Positive | None = optional("Of the TCP [length/s]")
-    angular_velocity: Positive | None = optional("Of the tool [angle/s]")
+    position: Positive | None = optional("Position of the TCP at a pose [length]")
+    orientation: Positive | None = optional("Orientation of the tool at a pose [angle]")
+    linear_velocity: Positive | None = optional("Velocity of the TCP [length/s]")
+    angular_velocity: Positive | None = optional("Angular velocity of the tool [angle/s]")
     joint_position: Positive | None = optional(
-        "At waypoints given by joint values [angle or length]"
+        "Joint positions at waypoints given by joint values [angle or length]"
     )
     joint_velocity: Positive | None = optional(
-        "At waypoints given by joint values, and where the tool is to stop [angle/s or length/s]"
+        "Joint velocities at waypoints given by joint values, and at stops [angle/s or length/s]"
     )
     joint_acceleration: Positive | None = optional(
-        "At the ends, where asked for [angle/s² or length/s²]"
+        "Joint accelerations at the ends, where given [angle/s² or length/s²]"
     )
     path: Positive | None = optional("Distance of the TCP from a path [length]; left out: 0.1 mm")
     path_orientation: Positive | None = optional(
-        "Of the tool along a path [angle]; left out: 0.1 degrees"
+        "Orientation of the tool along a path [angle]; left out: 0.1 degrees"
     )
     path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = optional(
-        "Of the speed along a path, as a part of the full speed; left out: 0.01"
+        "Speed along a path, as a fraction of the full speed; left out: 0.01"
     )
 
 
 class PathOptions(TaskPart):
-    """How the tool moves along paths."""
+    """Options of the motion along tool paths."""
 
     acceleration: Positive | None = optional(
-        "Largest acceleration along the path where its speed changes, at a stop or "
+        "Largest acceleration along the path where the speed changes, at a stop or "
         "where two speeds meet [length/s²]; left out: 1 m/s²"
     )

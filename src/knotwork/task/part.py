@@ -1,4 +1,4 @@
-"""`TaskPart`: what all parts of a task have in common: they are checked when they are made."""
+"""`TaskPart`: the base class of all parts of a task, which validates them when they are made."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from knotwork.documents import Document, StrictModel, validate
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# No task nests deeper. What does is left as it is, and then refused.
+# No task nests deeper. Anything deeper is left unchanged here, and refused later.
 _DEEPEST = 8
 
 
 class TaskPart(StrictModel):
     """A part of a task.
 
-    A value may be a NumPy array where a list is accepted, and a `pin.SE3` where a pose is.
+    NumPy arrays are accepted in place of lists, and a `pin.SE3` in place of a pose.
 
     Raises:
-        DocumentError: A value is missing, unknown or wrong; names every one of them.
+        DocumentError: A value is missing, unknown or wrong; the message lists all of them.
     """
 
-    # Of a docstring the schema of files has the first sentence.
+    # The schema of files has the first sentence of a docstring.
     model_config = ConfigDict(
         json_schema_extra=lambda schema: schema.update(
             description=str(schema.get("description", "")).partition("\n\n")[0]
@@ -42,17 +42,17 @@ class TaskPart(StrictModel):
             data = {keys.get(name, name): plain(value) for name, value in values.items()}
             validate(type(self), Document(data, prefix=(type(self).__name__,)), self)
 
-        # Parts that a file gives are made without it, all in one go.
+        # Parts read from a file are made without it, all at once.
         __init__.__pydantic_base_init__ = True
 
     def replace(self, **changes: Any) -> Self:
-        """A copy with other values, checked like any.
+        """A copy with other values, validated.
 
         >>> kw.task.Euler(order="ZYX", angles=[0, 0, 1]).replace(order="XYZ").order
         'XYZ'
 
         Args:
-            changes: By the name of the field; `None` leaves out what was given.
+            changes: New values by field name; `None` removes a value.
 
         Raises:
             DocumentError: A value is unknown or wrong.
@@ -65,13 +65,13 @@ class TaskPart(StrictModel):
         return [(name, getattr(self, name)) for name in fields if name in self.model_fields_set]
 
     def to_dict(self) -> dict[str, Any]:
-        """What was given as plain data, with the keys of a scenario file."""
+        """The given values as plain data, with the keys of a scenario file."""
         dumped = self.model_dump(by_alias=True, exclude_unset=True)
         return cast(dict[str, Any], plain(dumped))
 
 
 def plain(value: Any, depth: int = 0) -> Any:
-    """A value from Python as a file would give it: no arrays, poses and paths."""
+    """A Python value as plain data: no arrays, poses or paths."""
     if isinstance(value, Mapping) and depth < _DEEPEST:
         return {key: plain(item, depth + 1) for key, item in value.items()}
     if isinstance(value, list | tuple) and depth < _DEEPEST:

@@ -1,4 +1,4 @@
-"""Where the data of a task comes from, and the paths in it, which are relative to its file."""
+"""Sources of a task's data, and the paths in it, which are relative to its file."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from knotwork.task.part import plain
 PATH_KEYS = frozenset(
     {"file", "mesh", "motion", "package_paths", "points", "robot", "scenario", "srdf", "urdf"}
 )
-"""Keys whose text is a path relative to the file, where there is such a file or folder."""
+"""Keys whose text is a path relative to the file, if the file or folder exists."""
 
 
 def moved_paths(
     data: Any, old: Path, new: Path | None, place: Location = ()
 ) -> dict[Location, str]:
-    """What the relative paths in a file are once it is in another folder, by location.
+    """Relative paths of a file that moves to another folder, by location.
 
     Args:
-        data: What the file says.
-        old: The folder that it was in.
-        new: The folder that it is in now; `None` for absolute paths.
-        place: Where the data is in the file.
+        data: Content of the file.
+        old: Its old folder.
+        new: Its new folder; `None` for absolute paths.
+        place: Location of the data in the file.
     """
     if old == new:
         return {}
@@ -41,16 +41,16 @@ def moved_paths(
     if Path(data).expanduser().is_absolute() or not (old / data).exists():
         return {}
     if key in ("robot", "scenario") and not (old / data).is_file():
-        return {}  # the name of one that is shipped
+        return {}  # the name of a shipped file
     path = old / data if new is None else Path(os.path.relpath(old / data, new))
     return {place: path.as_posix()}
 
 
 def read_document(reference: str | Path | Mapping[str, Any]) -> Document:
-    """The data of a task: of a shipped scenario by name, of a file by path, or of a mapping.
+    """The data of a task: a shipped scenario by name, a file by path, or a mapping.
 
     Raises:
-        InputError: There is no such file, it can't be read, or it is a robot.
+        InputError: The file is missing, can't be read, or describes a robot.
     """
     if isinstance(reference, Mapping):
         return Document(plain(reference))

@@ -24,7 +24,7 @@ ORIENTATIONS = (
 
 
 MOST_PLACES = 1000
-"""Of a grid."""
+"""Largest number of places in a grid."""
 
 
 def _euler_order(order: str) -> str:
@@ -39,25 +39,25 @@ def _euler_order(order: str) -> str:
 
 
 class Euler(TaskPart):
-    """Euler angles: turns about the moving axes, in the order given."""
+    """Euler angles: rotations about moving axes, in the given order."""
 
     order: Annotated[str, AfterValidator(_euler_order)] = Field(
         description="Axes in order, capital letters, for example ZYX"
     )
-    angles: Vector3 = Field(description="Turns in that order [angle]")
+    angles: Vector3 = Field(description="Rotations in that order [angle]")
 
 
 class Torch(TaskPart):
-    """How the tool's z axis leans to a seam and the surface that it is on."""
+    """Inclination of the tool's z axis relative to a seam and its surface."""
 
     normal: Vector3 | None = optional(
-        "Direction out of the surface; along a path that where it begins, left out "
-        "where its points have normals"
+        "Surface normal, out of the surface; along a path, the normal at its start, left out "
+        "where the points have normals"
     )
-    work_angle: Number = optional("About the seam: how far the tool leans to its left [angle]", 0.0)
+    work_angle: Number = optional("Inclination about the seam, to its left [angle]", 0.0)
     travel_angle: Number = optional(
-        "In the plane of seam and tool: positive where the tool points forward (push), "
-        "negative where it points back (drag) [angle]",
+        "Inclination in the plane of seam and tool: positive for forward (push), "
+        "negative for backward (drag) [angle]",
         0.0,
     )
     tangent: Literal["x", "y", "-x", "-y"] = optional(
@@ -66,14 +66,14 @@ class Torch(TaskPart):
 
 
 class SeamTorch(Torch):
-    """How the tool's z axis leans to the direction of a seam and the surface that it is on."""
+    """Inclination of the tool's z axis relative to a seam direction and a surface."""
 
-    normal: Vector3 = Field(description="Direction out of the surface")
+    normal: Vector3 = Field(description="Surface normal, out of the surface")
     seam: Vector3 = Field(description="Direction of the seam")
 
 
 class Placement(TaskPart):
-    """A position and at most one form of orientation; none means the axes are parallel."""
+    """A position and at most one form of orientation; without one the axes are parallel."""
 
     ALTERNATIVES = (ORIENTATIONS,)
 
@@ -85,18 +85,18 @@ class Placement(TaskPart):
         "Unit quaternion, its scalar part first, as in Eigen's constructor"
     )
     rpy: Vector3 | None = optional(
-        "Turns about the fixed x, y, z axes, in this order, as in URDF [angle]"
+        "Rotations about the fixed x, y, z axes, in this order, as in URDF [angle]"
     )
-    euler: Euler | None = optional("Turns about moving axes, in an order of choice")
-    rotation_vector: Vector3 | None = optional("Unit axis times angle [angle]")
+    euler: Euler | None = optional("Rotations about moving axes, in a given order")
+    rotation_vector: Vector3 | None = optional("Rotation axis (unit vector) times angle [angle]")
     rotation_matrix: Annotated[Items[Vector3], Field(min_length=3, max_length=3)] | None = optional(
-        "Three rows of three numbers; orthonormal, right-handed"
+        "Rotation matrix as three rows; orthonormal, right-handed"
     )
-    torch: SeamTorch | None = optional("Angles to a seam and a surface")
+    torch: SeamTorch | None = optional("Inclination relative to a seam and a surface")
 
     @property
     def turned(self) -> bool:
-        """Whether it has an orientation."""
+        """Whether an orientation is given."""
         return any(getattr(self, name) is not None for name in ORIENTATIONS)
 
 
@@ -105,16 +105,16 @@ class Pose(Placement):
 
 
 class FrameMotion(TaskPart):
-    """A motion that is known at all times, in the axes of the frame where it is at rest."""
+    """A motion known at all times, in the axes of the frame at rest."""
 
-    linear: Vector3 | None = optional("Constant [length/s]")
+    linear: Vector3 | None = optional("Constant velocity [length/s]")
     angular: Vector3 | None = optional("Constant, about the frame's origin [angle/s]")
     file: Text | None = optional(
         "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
-        "yaw, pitch, roll [rad], or some of them, in SI: shifts, then turns about the moving z, y, "
-        "x axes; before and after it the frame stands"
+        "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation about moving "
+        "z, y, x axes; the frame is at rest before and after it"
     )
-    at: Number = optional("When the frame is where it is placed, or the file begins [s]", 0.0)
+    at: Number = optional("Time when the frame is at its placement or the file begins [s]", 0.0)
 
     @model_validator(mode="after")
     def _one_form(self) -> FrameMotion:
@@ -126,13 +126,13 @@ class FrameMotion(TaskPart):
 
 
 class Grid(TaskPart):
-    """Places in rows along x, y and z of a frame, the first of which is at its origin."""
+    """Positions in rows along x, y and z of a frame; the first is the origin."""
 
     counts: Annotated[
         Items[Annotated[int, Field(strict=True, ge=1, le=1000)]], Field(min_length=1, max_length=3)
-    ] = Field(description="Number of places along x, y and z; those along x come first")
+    ] = Field(description="Number of positions along x, y and z, counted along x first")
     pitches: Annotated[Items[Number], Field(min_length=1, max_length=3)] = Field(
-        description="From one to the next along x, y and z [length]"
+        description="Distance between positions along x, y and z [length]"
     )
 
     @model_validator(mode="after")
@@ -148,15 +148,15 @@ class Grid(TaskPart):
 
 
 class Frame(Placement):
-    """A named frame, placed in the base or in another named frame."""
+    """A named frame, placed in the base frame or in another named frame."""
 
-    moves: FrameMotion | None = optional("Its motion, and that of all in it: a belt, a turntable")
+    moves: FrameMotion | None = optional("Motion of the frame and all in it: a belt, a turntable")
 
     on: Text | None = optional(
-        "In place of in: link of the robot that carries it. Where poses are in frames "
-        "on a link that joints move, a turntable, these joints are planned with the arm's"
+        "In place of in: robot link that carries the frame. Where poses are in frames "
+        "on a link moved by joints, such as a turntable, these joints are planned with the arm"
     )
-    grid: Grid | None = optional("Places in it, for over of a repeat")
+    grid: Grid | None = optional("Positions in the frame, for over of a repeat")
     parent: Text = optional("base or the name of another frame", "base", key="in")
 
     @model_validator(mode="after")
@@ -167,10 +167,10 @@ class Frame(Placement):
 
 
 class Velocity(TaskPart):
-    """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
+    """Linear velocity of the TCP and angular velocity of the tool, in the axes of a frame."""
 
-    linear: Vector3 = optional("Of the TCP [length/s]", (0.0, 0.0, 0.0))
-    angular: Vector3 = optional("Of the tool [angle/s]", (0.0, 0.0, 0.0))
+    linear: Vector3 = optional("Velocity of the TCP [length/s]", (0.0, 0.0, 0.0))
+    angular: Vector3 = optional("Angular velocity of the tool [angle/s]", (0.0, 0.0, 0.0))
     axes: Text | None = optional(
         "A named frame, base or tool; left out: the frame the waypoint's pose is in", key="in"
     )

@@ -1,4 +1,4 @@
-"""Waypoints that are repeated over places."""
+"""Waypoints that are repeated at several places."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class PlacesFile(TaskPart):
     """Places in a CSV file."""
 
     file: Text = Field(
-        description="Path of a CSV file, relative to this one, with the columns x, y, z, and qx, "
+        description="Path of a CSV file, relative to this file, with the columns x, y, z, and qx, "
         "qy, qz, qw for orientations; its numbers are in this file's unit of length"
     )
     parent: Text = optional("base or the name of a frame", "base", key="in")
 
 
 class Repeat(TaskPart):
-    """Waypoints that are repeated over places: a turn at each place."""
+    """Waypoints that are repeated, once at each place."""
 
     over: Annotated[
         Text
@@ -45,14 +45,14 @@ class Repeat(TaskPart):
         ],
         Forms("the name of a frame with a grid, a list of frames and places, or a file"),
     ] = Field(
-        description="Its places: a frame with a grid, a list of names of frames and of places, or "
-        "a CSV file; in the block, the frame place is the one of the turn"
+        description="Places: a frame with a grid, a list of frame names and of places, or "
+        "a CSV file; inside the block, the frame place is the current place"
     )
     holds: dict[Text, HeldObject] = optional(
-        "Objects that the tool takes along in each turn, as holds of the tool", {}
+        "Objects held by the tool in each repetition, as holds of the tool", {}
     )
     repeat: Several[Waypoint] = Field(
-        description="The waypoints of a turn; their names, and those of its objects, get its number"
+        description="Waypoints of one repetition; its number is added to all names in it"
     )
 
 

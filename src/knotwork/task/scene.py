@@ -1,4 +1,4 @@
-"""Shapes of surroundings, tool and held objects of a task; collision rules."""
+"""Shapes of the surroundings, the tool and held objects of a task; collision rules."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ SHAPES = (
     *("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid"),
     *("half_space", "mesh", "points"),
 )
-"""Keys of which a shape gives exactly one."""
+"""Keys of a shape, exactly one of which is given."""
 
 
 class SolidOfRevolution(TaskPart):
-    """A solid of revolution about z, its middle at the origin."""
+    """A solid of revolution about z, centred at the origin."""
 
     radius: Positive = Field(description="[length]")
     length: Positive = Field(
-        description="Along z; of a capsule between the centres of its half spheres [length]"
+        description="Length along z; of a capsule, between the centres of its half spheres [length]"
     )
 
 
 def _a_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
     if not any(vector):
-        raise ValueError("must not be zero: it says which way is out of the solid")
+        raise ValueError("must not be zero: it is the outward normal of the solid")
     return vector
 
 
@@ -51,43 +51,43 @@ class HalfSpace(TaskPart):
     """Everything behind a plane: a floor, a wall."""
 
     normal: Annotated[Vector3, AfterValidator(_a_direction)] = Field(
-        description="Out of the solid, of any length"
+        description="Outward normal, of any length"
     )
-    offset: Number = optional("Of the plane from the origin along it [length]", 0.0)
+    offset: Number = optional("Distance from the origin along the normal [length]", 0.0)
 
 
 class PointCloud(TaskPart):
-    """Points, as a scanner gives them: every cell of a grid that holds one is solid."""
+    """Points from a scanner: every grid cell that holds a point is solid."""
 
     file: Text = Field(
         description="Path of a CSV file with columns x, y, z or a PLY file, relative to this file; "
         "its numbers are in this file's unit of length"
     )
-    scale: Positive = optional("Factor on its numbers", 1.0)
+    scale: Positive = optional("Scale factor", 1.0)
     resolution: Positive = Field(
-        description="Edge of a cell; larger than the gaps between points [length]"
+        description="Edge length of a cell; larger than the gaps between points [length]"
     )
 
 
 class _Shape(Placement):
     position: Vector3 = optional(
-        "Of the shape's middle; of a file's origin [length]", (0.0, 0.0, 0.0)
+        "Position of the shape's centre, or of a file's origin [length]", (0.0, 0.0, 0.0)
     )
     box: Size3 | None = optional("Size along x, y and z [length]")
-    sphere: Positive | None = optional("Its radius [length]")
-    cylinder: SolidOfRevolution | None = optional("About z")
-    capsule: SolidOfRevolution | None = optional("About z: a cylinder with half spheres")
-    cone: SolidOfRevolution | None = optional("About z, its tip up")
+    sphere: Positive | None = optional("Radius [length]")
+    cylinder: SolidOfRevolution | None = optional("Cylinder about z")
+    capsule: SolidOfRevolution | None = optional("Capsule about z: a cylinder with half spheres")
+    cone: SolidOfRevolution | None = optional("Cone about z, its tip up")
     ellipsoid: Size3 | None = optional("Half axes along x, y and z [length]")
-    half_space: HalfSpace | None = optional("A floor or a wall without end")
+    half_space: HalfSpace | None = optional("An infinite floor or wall")
     mesh: Text | None = optional(
         "Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
-        "are in this file's unit of length (COLLADA says its own)"
+        "are in this file's unit of length (COLLADA states its own)"
     )
     points: PointCloud | None = optional("A point cloud")
-    scale: Positive | None = optional("Factor on a mesh; left out: 1")
+    scale: Positive | None = optional("Scale factor of a mesh; left out: 1")
     exact: Flag | None = optional(
-        "Check a mesh as it is, not its convex hull; it must be watertight. Left out: false"
+        "Check the exact mesh, not its convex hull; it must be watertight. Left out: false"
     )
 
     @model_validator(mode="after")
@@ -104,77 +104,77 @@ class _Shape(Placement):
 
 class _Appearing(_Shape):
     appears: Text | None = optional(
-        "Name of the waypoint from which on it is there; left out: from the start"
+        "Name of the waypoint at which it appears; left out: present from the start"
     )
 
 
 class ToolShape(_Shape):
-    """One shape, placed in the axes of the frame that carries it."""
+    """One shape, placed in the axes of the tool's frame."""
 
 
 class SceneObject(_Appearing):
-    """An object that stands still."""
+    """A fixed object."""
 
     parent: Text = optional("base or the name of a frame", "base", key="in")
     allow: Items[Text] = optional(
-        "What may touch it: links of the robot, tool, or the name of a held object", ()
+        "Bodies that may touch it: links of the robot, tool, or the name of a held object", ()
     )
     visual: Flag = optional("Only shown, never checked", False)
 
 
 class OtherRobot(Placement):
-    """Another robot in motion, with its tool and what it holds."""
+    """Another robot in motion, with its tool and held objects."""
 
-    position: Vector3 = optional("Of its base frame, whose axes it has [length]", (0.0, 0.0, 0.0))
-    parent: Text = optional("base or the name of a frame that stands", "base", key="in")
+    position: Vector3 = optional("Position of its base frame [length]", (0.0, 0.0, 0.0))
+    parent: Text = optional("base or the name of a fixed frame", "base", key="in")
     scenario: Text = Field(
-        description="Its scenario: the name of a shipped one, or a path relative to this file"
+        description="Its scenario: name of a shipped one, or a path relative to this file"
     )
     motion: Text | None = optional(
-        "Path of its recorded motion, relative to this file, as knotwork check takes "
-        "it; left out: its scenario is planned, and must pass"
+        "Path of its recorded motion, relative to this file, in any form that knotwork check "
+        "reads; left out: its scenario is planned, and must pass"
     )
     delay: Number = optional(
-        "How much later than this motion its own begins; it stands before and after [s]", 0.0
+        "Delay of its motion relative to this one; it is at rest before and after [s]", 0.0
     )
 
 
 class Surroundings(TaskPart):
-    """What stands around the robot."""
+    """The surroundings of the robot."""
 
     margin: Distance = optional(
-        "Clearance that robot, tool and held objects keep from it [length]", 0.0
+        "Clearance that robot, tool and held objects keep from the surroundings [length]", 0.0
     )
-    objects: dict[Text, SceneObject] = optional("By name, in the base or in frames", {})
-    robots: dict[Text, OtherRobot] = optional("Other robots by name, which move as they do", {})
+    objects: dict[Text, SceneObject] = optional("Objects by name, in the base or in frames", {})
+    robots: dict[Text, OtherRobot] = optional("Other moving robots by name", {})
 
 
 class HeldObject(_Appearing):
-    """An object that the tool takes along; before and after it stands where it was and is left."""
+    """An object carried by the tool; it is at rest before it is taken and after its release."""
 
     take: Text = Field(
         validation_alias="from",
         serialization_alias="from",
-        description="Name of the waypoint where the tool takes it",
+        description="Name of the waypoint where the tool takes the object",
     )
     leave: Text = Field(
         validation_alias="to",
         serialization_alias="to",
-        description="Name of the waypoint where the tool leaves it",
+        description="Name of the waypoint where the tool releases the object",
     )
     allow: Items[Text] = optional(
-        "What it may touch: objects of the scene that it is taken from or put on, "
-        "links. The tool may touch it anyway",
+        "Bodies that it may touch: objects of the scene that it is taken from or put on, "
+        "links. The tool may touch it in any case",
         (),
     )
     mass: Mass | None = optional(
-        "The arm carries it from where it is taken to where it is left, in addition to "
+        "Mass, carried from where the object is taken to where it is released, in addition to "
         "the mass of the tool [kg]"
     )
     centre_of_mass: Vector3 | None = optional(
-        "In the axes of the TCP [length]; left out: the middle of its shape, of a file its origin"
+        "Centre of mass in the axes of the TCP [length]; left out: centre of the shape, file origin"
     )
-    inertia: Inertia | None = optional("In the axes of the TCP; left out: a point mass")
+    inertia: Inertia | None = optional("Inertia in the axes of the TCP; left out: a point mass")
 
     @model_validator(mode="after")
     def _mass_of_it(self) -> HeldObject:
@@ -190,17 +190,17 @@ Shapes = Annotated[
 
 
 class Collisions(TaskPart):
-    """What is checked for collisions, and how closely."""
+    """Collision checks and their precision."""
 
     itself: Flag = optional(
         "Whether the robot is checked against itself and its tool", True, key="self"
     )
     ignore: Items[Annotated[Items[Text], Field(min_length=2, max_length=2)]] = optional(
-        "Pairs that are not checked: names of links and objects, or tool; `link:NAME` "
-        "and `scenario:NAME` say which where both have the name",
+        "Pairs excluded from the check: names of links and objects, or tool; `link:NAME` "
+        "and `scenario:NAME` resolve a name that both have",
         (),
     )
     resolution: Positive | None = optional(
-        "A clearance that is nearer than this to what must be kept counts as failed "
+        "A clearance that exceeds the required one by less than this counts as failed "
         "[length]; left out: 0.1 mm"
     )

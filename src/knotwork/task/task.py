@@ -1,4 +1,4 @@
-"""`Task`: what a robot arm is to do, as a scenario file or a program in Python gives it."""
+"""`Task`: a task for a robot arm, as given by a scenario file or a Python program."""
 
 from __future__ import annotations
 
@@ -41,28 +41,28 @@ from knotwork.task.waypoints import Waypoint
 
 
 class TaskUnits(TaskPart):
-    """Units of every value in the file; seconds and kilograms stay what they are."""
+    """Units of every value in the file; times are in seconds and masses in kilograms."""
 
-    length: Literal["m", "mm"] = optional("Of positions, speeds and sliding joints", "m")
-    angle: Literal["rad", "deg"] = optional("Of orientations and turning joints", "rad")
+    length: Literal["m", "mm"] = optional("Unit of positions, speeds and prismatic joints", "m")
+    angle: Literal["rad", "deg"] = optional("Unit of orientations and revolute joints", "rad")
 
 
 class Task(TaskPart):
-    """A task for a robot arm: waypoints with times and speeds, and how to plan and check it.
+    """A task for a robot arm: waypoints with times and speeds, and options of plan and check.
 
-    Its fields are the keys of a scenario file; values are in SI unless `units` says
-    otherwise. `kw.plan` and all that takes a scenario take it.
+    Its fields are the keys of a scenario file; values are in SI unless `units` states
+    otherwise. `kw.plan` and everything else that takes a scenario accepts one.
 
     >>> ends = [kw.task.JointWaypoint(joints={"lift": z}, after=z or None) for z in (0.0, 2.0)]
     >>> kw.plan(kw.Task(waypoints=ends)).trajectory.duration
     2.0
 
     Raises:
-        DocumentError: A value is missing, unknown or wrong; names every one of them.
+        DocumentError: A value is missing, unknown or wrong; the message lists all of them.
     """
 
-    name: Text | None = optional("Left out: the file's name")
-    description: str = optional("What the task is, for reports", "")
+    name: Text | None = optional("Name of the task; left out: the file's name")
+    description: str = optional("Description of the task, for reports", "")
     units: TaskUnits = optional("Units of every value in the file", TaskUnits.model_construct())
     robot: (
         Annotated[
@@ -75,72 +75,72 @@ class Task(TaskPart):
         "file), or a robot description in place"
     )
     joint_units: dict[str, Literal["rad", "m"]] = optional(
-        "Without a robot: which joints slide (m); those left out turn (rad)", {}
+        "Without a robot: prismatic joints (m); joints left out are revolute (rad)", {}
     )
     tool: Tool | None = optional("The tool; left out: the robot's tool frame is the TCP")
     gravity: Vector3 | None = optional(
-        "In the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
+        "Gravity in the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
         "out: 9.81 along -z of the URDF's root"
     )
     frames: dict[str, Frame] = optional("Named frames, in the base or in one another", {})
     frame: Text | None = optional("Frame of poses that name none; left out: base")
     scene: Surroundings = Field(
-        default_factory=Surroundings, description="What stands around the robot"
+        default_factory=Surroundings, description="Surroundings of the robot"
     )
     collisions: Collisions = Field(
-        default_factory=Collisions, description="What is checked for collisions, and how closely"
+        default_factory=Collisions, description="Collision checks and their precision"
     )
     outputs: Annotated[dict[Text, Output], AfterValidator(one_name_each)] = optional(
-        "Numbers of the digital outputs that signals of do switch, by their names", {}
+        "Numbers of the digital outputs switched by the signals of do, by signal name", {}
     )
     start: JointsOrName | None = optional(
-        "Where the motion starts, at rest, at time 0, before the waypoints: a "
+        "Configuration at time 0, at rest, before the waypoints: a "
         "configuration by name, or every joint [angle or length]"
     )
     near: JointsOrName | None = optional(
-        "Prefer the solutions nearest to this, for every waypoint; whole turns follow "
-        "the motion. Left out: the way of least travel from the start, else from home"
+        "Reference of the solutions at every waypoint, the nearest are taken; whole turns follow "
+        "the motion. Left out: minimum travel from the start, else from home"
     )
     branch: Annotated[
         Literal["free", "keep", "fixed"] | Branch,
         Forms("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
     ] = optional(
         "Branch of the solutions: keep that of the first waypoint unless speeds forbid "
-        "it, hold it fixed, or the one named; for arms of six joints, all others have near",
+        "it, hold it fixed, or the named one; for arms of six joints, others have near",
         "free",
     )
     prefer: Annotated[
         Literal["travel", "clearance"] | dict[Text, Positive],
         Forms("travel, clearance or a mapping of joints to weights"),
     ] = optional(
-        "What decides among solutions that nothing else rules out: least travel, or "
-        "most room to everything: at the waypoints, up to 0.1 m, and then of a few sequences over "
-        "the whole motion; near comes before. A mapping gives weights of joints, 1 for those left "
+        "Criterion among the remaining solutions: minimum travel, or "
+        "maximum clearance: at the waypoints, up to 0.1 m, and then of a few sequences over "
+        "the whole motion; near has priority. A mapping gives weights of joints, 1 for joints left "
         "out, to travel and to the joint speeds of a redundant arm: {rail: 0.2} lets the rail "
         "follow and the arm keep its posture",
         "travel",
     )
     pull_to_middle: Positive | None = optional(
-        "For an arm of more than six joints: where it passes a pose at speed, its "
+        "Posture gain of an arm of more than six joints: where it passes a pose at speed, its "
         "joints also move at this rate to the middle of their ranges, as far as tool and velocity "
-        "limits let them [1/s]; left out: the least joint speeds that move the tool as asked"
+        "limits allow [1/s]; left out: minimum joint speeds for the given tool velocity"
     )
     planner: Text = optional("A planner's name; `knotwork planners` lists them", "modified-hermite")
     knots: Annotated[
         Literal["paper", "balanced", "optimal"] | Balanced | Items[Number],
         Forms("paper, balanced, optimal, {balanced: c} or a list of knot times"),
     ] = optional(
-        "Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
-        "next to each waypoint, at the times given [s], or optimal: where they serve the objective "
-        "best, within the limits. Left out where some times are free: optimal",
+        "Knots of modified-hermite: by the paper's Eq. (39), balanced "
+        "next to each waypoint, at the given times [s], or optimal: for the best objective "
+        "within the limits. Left out where some times are free: optimal",
         "paper",
     )
     times: Literal["fastest"] | None = optional(
-        "fastest: for every waypoint that gives no time, as after: fastest there"
+        "fastest: equal to after: fastest at every waypoint without a time"
     )
-    ways: Way | None = optional("As way at every waypoint that does not end a tool path")
+    ways: Way | None = optional("way of every waypoint that does not end a tool path")
     duration: Positive | None = optional(
-        "Of the whole motion, where times are free: the smoothest so long [s]"
+        "Total duration, where times are free [s]; the smoothest motion of that duration is planned"
     )
     objective: (
         Annotated[
@@ -149,12 +149,12 @@ class Task(TaskPart):
         ]
         | None
     ) = optional(
-        "What is minimised where times or knots are chosen: the duration, or the "
+        "Objective minimised where times or knots are chosen: the duration, or the "
         "integral of jerk, effort or acceleration squared; "
         "left out: the duration, or jerk where that is given"
     )
     chosen: Several[ChosenMotion] | None = optional(
-        "Knots and accelerations of runs whose times were chosen, as `knotwork plan "
+        "Knots and accelerations of sections with chosen times, as `knotwork plan "
         "--freeze` writes them"
     )
     end_acceleration: (
@@ -163,37 +163,35 @@ class Task(TaskPart):
             Forms("zero or a mapping with start and end"),
         ]
         | None
-    ) = optional("Joint accelerations at the two ends; left out: what the planner makes of them")
+    ) = optional("Joint accelerations at the two ends; left out: chosen by the planner")
     planner_options: Presets = optional(
         "Further options of some planners", Presets.model_construct()
     )
     limits: Limits = optional(
-        "Take the place of the robot's limits, or limit the motion of tool and links",
+        "Limits that replace those of the robot, or limit the motion of tool and links",
         Limits.model_construct(),
     )
-    tolerances: Tolerances = optional(
-        "How far the check lets the motion be from what was asked", Tolerances.model_construct()
-    )
+    tolerances: Tolerances = optional("Tolerances of the check", Tolerances.model_construct())
     continuity: Literal[0, 1, 2] = optional(
-        "Continuity the check asks for: 2 means no jump of acceleration", 2
+        "Continuity required by the check: 2 means no jump of acceleration", 2
     )
-    path: PathOptions = optional("How the tool moves along paths", PathOptions.model_construct())
+    path: PathOptions = optional("Options of tool paths", PathOptions.model_construct())
     rate: Positive = optional("Samples per second in samples.csv [Hz]", 100.0)
     waypoints: Several[Step] = Field(
-        description="Two at least, or one after a start, in order of time; some may be repeated"
+        description="At least two in order of time, or one after a start; some may be repeated"
     )
 
     @classmethod
     def load(cls, reference: str | Path | Mapping[str, Any]) -> Task:
         """Read a task: a shipped scenario by name, a file by path, or a mapping of the same shape.
 
-        Paths in it become absolute; the name of a file is that of a task without one.
+        Paths become absolute; a task without a name gets the name of the file.
 
         >>> [one.name for one in kw.Task.load("ur5_deburring").waypoints][:2]
         ['approach', 'edge start']
 
         Raises:
-            InputError: The file can't be read, or something in it is wrong: as `load_scenario`.
+            InputError: The file can't be read, or something in it is wrong, as for `load_scenario`.
         """
         document = read_document(reference)
         if document.file is None:
@@ -218,18 +216,17 @@ class Task(TaskPart):
 
 
 class PlainTask(Task):
-    """A task in which nothing is repeated."""
+    """A task without repeats."""
 
     waypoints: Several[Waypoint] = Field(
-        description="Two at least, or one after a start, in order of time"
+        description="At least two in order of time, or one after a start"
     )
 
     def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
-        """A copy in which some waypoints have other values, checked like any.
+        """A copy with changed values at some waypoints, validated.
 
         Args:
-            changes: By the index of the waypoint values by the name of the field, as `replace`
-                takes them.
+            changes: Values by field name, as for `replace`, by index of the waypoint.
 
         Raises:
             DocumentError: A value is unknown or wrong.

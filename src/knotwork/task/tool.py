@@ -1,4 +1,4 @@
-"""The tool of a task with its payload, and limits on how it and links move."""
+"""The tool of a task with its payload, and limits on the motion of tool and links."""
 
 from __future__ import annotations
 
@@ -17,26 +17,24 @@ from knotwork.task.scene import HeldObject, Shapes
 
 
 class Tool(TaskPart):
-    """The tool: which frame of the robot carries it, where its centre point (TCP) is, its mass."""
+    """The tool: the robot frame that carries it, its centre point (TCP) and its mass."""
 
-    frame: Text | None = optional("Frame of the robot; left out: the robot's own")
+    frame: Text | None = optional("Robot frame that carries it; left out: the robot's default")
     offset: Placement | None = optional("TCP in the axes of that frame")
-    free: FreePose | None = optional(
-        "What all poses leave open, but those with a free of their own"
-    )
+    free: FreePose | None = optional("Freedom of all poses without a free of their own")
     mass: Mass | None = optional(
-        "Of the tool, and of what it holds that has no mass of its own, in addition to "
+        "Mass of the tool, and of held objects without a mass of their own, in addition to "
         "the robot's own masses [kg]"
     )
     centre_of_mass: Vector3 | None = optional(
-        "In the axes of that frame; must be given with a mass [length]"
+        "Centre of mass in the axes of that frame; must be given with a mass [length]"
     )
-    inertia: Inertia | None = optional("In the axes of that frame; left out: a point mass")
+    inertia: Inertia | None = optional("Inertia in the axes of that frame; left out: a point mass")
     shape: Shapes | None = optional(
-        "What it looks like and is checked by, in the axes of that frame"
+        "Shapes for display and collision checks, in the axes of that frame"
     )
     holds: dict[Text, HeldObject] = optional(
-        "Objects that it takes along between two waypoints, in the axes of the TCP", {}
+        "Objects that it carries between two waypoints, in the axes of the TCP", {}
     )
 
     @model_validator(mode="after")
@@ -44,23 +42,23 @@ class Tool(TaskPart):
         if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
             raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
         if self.mass and self.centre_of_mass is None:
-            raise ValueError("gives a mass but not where it is; give centre_of_mass too")
+            raise ValueError("gives a mass but no centre of mass; give centre_of_mass too")
         return self
 
 
 class FrameSpeed(TaskPart):
-    """A limit on the speed of a link's origin."""
+    """A speed limit of a link's origin."""
 
     frame: Text = Field(description="A link of the robot, for example the forearm")
-    speed: Positive = Field(description="Largest speed of its origin [length/s]")
+    speed: Positive = Field(description="Largest speed of the link's origin [length/s]")
 
 
 class Limits(TaskPart, LimitsFile):
-    """Limits that take the place of the robot's, and limits on the motion of tool and links."""
+    """Limits that replace those of the robot, and limits on the motion of tool and links."""
 
     margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = optional(
-        "Part that is used of every limit of velocity, acceleration, jerk, effort and "
-        "of the speeds and acceleration of tool and links; positions keep their range"
+        "Fraction of every limit of velocity, acceleration, jerk, effort and "
+        "of the speeds and acceleration of tool and links that is used; positions keep their range"
     )
     tool_speed: Positive | None = optional("Largest speed of the TCP [length/s]")
     tool_acceleration: Positive | None = optional("Largest acceleration of the TCP [length/s²]")
@@ -72,8 +70,8 @@ class Limits(TaskPart, LimitsFile):
         | None
     ) = optional("Largest speed of links, for example of the elbow")
     singular_value: Positive | None = optional(
-        "Least smallest singular value of the tool Jacobian, in metres and radians "
-        "whatever the units"
+        "Lower bound on the smallest singular value of the tool Jacobian, in metres and radians "
+        "regardless of the units"
     )
 
     @property

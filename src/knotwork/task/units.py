@@ -1,7 +1,7 @@
-"""The units of a task's values: those in brackets in the descriptions of its fields.
+"""The units of a task's values, as in brackets in the descriptions of its fields.
 
-Joint values are angles or lengths as their joint has it, which a task alone does not say: they stay
-in the units that they are given in.
+Joint values are angles or lengths depending on the joint, which a task alone does not define: they
+stay in the given units.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from knotwork.task.task import Task, TaskUnits
 PartT = TypeVar("PartT", bound=TaskPart)
 
 _UNIT = re.compile(r"\[([^\]]+)\]")
-# Of length/s² it leaves length, of angle/s or length/s, which depends on the joint, all.
+# Keeps length of length/s², and all of angle/s or length/s, which depends on the joint.
 _KIND = re.compile(r"/s²?$")
 
 
 @cache
 def units_of(part: type[TaskPart]) -> dict[str, tuple[str, str]]:
-    """The key and the unit of each field that has one unit, by name."""
+    """The key and the unit of each field with exactly one unit, by name."""
     found = {}
     for name, field in part.model_fields.items():
         units = set(_UNIT.findall(field.description or ""))
@@ -37,12 +37,12 @@ def units_of(part: type[TaskPart]) -> dict[str, tuple[str, str]]:
 def numbers(
     part: TaskPart, units: Collection[str], location: Location = ()
 ) -> Iterator[tuple[Location, str, float]]:
-    """All given numbers in some units: where they are in a file, the unit, and the value.
+    """All given numbers in some units: location in the file, unit and value.
 
     Args:
         part: A task, or a part of one.
-        units: As descriptions of fields have them, for example `"angle"`.
-        location: Where the part is.
+        units: Units as in the field descriptions, for example `"angle"`.
+        location: Location of the part.
     """
     for name, (key, unit) in units_of(type(part)).items():
         if name in part.model_fields_set:
@@ -63,15 +63,15 @@ def _numbers(
 
 
 def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:
-    """The unit of a value of a scenario file, in words; empty where it is none or is not known.
+    """The unit of a value of a scenario file; empty without one, or if it is unknown.
 
     >>> unit_at({"units": {"length": "mm"}, "tolerances": {"path": 1}}, ("tolerances", "path"))
     'mm'
 
     Args:
-        data: Of the file.
-        location: Of the value.
-        joints: `"rad"` or `"m"` by name of a joint, where they are known.
+        data: Data of the file.
+        location: Location of the value.
+        joints: `"rad"` or `"m"` by joint name, where known.
     """
     found = set(_UNIT.findall(description_of(Task, data, location)))
     unit = found.pop() if len(found) == 1 else ""
@@ -94,7 +94,7 @@ def in_si(part: PartT, length: float, angle: float) -> PartT:
     """A task, or a part of one, with all but joint values in SI.
 
     Args:
-        part: In other units.
+        part: Task or part in other units.
         length: Its unit of length [m].
         angle: Its unit of angle [rad].
     """

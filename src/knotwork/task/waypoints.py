@@ -26,24 +26,22 @@ from knotwork.task.weaves import Weave
 
 
 class _Waypoint(TaskPart):
-    name: Text | None = optional("For messages and reports; left out: its number. Each name once")
+    name: Text | None = optional("Unique name, for messages and reports; left out: its number")
     time: Number | None = optional("Time since the start [s]")
     after: After | None = optional(
-        "Time since the waypoint before [s]; fastest: the least that the limits allow"
+        "Time since the previous waypoint [s]; fastest: the minimum that the limits allow"
     )
     way: Way | None = optional(
-        "clear: the motion from the waypoint before finds its way past everything; "
-        "without a time it is the fastest that is found"
+        "clear: a collision-free motion from the previous waypoint; "
+        "without a time, the fastest one found"
     )
-    stop: Literal[True] | None = optional("The arm stands still here")
-    wait: Wait | None = optional(
-        "The arm stops here and stands still for so long [s], 1 ms at least"
-    )
-    do: Actions | None = optional("What is switched here or nearby, and waits, in this order")
+    stop: Literal[True] | None = optional("Stop at this waypoint")
+    wait: Wait | None = optional("Stop at this waypoint with this dwell time [s], at least 1 ms")
+    do: Actions | None = optional("Signals switched here or nearby, and waits, in this order")
 
     @property
     def actions(self) -> tuple[Action, ...]:
-        """What is done, one by one."""
+        """Actions as a sequence."""
         return (self.do,) if isinstance(self.do, Action) else tuple(self.do or ())
 
     @model_validator(mode="after")
@@ -57,15 +55,15 @@ class _Waypoint(TaskPart):
 
 
 class _Posed(_Waypoint):
-    """What waypoints given by poses have in common."""
+    """Common fields of waypoints given by poses."""
 
     frame: Text | None = optional("Frame the pose is in; left out: the file's `frame`, else base")
     orientation_in: Text | None = optional(
         "Frame the orientation alone is in; left out: that of the pose"
     )
     free: Free | None = optional(
-        "What the pose leaves open, and with along the path to it; none: nothing; left "
-        "out: as the tool has it"
+        "Freedom of the pose, and with along of the path to it; none: no freedom; left "
+        "out: the freedom given for the tool"
     )
 
 
@@ -80,10 +78,12 @@ class PoseWaypoint(_Posed):
     )
 
     pose: Pose = Field(
-        description="Of the TCP; without orientation the tool has that of the path that begins "
-        "here, at angles to seam and surface"
+        description="Pose of the TCP; without orientation, that of the path that begins "
+        "here at angles to seam and surface"
     )
-    near: JointsOrName | None = optional("Take the solution nearest to this here [angle or length]")
+    near: JointsOrName | None = optional(
+        "Reference of the solution; the nearest is taken [angle or length]"
+    )
     velocity: (
         Annotated[
             Velocity | Literal["free"],
@@ -91,7 +91,7 @@ class PoseWaypoint(_Posed):
         ]
         | None
     ) = optional(
-        "Of the tool as it passes; the first and last waypoint stop without one, "
+        "Velocity of the tool; the first and last waypoint stop without one, "
         "inner ones must give velocity, speed or stop; free: direction and speed are chosen"
     )
     speed: Speed | None = optional(
@@ -101,20 +101,20 @@ class PoseWaypoint(_Posed):
 
 
 class Arc(TaskPart):
-    """An arc from the waypoint before to this one, in one of three forms."""
+    """An arc from the previous waypoint to this one, in one of three forms."""
 
     ALTERNATIVES = (("through", "centre", "radius"),)
 
-    through: Vector3 | None = optional("A point on the way [length]")
+    through: Vector3 | None = optional("A point on the arc [length]")
     centre: Vector3 | None = optional(
-        "Centre of the circle [length]; the shorter way round, without a normal"
+        "Centre of the circle [length]; without a normal, the shorter arc"
     )
     radius: Positive | None = optional(
-        "Radius [length]; the shorter of the two arcs, and normal says on which side"
+        "Radius [length]; the shorter of the two arcs, on the side given by normal"
     )
     normal: Vector3 | None = optional(
-        "Axis that the arc turns about in the positive sense; for a full circle (with "
-        "centre) and with radius it is needed"
+        "Rotation axis of the arc, in the positive sense; for a full circle (with "
+        "centre) and with radius it is required"
     )
     turns: Annotated[int, Field(strict=True, ge=0, le=1000)] | None = optional(
         "With centre: full turns before the rest of the arc"
@@ -145,7 +145,7 @@ class Arc(TaskPart):
 class AlongArc(TaskPart):
     """Along an arc."""
 
-    arc: Arc = Field(description="The arc")
+    arc: Arc = Field(description="Arc from the previous waypoint")
 
 
 class AlongPoints(TaskPart):
@@ -157,7 +157,7 @@ class AlongPoints(TaskPart):
     ] = Field(
         description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
         "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, or "
-        "nx, ny, nz for normals of the surface, which the tool's z axis points against, turn free"
+        "nx, ny, nz for normals of the surface, opposite to the tool's z axis, with free turn"
     )
 
 
@@ -187,19 +187,19 @@ Along = Annotated[
 
 
 class PathWaypoint(_Posed):
-    """The end of a tool path that begins at the waypoint before."""
+    """The end of a tool path that begins at the previous waypoint."""
 
     ALTERNATIVES = (("time", "after"), ("blend", "stop"), ("blend", "wait"))
 
-    along: Along = Field(description="The path from the waypoint before to this one")
+    along: Along = Field(description="Path from the previous waypoint to this one")
     pose: Placement = Field(
-        description="Of the TCP at the end of the path; without orientation the tool keeps the one "
+        description="Pose of the TCP at the end; without orientation the tool keeps the one "
         "it has, or turns with the path"
     )
     speed: Speed | None = optional(
         "Speed of the TCP along the path [length/s]; the time of arrival follows from "
-        "it. fastest: the greatest constant speed that the limits allow; left out: the constant "
-        "speed that takes the time given"
+        "it. fastest: the maximum constant speed that the limits allow; left out: the constant "
+        "speed for the given time"
     )
     orientation: (
         Annotated[
@@ -208,13 +208,13 @@ class PathWaypoint(_Posed):
         ]
         | None
     ) = optional(
-        "tangent: the tool turns with the path; or it turns so at angles to seam and "
-        "surface; left out: evenly, pose to pose"
+        "tangent: the tool turns with the path; a mapping: it also keeps these angles to seam and "
+        "surface; left out: interpolated from pose to pose"
     )
     blend: Positive | None = optional(
-        "Between two lines: the corner is rounded within this distance of it [length]"
+        "Corner rounding between two lines: largest distance from the corner [length]"
     )
-    weave: Weave | None = optional("Motion that is added to the path; speed is that of the path")
+    weave: Weave | None = optional("Oscillation added to the path; speed is that of the path")
 
 
 class JointWaypoint(_Waypoint):
@@ -231,14 +231,14 @@ class JointWaypoint(_Waypoint):
             Forms("a mapping of joint names to velocities, or free"),
         ]
         | None
-    ) = optional("By joint; joints left out stand still; free: it is chosen [angle/s or length/s]")
+    ) = optional("By joint, zero for joints left out; free: it is chosen [angle/s or length/s]")
 
 
 KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
 
 
 def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
-    """Tell what stands in a list of waypoints apart by a key that it has."""
+    """Discriminator of the kinds of waypoints, by a key that each has."""
 
     def kind_of(value: Any) -> str | None:
         if isinstance(value, TaskPart):
@@ -248,7 +248,7 @@ def by_key(kinds: Mapping[str, str], accepted: str) -> Discriminator:
         for key, kind in kinds.items():
             if key in value:
                 return kind
-        # a key that is nearly one of them is a slip: let that key be reported
+        # a near match is a typing error: let that key be reported
         from difflib import get_close_matches
 
         slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)

@@ -1,4 +1,4 @@
-"""A weave: the motion that a tool adds to the path that it goes along."""
+"""A weave: an oscillation of the tool that is added to the path."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from knotwork.task.part import TaskPart
 
 
 class Weave(TaskPart):
-    """A motion that is added to the path, across the seam or around it."""
+    """An oscillation across the seam or around it."""
 
     shape: Literal["sine", "triangle", "circle", "eight"] = Field(
         description="sine or triangle, from edge to edge; circle; or eight, half as long as wide"
     )
-    width: Positive = Field(description="From edge to edge [length]")
-    frequency: Positive = Field(description="Number of periods in a second [Hz]")
-    dwell: Positive | None = optional("For sine and triangle: how long each edge is held [s]")
+    width: Positive = Field(description="Width from edge to edge [length]")
+    frequency: Positive = Field(description="Frequency [Hz]")
+    dwell: Positive | None = optional("Dwell time at each edge, for sine and triangle [s]")
     rounding: Positive | None = optional(
-        "How far a triangle may be from one with sharp corners, up to a quarter of its "
+        "Largest deviation of a triangle from sharp corners, up to a quarter of its "
         "width [length]; left out: the tolerance of the path"
     )
     axes: (
@@ -33,13 +33,13 @@ class Weave(TaskPart):
         key="in",
     )
     normal: Vector3 | None = optional(
-        "Out of the surface where the weave begins, in the path's frame; left out: "
-        "against the tool's z axis; across is square to it and to the seam"
+        "Surface normal where the weave begins, in the path's frame; left out: "
+        "opposite to the tool's z axis; across is perpendicular to it and to the seam"
     )
 
     @property
     def loop(self) -> bool:
-        """Whether it goes round rather than from edge to edge."""
+        """Whether the shape is a closed loop."""
         return self.shape in ("circle", "eight")
 
     @model_validator(mode="after")

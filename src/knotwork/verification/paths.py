@@ -34,16 +34,29 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
     """Paths in groups, in which a turn of the tool goes on from one to the next.
 
-    Each begins where the one before ends, or after a wait there, and leaves the same open.
+    Each begins where the one before ends, or after a wait there, and leaves the same open, or both
+    have ranges of the same turn.
     """
     groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
         before = groups[-1][-1] if groups else path
-        if before.freedom == path.freedom and _stays(scenario, before.last, path.first):
+        goes_on = before.freedom == path.freedom or _one_turn(before.freedom, path.freedom)
+        if goes_on and _stays(scenario, before.last, path.first):
             groups[-1].append(path)
         else:
             groups.append([path])
     return groups
+
+
+def _one_turn(one: PoseFreedom | None, other: PoseFreedom | None) -> bool:
+    """Whether both have a range of one and the same angle."""
+    if (
+        one is None
+        or other is None
+        or (one.torch and one.torch[2:]) != (other.torch and other.torch[2:])
+    ):
+        return False
+    return all(0.0 < high - low < math.inf for low, high in (one.turn, other.turn))
 
 
 def _stays(scenario: Scenario, before: int, after: int) -> bool:

@@ -1,4 +1,4 @@
-"""Pictures of motions, scenes and reports. Matplotlib is loaded when a picture is drawn.
+"""Pictures of motions, scenes and reports. Matplotlib is loaded with the first picture.
 
 No function here touches Matplotlib's global state: figures are made without `pyplot`.
 """

@@ -1,4 +1,4 @@
-"""The arm at the waypoints and along its motion, for its translucent copies and for the camera."""
+"""The arm at the waypoints and along its motion, for translucent copies and for the camera."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from knotwork.view.shown import Shown
 from knotwork.waypoints import FloatArray
 
 MOST_STOPS = 200
-# Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
+# Copies of the arm closer to each other than this, relative to the scene's size, hide each other.
 DISTANCE = 0.12
 MOST_COPIES = 4
-# Samples of the arm along the motion.
+# Number of samples of the arm along the motion.
 PASSED = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Stops:
-    """The arm at the waypoints, in the axes of what stands still.
+    """The arm at the waypoints, in world axes.
 
     Attributes:
-        position: Joint positions at each [rad or m], shape (s, d).
-        outlines: Corners of boxes about the links at each [m], shape (s, n, 3).
-        passed: The same all along the motion, which must be in view, too, shape (k, n, 3).
+        position: Joint positions at each waypoint [rad or m], shape (s, d).
+        outlines: Corners of bounding boxes of the links at each waypoint [m], shape (s, n, 3).
+        passed: Corners along the motion, which must also be in view, shape (k, n, 3).
     """
 
     position: FloatArray
@@ -35,7 +35,7 @@ class Stops:
     passed: FloatArray
 
     def distinct(self, size: float) -> list[int]:
-        """Find those that differ from each other, so that copies of the arm can be distinguished.
+        """Indices of distinct ones, so that copies of the arm can be distinguished.
 
         Args:
             size: Extent of the scene [m].
@@ -52,7 +52,7 @@ class Stops:
 
 
 def find_stops(shown: Shown) -> Stops:
-    """Put the arm at the waypoints, or where none are known at both ends of the motion."""
+    """The arm at the waypoints, or without any at both ends of the motion."""
     robot, curve, times = shown.robot, shown.curve, shown.times
     start, end = curve.x[[0, -1]]
     times = times[(times >= start) & (times <= end)]

@@ -1,4 +1,4 @@
-"""The first view of a scene: from above and from beside the task, with all of it in view."""
+"""The first view of a scene: from above and from the side of the task, with everything in view."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from knotwork.view.mesh import box_corners
 from knotwork.waypoints import FloatArray
 
-# Above the horizon, and of scenes lower than FLAT, relative to their width.
+# Elevation, and of scenes lower than FLAT, relative to their width.
 ELEVATION, STEEP, FLAT = np.radians(24.0), np.radians(52.0), 0.3
-# From the direction of the task, so that the arm is not before it.
+# Azimuth relative to the direction of the task, so that the arm does not hide it.
 ASIDE = np.radians(10.0)
-# So far around from other robots, where that can be, so that they are not before it either; where
-# they are nearer to the task than this, in parts of the whole, they are no direction.
+# Azimuth from other robots, if possible, so that they do not hide it either; robots nearer to the
+# task than this fraction of the whole have no direction.
 CLEAR, NEAR = np.radians(75.0), 0.15
-# Around a task that is looked at alone, in parts of its size.
+# Margin around a view of the task alone, as a fraction of its size.
 AROUND = 0.35
 
 
@@ -30,10 +30,10 @@ def views(
     """Choose the views of the whole, and of the task alone.
 
     Args:
-        points: Of the arm and the task, which must be in view [m], z up, shape (n, 3).
-        task: Of the tool's path and the waypoints [m], shape (m, 3), m >= 0.
-        others: Of other robots [m], shape (k, 3), k >= 0.
-        towards: Unit vector from the scene towards the camera, if that is known.
+        points: Points of the arm and the task, all in view [m], z up, shape (n, 3).
+        task: Points of the tool's path and the waypoints [m], shape (m, 3), m >= 0.
+        others: Points of other robots [m], shape (k, 3), k >= 0.
+        towards: Unit vector from the scene towards the camera, if known.
 
     Returns:
         `view`, of all: its direction `from` and its `points`; and `work`, the same of the task
@@ -58,7 +58,7 @@ def views(
 
 
 def _turn(apart: FloatArray, around: float) -> float:
-    """How far a direction is to be turned to be away from others (k, 2), as little as can be."""
+    """Smallest turn of a direction that keeps it away from others (k, 2)."""
     if not len(apart):
         return 0.0
     turns = np.radians(np.arange(-165, 181, 15))

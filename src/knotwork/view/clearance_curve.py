@@ -1,4 +1,4 @@
-"""Clearance from the surroundings over time, sampled, and the pair that is nearest."""
+"""Clearance from the surroundings over time, sampled, with the nearest pair."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from knotwork.verification.collisions import motion_model
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 200
-# Every eighth sample tells whether a pair moves; by less than this [m] it does not.
+# Every eighth sample tests whether a pair moves; by less than this [m] it is at rest.
 FEW, STILL = 8, 1e-6
 
 
 class ClearanceCurve(NamedTuple):
-    """How near the robot and what it carries come to what stands around.
+    """Clearance of the robot and its load from the surroundings.
 
     Attributes:
-        time: [s], shape (n,).
-        distance: Of the pair that has least beyond its margin [m], shape (n,); NaN without one.
+        time: Times [s], shape (n,).
+        distance: Distance of the pair with the least margin [m], shape (n,); NaN without one.
         pair: Index of that pair's name, shape (n,).
-        names: Of pairs.
+        names: Names of pairs.
     """
 
     time: FloatArray
@@ -44,16 +44,16 @@ def clearance_curve(
     span: tuple[float, float],
     also: Sequence[float] = (),
 ) -> ClearanceCurve | None:
-    """Sample the clearance; `None` where nothing stands around while it moves.
+    """Sample the clearance; `None` without moving pairs with the surroundings.
 
-    A pair that keeps its margin and one distance all the time, such as a floor and the shoulder
-    that turns above it, is left out.
+    A pair that keeps its margin at a constant distance, such as a floor and the shoulder
+    turning above it, is left out.
 
     Args:
-        trajectory: The whole motion: held objects are where it takes and leaves them.
+        trajectory: The whole motion, for the places of held objects.
         scenario: The task.
         space: The joints and their robot.
-        span: From when to when it is sampled [s].
+        span: Time interval of the samples [s].
         also: More times to sample [s].
     """
     if space.robot is None or not scenario.scene.objects:
@@ -83,7 +83,7 @@ def clearance_curve(
 
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:
-    """The finding on the pair that comes nearest to its margin, one of which stands around."""
+    """The finding on the pair with the surroundings that is nearest to its margin."""
     pairs = [one for one in findings if one.quantity == "clearance" and one.around]
     return min(pairs, key=lambda one: (one.value or 0.0) - (one.limit or 0.0), default=None)
 
@@ -96,7 +96,7 @@ class _Nearest(NamedTuple):
 def _nearest(
     model: CollisionModel, pairs: tuple[Pair, ...], q: FloatArray, time: FloatArray
 ) -> _Nearest:
-    """The pair that has least beyond its margin at each time, or -1, and its distance [m]."""
+    """The pair with the least margin at each time, or -1, and its distance [m]."""
     if not pairs:
         return _Nearest([-1] * len(time), np.full(len(time), np.nan))
     from knotwork.scene.solid_pairs import SolidPairs
@@ -108,7 +108,7 @@ def _nearest(
 
 
 def _stands_still(model: CollisionModel, pair: Pair, q: FloatArray, time: FloatArray) -> bool:
-    """Whether a pair keeps its margin, and one distance in the whole motion."""
+    """Whether a pair keeps its margin at a constant distance."""
     few = slice(None, None, FEW)
     distance = _nearest(model, (pair,), q[few], time[few]).distance
     least, most = np.nanmin(distance), np.nanmax(distance)

@@ -1,4 +1,4 @@
-"""Lines to draw of a curve: its points piece by piece, its jumps, and where it breaks a limit."""
+"""Lines of a curve: its points piece by piece, and its jumps."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
 
     Args:
         curve: Trailing shape (d,).
-        component: Which component.
+        component: Index of the component.
         order: Order of the derivative.
-        factor: What values are multiplied by, for units to show.
+        factor: Factor to the displayed unit.
     """
     derived = curve.derivative(order) if order else curve
     c = factor * derived.c[:, :, component]

@@ -1,4 +1,4 @@
-"""Content of pictures: motions with their limits, and waypoints with what was asked there."""
+"""Content of pictures: motions with their limits, and waypoints with their given values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class PlanLike(Protocol):
 
     @property
     def joint_waypoints(self) -> JointWaypoints | None:
-        """Joint values asked for at the waypoints, where they are known."""
+        """Joint values given at the waypoints, where known."""
 
     @property
     def trajectory(self) -> JointTrajectory:
@@ -54,13 +54,13 @@ Drawable: TypeAlias = PlanLike | JointTrajectory
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Waypoints of the scenario in a picture; those inserted along tool paths are left out.
+    """Waypoints of the scenario in a picture, without inserted ones along tool paths.
 
     Attributes:
         time: Times [s], shape (n,).
         names: Names, length n.
-        asked: By order of derivative (0, 1) the joint values asked for, shape (n, d), NaN where
-            none are.
+        asked: Given joint values by order of derivative (0, 1), shape (n, d), NaN for
+            missing ones.
     """
 
     time: FloatArray
@@ -79,11 +79,11 @@ class Motion:
         marks: The waypoints, or `None`.
         scenario: The task, or `None`.
         ok: Whether the check passes, or `None` without a check.
-        reason: Why it fails, in one line, or empty.
+        reason: Reason of the failure, in one line, or empty.
         uses: Use of each limit given, by joint and quantity.
         judged: Findings of the check on limits of tool and links.
         knots: Breaks of the motion [s].
-        contacts: From when to when [s] bodies are too near to one another.
+        contacts: Time intervals of contacts [s].
     """
 
     label: str
@@ -104,12 +104,12 @@ class Motion:
         return self.trajectory.polynomial
 
     def units(self, degrees: bool | None) -> Units:
-        """Those of the scenario, angles as chosen if they are."""
+        """Units of the scenario, with the given unit of angles, if any."""
         own = self.scenario.units
         return own if degrees is None else replace(own, angle="deg" if degrees else "rad")
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
-        """Lower and upper limit of a quantity of a joint, infinite where none is given."""
+        """Lower and upper limit of a quantity of a joint, infinite without a limit."""
         i = self.space.joint_names.index(joint)
         lower, upper = self.space.bounds(quantity)
         return float(lower[i]), float(upper[i])
@@ -124,8 +124,8 @@ def motions_of(
     """Collect the motions of a picture.
 
     Raises:
-        InputError: There is none, one is neither plan nor trajectory, they are not of the same
-            joints, or the labels do not fit.
+        InputError: There are none, one is neither plan nor trajectory, their joints differ,
+            or the labels do not fit.
     """
     things: list[Any] = list(given) if isinstance(given, Sequence) else [given]
     if not things:
@@ -133,7 +133,7 @@ def motions_of(
     space = joint_space(scenario) if scenario is not None else None
     motions = [_motion(thing, scenario, space) for thing in things]
     first = motions[0].trajectory
-    for motion in motions[1:]:  # raises unless they are of the same joints
+    for motion in motions[1:]:  # raises for other joints
         owner = "the first motion of the picture"
         motion.trajectory.reordered(first.joint_names, first.joint_units, owner=owner)
     names = _distinct([motion.label for motion in motions]) if labels is None else list(labels)
@@ -146,7 +146,7 @@ def check_distinct(motions: Sequence[Motion]) -> None:
     """Refuse more motions in one panel than there are line styles.
 
     Raises:
-        InputError: There are more.
+        InputError: There are too many.
     """
     if len(motions) > len(DASHES):
         raise InputError(
@@ -201,12 +201,12 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
 
 
 def asking_nothing(name: str) -> Scenario:
-    """A task for a motion that is shown without one."""
+    """A task for a motion without one."""
     return Scenario(name, (), PlainTask.model_construct(waypoints=()))
 
 
 def _unlimited(motion: JointTrajectory) -> JointSpace:
-    """The joints of a motion of which no limits are known."""
+    """The joints of a motion without known limits."""
     endless = np.full(len(motion.joint_names), np.inf)
     limits = dict.fromkeys(MAGNITUDES, endless)
     return JointSpace(motion.joint_names, motion.joint_units, -endless, endless, limits)
@@ -218,14 +218,14 @@ def _marks(
     space: JointSpace,
     waypoints: JointWaypoints | None,
 ) -> Marks | None:
-    """Waypoints as far as they are known: without a plan no joint values of poses."""
+    """Waypoints as far as known: without a plan no joint values of poses."""
     if waypoints is not None:
         order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
         own = list(waypoints.asked)
         asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
         names = [waypoints.names[i] for i in own]
         for i in space.waits:
-            names[i + 1] = ""  # a wait has one name, where it begins
+            names[i + 1] = ""  # a wait has one name, at its start
         return Marks(waypoints.time[own], tuple(names), asked)
     nothing = np.full(len(trajectory.joint_names), np.nan)
     if scenario.waypoints:
@@ -242,11 +242,11 @@ def _marks(
 
 
 def chosen(kind: str, given: Sequence[str] | None, available: Sequence[str]) -> list[str]:
-    """Names chosen among those available, all by default, each once.
+    """Names chosen among the available ones, by default all, each once.
 
     Raises:
-        UnknownNameError: One is not available.
-        InputError: None is chosen.
+        UnknownNameError: A name is not available.
+        InputError: No name is chosen.
     """
     names = list(dict.fromkeys(available if given is None else given))
     for name in names:
@@ -258,5 +258,5 @@ def chosen(kind: str, given: Sequence[str] | None, available: Sequence[str]) -> 
 
 
 def chosen_quantities(given: Sequence[str] | None) -> list[str]:
-    """Quantities chosen; see `chosen`."""
+    """Chosen quantities; see `chosen`."""
     return chosen("quantity", given, DERIVATIVES)

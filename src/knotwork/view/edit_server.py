@@ -1,4 +1,4 @@
-"""The page of a task that is edited: what it asks for is done for this page alone."""
+"""The server of an editor page, which alone may send requests."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from knotwork.errors import KnotworkError
 from knotwork.view.page_server import LiveHandler, LiveServer
 
 MOST_BYTES = 1_000_000
-"""Of what a page asks for."""
+"""Largest size of a request [bytes]."""
 
 
 class EditServer(LiveServer):
-    """Serves a page that edits, to whoever has the address with its token.
+    """Serves an editor page to anyone with its address and token.
 
     Args:
-        title: Of the page until there is a scene.
-        actions: By name what the page can ask for; each is given the page's JSON.
-        state: Gives what the page shows besides the scene, as plain data.
-        port: Listened on; 0 for any that is free.
+        title: Title of the page until there is a scene.
+        actions: Handlers of the page's requests by name; each gets the page's JSON.
+        state: Gives the state of the page besides the scene, as plain data.
+        port: Port; 0 for any free one.
 
     Raises:
-        InputError: As `LiveServer`.
+        InputError: As for `LiveServer`.
     """
 
     editing = True
@@ -46,7 +46,7 @@ class EditServer(LiveServer):
 
     @property
     def scene_size(self) -> float:
-        """Extent of the scene that is shown [m]."""
+        """Size of the present scene [m]."""
         return float(self.scene["size"]) if self.scene is not None else 1.0
 
     def admits(self, query: str) -> bool:
@@ -55,13 +55,13 @@ class EditServer(LiveServer):
         return secrets.compare_digest(given.encode(), self.token.encode())
 
     def state(self) -> dict[str, Any]:
-        """As for any live page, and the draft."""
+        """State of a live page, with the draft."""
         return {**super().state(), **self._more()}
 
 
 class _EditHandler(LiveHandler):
     def do_POST(self) -> None:
-        """Do what the page asks for, and answer with JSON."""
+        """Handle a request of the page, and answer with JSON."""
         with contextlib.suppress(ConnectionError):
             path, _, query = self.path.partition("?")
             host, origin = self.headers.get("Host"), self.headers.get("Origin")
@@ -85,15 +85,15 @@ class _EditHandler(LiveHandler):
         try:
             asked = json.loads(text, parse_constant=_refuse)
             if not isinstance(asked, dict):
-                raise ValueError("no JSON object")
+                raise ValueError("not a JSON object")
             answer = action(asked)
         except KnotworkError as error:
             answer = {"error": str(error)}
         except (ValueError, TypeError, LookupError, RecursionError) as error:
-            answer = {"error": f"the page asked for what is not understood: {error!r}"}
+            answer = {"error": f"the page sent an invalid request: {error!r}"}
         cast(EditServer, self.server).notify()
         self.send_text(json.dumps(answer).encode(), "application/json")
 
 
 def _refuse(name: str) -> None:
-    raise ValueError(f"{name} is no number of JSON")
+    raise ValueError(f"{name} is not a JSON number")

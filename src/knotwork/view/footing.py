@@ -1,7 +1,7 @@
-"""What a scene stands on where joints move the base frame: the joints from the cell to that frame.
+"""Joints from the world to the base frame, in scenes whose base frame is moved by joints.
 
-All of a scene is in the axes of the base then. Joints that undo those on the way from the base to
-what stands still come first, and carry it.
+Such a scene is in base axes. The inverse joints from the base to the world come first, and carry
+the world.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from knotwork.waypoints import FloatArray
 
 
 def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
-    """Describe the joints of a chain: what carries each, where, and how it moves.
+    """Describe the joints of a chain: parent, placement and motion of each.
 
-    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is what does not move.
-    Joint position q turns it about `axis` by q, or shifts it by q along it, after `quaternion`
+    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is fixed.
+    Joint position q rotates it about `axis` by q, or shifts it along it by q, after `quaternion`
     (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
     """
     model, joints = robot.model, joint_tree(robot.model)
@@ -43,13 +43,13 @@ def drawn_joint(joints: JointTree, i: int, name: str) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Footing:
-    """Joints before those of a robot; none where its base frame stands.
+    """Joints before those of a robot; none for a fixed base frame.
 
     Attributes:
         robot: The robot.
-        joints: As the page has them.
-        columns: Which joint positions of the robot they follow, shape (m,); the last one stays
-            at 0.
+        joints: Data for the page.
+        columns: Joint positions of the robot that they follow, shape (m,); the last one is always
+            0.
     """
 
     robot: Robot
@@ -62,27 +62,27 @@ class Footing:
         return len(self.joints)
 
     def below(self, joints: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """These joints, and others that they carry."""
+        """These joints, followed by others that they carry."""
         return [*self.joints, *({**one, "parent": one["parent"] + self.count} for one in joints)]
 
     def carrying(self, things: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """Things or labels, with these joints below those that carry them."""
+        """Things or labels, with their joints renumbered after these ones."""
         if not self.joints:
             return [dict(one) for one in things]
         return [{**one, "carrier": one.get("carrier", 0) + self.count} for one in things]
 
     def positions(self, q: FloatArray) -> FloatArray:
-        """Positions of these joints, then those of the robot's and others, shape (k, m + d)."""
+        """Positions of these joints, then those of the robot and others, shape (k, m + d)."""
         if not self.joints:
             return q
         return np.hstack((q[:, list(self.columns)], np.zeros((len(q), 1)), q))
 
     def in_cell(self, q: FloatArray, points: FloatArray) -> FloatArray:
-        """Points in the axes of what stands still.
+        """Points in world axes.
 
         Args:
             q: Joint positions [rad or m], shape (k, d).
-            points: In the axes of the base [m], shape (k, n, 3).
+            points: Points in base axes [m], shape (k, n, 3).
         """
         if not self.joints:
             return points
@@ -94,7 +94,7 @@ class Footing:
 
 
 def footing(robot: Robot) -> Footing:
-    """What the scene of a robot stands on."""
+    """Joints from the world to the base frame of a robot."""
     if not robot.base_moves:
         return Footing(robot, [], [])
     tree = _tree(robot)

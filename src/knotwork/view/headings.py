@@ -1,4 +1,4 @@
-"""Above and below the panels: names of waypoints, titles of columns, legends."""
+"""Headings and legends of panels: names of waypoints, titles of columns, legends."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS, MOST_REASON_LETTERS = 16, 26, 50, 84
-# Gap between names, in points; size of letters, in parts of the font's.
+# Gap between names, in points; width of letters, as a fraction of the font size.
 GAP, LETTER, LINE = 4.0, 0.65, 1.3
 MARGIN = 0.012
 # Steps between numbers beside a panel, where it is high enough.
 MOST_NUMBERS = 5
-# A contact is shown at least so long, in parts of the motion.
+# Shortest drawn contact, as a fraction of the motion.
 LEAST_SPAN = 0.003
 SEGMENTS = ("tool path", "way", "wait")
 
@@ -52,17 +52,17 @@ def head_and_foot(
     apart: bool = False,
     grows: bool = True,
 ) -> None:
-    """Write all that is around drawn panels, and mark what is of all of them.
+    """Write everything around drawn panels, and common marks.
 
     Args:
         figure: The picture.
-        motions: The motions drawn.
-        title: Of the picture.
+        motions: The drawn motions.
+        title: Title of the picture.
         curves: Names of the curves, in the order of colours.
         columns: Number of panels next to each other.
-        titles: Of the columns, if any.
+        titles: Titles of the columns, if any.
         overlaid: The curves are motions, whose failures are named.
-        apart: Each motion has a column of its own.
+        apart: Each motion has its own column.
         grows: As for `settle`.
     """
     curve_legend(figure, curves, title, [one.reason for one in motions] if overlaid else ())
@@ -82,12 +82,12 @@ def frame_times(
 ) -> None:
     """Set the range of times; write names of waypoints and titles above the columns of panels.
 
-    All else must have been drawn: what fits above the panels depends on their width.
+    Everything else must have been drawn: the space above the panels depends on their width.
 
     Args:
         tops: The first panel of each column.
         bottoms: The last panel of each column.
-        motions: The motions drawn; the waypoints of the first are named.
+        motions: The drawn motions; the waypoints of the first one are named.
         titles: Titles of the columns, if any.
     """
     start = min(float(motion.curve.x[0]) for motion in motions)
@@ -110,7 +110,7 @@ def frame_times(
 
 
 def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
-    """Mark tool paths, ways, waits and events on the upper edge of the first panels."""
+    """Mark tool paths, clear motions, waits and events on the upper edge of the first panels."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
     events = [one for one in motion.trajectory.events if start <= one.time <= end]
     said = ", ".join(dict.fromkeys(one.said for one in events))
@@ -131,7 +131,7 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
 
 
 def mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
-    """Mark over the whole height of panels when bodies are too near to one another."""
+    """Mark contacts of bodies over the whole height of panels."""
     low, high = (float(at) for at in motion.curve.x[[0, -1]])
     least = 0.5 * LEAST_SPAN * (high - low)
     look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0}
@@ -146,7 +146,7 @@ def mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
-    """Scenario, planner if there is but one, and whether the check failed."""
+    """Scenario, planner if there is only one, and a failed check."""
     first = motions[0]
     (name,) = shortened([first.scenario.name], MOST_TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
@@ -163,10 +163,10 @@ def curve_legend(
     """Put the title above the panels, and below it names of curves, in the order of colours.
 
     Args:
-        figure: Where.
+        figure: The picture.
         curves: The names.
-        title: Of the picture.
-        reasons: For each curve why its motion fails, or nothing; a reason is red.
+        title: Title of the picture.
+        reasons: Reason of each curve's failure, or an empty text; a reason is red.
     """
     from matplotlib.lines import Line2D
 
@@ -183,7 +183,7 @@ def curve_legend(
 
 
 def name_waypoints(axis: Axes, marks: Marks) -> None:
-    """Write the waypoints' names above a panel; where they are too many, some are left out.
+    """Write the waypoints' names above a panel; some are left out if there are too many.
 
     Args:
         axis: The panel, laid out, with its range of times set.
@@ -202,7 +202,7 @@ def name_waypoints(axis: Axes, marks: Marks) -> None:
 
 
 def _thinned(at: np.ndarray[Any, Any], least: float) -> list[int]:
-    """Indices of places at least so far apart; the first and the last are kept."""
+    """Indices of positions at least this far apart, with the first and the last one."""
     last = len(at) - 1
     kept = [0]
     for i in range(1, last):
@@ -219,11 +219,11 @@ def add_legend(
     """Put a legend above or below the panels, in as many columns as fit.
 
     Args:
-        figure: Where.
+        figure: The picture.
         handles: Marks to explain.
         names: Their names.
         place: `"upper"` or `"lower"`.
-        title: Above the legend.
+        title: Title of the legend.
     """
     size = NORMAL if place == "upper" else SMALL
     longest = max((len(name) for name in names), default=1)
@@ -251,10 +251,10 @@ def add_legend(
 
 
 def explain_marks(figure: Figure, rows: int = 1) -> None:
-    """Explain below the panels what occurs in them.
+    """Explain the marks of the panels below them.
 
     Args:
-        figure: All has been drawn.
+        figure: The picture, with everything drawn.
         rows: Number of motions whose knots are shown in a panel.
     """
     from matplotlib.lines import Line2D
@@ -264,13 +264,13 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
     shown = set(marks)
     words = {
         "waypoint": "waypoint",
-        "asked": "asked for",
+        "asked": "given",
         "knots": "knot" if rows == 1 else "knots of each",
         "limit": "limit",
-        "band": "speed asked for along the path",
+        "band": "given speed along the path",
         "tolerance": "tolerance",
         "jump": "jump",
-        "broken": "limit broken",
+        "broken": "limit exceeded",
         "beyond": "beyond the tolerance",
         "worst": "worst",
         "contact": "collision",
@@ -287,9 +287,9 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
 
 
 def settle(figure: Figure, rows: int, *, grows: bool = True) -> None:
-    """Lay the figure out for the last time, so that drawing it again gives the same.
+    """Lay the figure out for the last time, so that drawing it again gives the same result.
 
-    If it may, it grows if names and legends left its rows of panels too low.
+    If permitted, it grows if names and legends left its rows of panels too low.
     """
     figure.draw_without_rendering()
     height, least = figure.axes[0].get_window_extent().height / figure.dpi, least_height(rows)

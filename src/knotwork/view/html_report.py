@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NO_ROBOT = (
-    "the scenario names no robot, so there is no arm to show: this report has plots of the joints "
-    "only; name a robot in the scenario to see it move"
+    "the scenario names no robot, so there is no arm to show: this report has only joint plots"
+    "; name a robot in the scenario to see it move"
 )
-# Rows of failures, and of the tightest findings.
+# Number of rows of failures, and of the tightest findings.
 MOST = 6
 MOST_USE = 100.0
-"""A larger use of a limit is not printed in percent."""
+"""Uses of a limit above this are not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
-"""Verdicts that are written otherwise."""
+"""Verdicts with other words."""
 
 
 def report_page(plan: PlanLike) -> Page:
@@ -87,7 +87,7 @@ def report_page(plan: PlanLike) -> Page:
 
 
 def _tightest(report: Report) -> list[Finding]:
-    """Failures first, then of each other quantity the finding nearest its limit."""
+    """Failures first, then the finding nearest its limit for each other quantity."""
     failing = worst_failures(report.failures)[:MOST]
     rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
     rows += [one for found in report.groups.values() for one in without_use(found)]
@@ -99,7 +99,7 @@ def _tightest(report: Report) -> list[Finding]:
 
 
 def _details(report: Report) -> dict[str, list[Finding]]:
-    """Findings by group, without those at the head of the page."""
+    """Findings by group, without those at the top of the page."""
     shown = report.tried if report.failures else ()
     left = {
         title: [one for one in found if one not in shown] for title, found in report.groups.items()
@@ -108,7 +108,7 @@ def _details(report: Report) -> dict[str, list[Finding]]:
 
 
 def _shown(found: Finding, units: Units) -> Finding:
-    """A finding with its numbers in the units that are shown, and so with those units' names."""
+    """A finding with its numbers in the displayed units, with the names of these units."""
     factor, unit = units.shown(1.0, found.unit)
     changed: dict[str, Any] = {"unit": unit}
     for name in ("value", "limit", "margin", "excess"):
@@ -121,11 +121,11 @@ def _shown(found: Finding, units: Units) -> Finding:
 
 
 def _picture(figure: Figure) -> dict[str, str]:
-    """A figure as a part of the page, and where its panels are, with their times.
+    """A figure as part of the page, and its panels with their times.
 
     Returns:
-        `drawing`, and `axes`, JSON: places of panels in parts of the drawing, from its upper left
-        corner, from when to when they show [s], and from which value to which, with its unit.
+        `drawing`, and `axes`, JSON: panels relative to the drawing, from its upper left
+        corner, with their ranges of times and values, and the unit.
     """
     from markupsafe import Markup
 
@@ -142,7 +142,7 @@ def _picture(figure: Figure) -> dict[str, str]:
 
 
 def _limits(plan: PlanLike) -> dict[str, dict[str, dict[str, float]]]:
-    """Lower and upper limits that are finite, by joint and quantity, in the units shown."""
+    """Finite lower and upper limits by joint and quantity, in the displayed units."""
     found: dict[str, dict[str, dict[str, float]]] = {}
     units = plan.trajectory.joint_units
     for order, quantity in enumerate(DERIVATIVES):
@@ -157,7 +157,7 @@ def _limits(plan: PlanLike) -> dict[str, dict[str, dict[str, float]]]:
 
 
 def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
-    """A table of findings: which columns it has, and its rows by name or by quantity."""
+    """A table of findings: its columns, and its rows by name or by quantity."""
     numbers = [found for found in findings if found.value is not None]
     order = list(dict.fromkeys(found.name for found in numbers))
     parts: dict[str, dict[str, Any]] = {}
@@ -182,13 +182,13 @@ def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
 
 
 def _named(name: str, rows: Sequence[Finding]) -> dict[str, Any]:
-    """The findings of a waypoint, under a row that opens."""
+    """The findings of a waypoint, under an expandable row."""
     ok = all(found.ok for found in rows)
     return {"name": name, "when": rows[0].when, "ok": ok, "met": _met(rows), "rows": rows}
 
 
 def _met(findings: Sequence[Finding]) -> str:
-    """Count the requirements that are met."""
+    """Number of requirements met."""
     required = [found for found in findings if found.required]
     return f"{sum(found.ok for found in required)} of {len(required)} met" if required else ""
 

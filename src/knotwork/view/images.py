@@ -1,4 +1,4 @@
-"""The images on a robot's meshes, made small enough to be parts of a page."""
+"""The images on a robot's meshes, reduced to fit into a page."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from typing import Any
 
 from knotwork.errors import InputError
 
-# Longest side of an image [pixels]; the first at which all images together are small enough.
+# Longest side of an image [pixels]; the first one at which all images together are small enough.
 SIDES = (1024, 512, 256, 128)
 MOST_BYTES = 6_000_000
-"""Size of all images of a page together, in base64."""
+"""Largest size of all images of a page together, in base64."""
 MOST_PIXELS = 2**26
-"""Of one image that is read."""
+"""Largest number of pixels of an image."""
 MOST_PIXELS_TOGETHER = 2**29
-# Others run programs, or are none that materials of meshes are made of.
+# Other formats run programs, or are not used for materials of meshes.
 FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF", "WEBP")
 
 
 def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]:
-    """Read images and give them as addresses that hold them whole.
+    """Read images as data addresses.
 
     Args:
         paths: Their files.
 
     Returns:
-        For each its address, `None` where it can't be read, and what could not be read and why.
+        For each its address, or `None` if unreadable; and the unreadable ones with reasons.
     """
     unread: list[str] = []
     images: list[Any] = []
@@ -39,9 +39,9 @@ def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]
             image, pixels = _small_image(path, left)
             left -= pixels
             images.append(image)
-        except Exception as error:  # Pillow raises whatever comes of a broken file
+        except Exception as error:  # Pillow raises any error for a broken file
             reason = f"image {path} can't be read: {error}"
-            unread.append(f"{reason}; what it colours is drawn grey")
+            unread.append(f"{reason}; its surfaces are drawn grey")
             images.append(None)
     addresses: list[str | None] = []
     for side in SIDES:
@@ -52,10 +52,10 @@ def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]
 
 
 def _small_image(path: Path, left: int) -> tuple[Any, int]:
-    """Read an image, at most as large as pages show it, and count the pixels of the file.
+    """Read an image, reduced to the size of pages, and count the pixels of the file.
 
     Raises:
-        InputError: It has more pixels than are read, alone or with the other images.
+        InputError: The image has too many pixels, alone or with the other images.
     """
     from PIL import Image
 
@@ -65,10 +65,10 @@ def _small_image(path: Path, left: int) -> tuple[Any, int]:
     with opened:
         pixels = opened.width * opened.height
         if pixels > MOST_PIXELS:
-            raise InputError(f"it has {pixels} pixels; at most {MOST_PIXELS} are read")
+            raise InputError(f"it has {pixels} pixels; at most {MOST_PIXELS} are accepted")
         if pixels > left:
             most = MOST_PIXELS_TOGETHER
-            raise InputError(f"it has {pixels} pixels; of all images at most {most} are read")
+            raise InputError(f"it has {pixels} pixels; at most {most} are accepted for all images")
         clear = "A" in opened.getbands() or "transparency" in opened.info
         mode = "RGBA" if clear else "RGB"
         opened.load()
@@ -78,7 +78,7 @@ def _small_image(path: Path, left: int) -> tuple[Any, int]:
 
 
 def _address(image: Any, side: int) -> str:
-    """An image, with sides no longer than asked for, as an address."""
+    """An image, with limited sides, as an address."""
     file = io.BytesIO()
     small = image.copy()
     small.thumbnail((side, side))

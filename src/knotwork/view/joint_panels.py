@@ -1,4 +1,4 @@
-"""Panels of joints: curves of one quantity with what was asked for, knots, jumps and limits."""
+"""Panels of joints: curves of one quantity with given values, knots, jumps and limits."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from knotwork.view.drawn_motions import Motion
 from knotwork.view.panel import Curve, Level, Panel
 from knotwork.view.style import DARK, colour, rounded
 
-# More of these would hide the curve; of more marks in a panel each is small.
+# More of these would hide the curve; each is small if a panel has more marks.
 MOST_KNOT_TICKS, MOST_LARGE_MARKS = 400, 60
-# Motions whose knots have a row of ticks each.
+# Number of motions up to which each has its own row of knots.
 MOST_KNOT_ROWS = 3
 
 
 @dataclass(frozen=True)
 class Series:
-    """One joint of one motion in a panel, and how it is drawn.
+    """One joint of one motion in a panel, and its style.
 
     Attributes:
         motion: The motion.
         joint: Its joint.
-        index: Which colour and line style.
-        who: Its name in the panel, empty if it is alone.
+        index: Index of colour and line style.
+        who: Its name in the panel; empty if it is the only one.
     """
 
     motion: Motion
@@ -45,11 +45,11 @@ class Series:
         return self.motion.trajectory.joint_names.index(self.joint)
 
     def use(self, quantity: str) -> Finding | None:
-        """Use of the limit of a quantity, `None` where no limit is given."""
+        """Use of the limit of a quantity; `None` without a limit."""
         return self.motion.uses.get((self.joint, quantity))
 
     def margin(self, quantity: str) -> float:
-        """Margin to a limit in parts of half the range: negative beyond it."""
+        """Margin to a limit as a fraction of half the range; negative beyond it."""
         use = self.use(quantity)
         margin = use.margin if use is not None and use.margin is not None else 0.0
         lower, upper = self.motion.bounds(self.joint, quantity)
@@ -59,13 +59,13 @@ class Series:
 def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
     """Make the panel of a quantity.
 
-    Where joints share the panel, the limits drawn are of the joint that is nearest to its own, and
-    in its colour if another has others.
+    Joints that share the panel are drawn with the limits of the joint nearest to its limit, in its
+    colour if another joint has others.
 
     Args:
         quantity: Name of the quantity.
-        series: The curves, all of joints of one unit.
-        units: Those that values are shown in.
+        series: The curves, of joints with one unit.
+        units: Displayed units.
     """
     first, order = series[0], DERIVATIVES.index(quantity)
     own = first.motion.trajectory.joint_units[first.component]
@@ -97,9 +97,9 @@ def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
 
 
 def _curve(one: Series, quantity: str, factor: float, count: int) -> Curve:
-    """A curve, its jumps, and the parts of it beyond its limit, the worst by a cross.
+    """A curve, its jumps, and its parts beyond the limit, the worst with a cross.
 
-    Nothing is beyond unless the exact extrema break the limit.
+    Parts are only marked if the exact extrema exceed the limit.
     """
     motion, order = one.motion, DERIVATIVES.index(quantity)
     drawn = strokes(motion.curve, one.component, order, factor)
@@ -125,7 +125,7 @@ def _curve(one: Series, quantity: str, factor: float, count: int) -> Curve:
 def _mark_asked(
     panel: Panel, series: Sequence[Series], factor: float, order: int, *, alone: bool
 ) -> None:
-    """Mark the values asked for at the waypoints, of each joint once."""
+    """Mark the given values at the waypoints, once for each joint."""
     large = len(panel.waypoints) * len(series) <= MOST_LARGE_MARKS
     seen: set[str] = set()
     for made, one in zip(panel.curves, series, strict=True):
@@ -140,7 +140,7 @@ def _mark_asked(
 
 
 def _nearest(series: Sequence[Series], quantity: str) -> Series | None:
-    """The curve nearest to its limit, or furthest beyond it; `None` if none has one."""
+    """The curve nearest to its limit, or furthest beyond it; `None` without limits."""
     limited = [one for one in series if one.use(quantity) is not None]
     return min(limited, key=lambda one: one.margin(quantity), default=None)
 
@@ -159,7 +159,7 @@ def _limit_note(
         more = f", and {broken - 1} more beyond" if broken > 1 else ""
         if np.isinf(use.value or 0.0):
             value = f"a jump, infinite {quantity}, at {rounded(use.time or 0.0)} s"
-        return f"{name}{value} breaks {limits}{more}", True
+        return f"{name}{value} exceeds {limits}{more}", True
     if use.only_sampled:
         return f"{name}{value}, sampled only: {limits}", False
     if quantity == "position":

@@ -1,4 +1,4 @@
-"""How much a motion uses of each limit that the check judges it by, over time."""
+"""Use of each limit in the check, over time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.waypoints import FloatArray
 
 FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
-"""Order of the derivative of a place that is limited, by the quantity of its finding."""
+"""Order of the limited derivative of a position, by the quantity of its finding."""
 LEAST_SINGULAR_VALUE = "smallest_singular_value"
 
 
@@ -28,18 +28,18 @@ def limit_shares(
     findings: Iterable[Finding],
     time: FloatArray,
 ) -> Iterator[tuple[Finding, FloatArray]]:
-    """Sample the use of each limit. The most is the finding's own, at the time nearest to its.
+    """Sample the use of each limit. The maximum is the finding's own, at the nearest sample.
 
     Args:
         robot: The arm.
         curve: Its motion, joints in the order of robot and space.
         space: The limits of its joints.
-        findings: Of the check; those without a limit are passed over.
-        time: Where to sample, ascending [s], shape (n,).
+        findings: Findings of the check; those without a limit are ignored.
+        time: Sample times, ascending [s], shape (n,).
 
     Yields:
-        A finding, and the part of its limit that is used at each time, shape (n,); beyond 1 the
-        limit is broken, and it is infinite at jumps and where a limit of 0 is.
+        A finding, and the used fraction of its limit at each time, shape (n,); above 1 the
+        limit is exceeded; infinite at jumps and for a limit of 0.
     """
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
@@ -56,7 +56,7 @@ def limit_shares(
             values = frame_values(robot, found.name, FRAME_ORDERS[found.quantity], *states)
         elif found.quantity == LEAST_SINGULAR_VALUE:
             values, lower, upper = singular_values(robot, states[0]), found.limit, np.inf
-        else:  # of a check of someone's own: at its time alone
+        else:  # of a user's check: only at its time
             upper = np.inf
         share = np.minimum(np.maximum(_part(values, upper), _part(-values, -lower)), most)
         share[... if found.time is None else np.abs(time - found.time).argmin()] = most
@@ -73,8 +73,8 @@ def frame_values(
         frame: Name of the link.
         order: 1 for speeds, 2 for accelerations.
         q: Joint positions, shape (n, d).
-        v: Their velocities.
-        a: Their accelerations.
+        v: Joint velocities.
+        a: Joint accelerations.
     """
     index = robot.frame_index(frame) if frame else robot.require_tool()
     return np.asarray(speed_quantity(robot.model, index, order).values(q, v, a)[:, 0])
@@ -96,7 +96,7 @@ def _joint_values(
 
 
 def _judged_sides(found: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
-    """Lower and upper limit; of a range that is kept, the one that the finding is about alone."""
+    """Lower and upper limit; for a range that is kept, only the one of the finding."""
     lower, upper = (float(bounds[joint]) for bounds in space.bounds(found.quantity))
     if JOINT_QUANTITIES[found.quantity].limit != "range" or not found.ok:
         return lower, upper
@@ -104,7 +104,7 @@ def _judged_sides(found: Finding, joint: int, space: JointSpace) -> tuple[float,
 
 
 def _part(values: FloatArray, upper: float) -> FloatArray:
-    """Part of an upper limit that each value uses, as in findings."""
+    """Used fraction of an upper limit, as in findings."""
     if not np.isfinite(upper):
         return np.zeros(values.shape)
     if upper > 0.0:

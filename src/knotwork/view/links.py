@@ -1,4 +1,4 @@
-"""The shapes of a robot's links, from its URDF; their meshes are read."""
+"""The shapes of a robot's links, from its URDF and mesh files."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from knotwork.waypoints import FloatArray
 LINE_RADIUS = 0.012
 JOINT = (0.9, 0.45, 0.1, 1.0)
 MOST_TRIANGLES = 3_000_000
-"""Of all shapes of a robot."""
+"""Largest number of triangles of a robot."""
 MOST_BYTES = 512_000_000
-"""Of all mesh files of a robot."""
-# Mesh files kept in memory: a scenario that is written is shown after each change.
+"""Largest size of all mesh files of a robot [bytes]."""
+# Cached mesh files: a scenario is shown again after each change.
 MOST_KEPT = 32
 
 
@@ -34,8 +34,8 @@ class LinkShapes:
     """Shapes of a robot's links.
 
     Attributes:
-        parts: For each joint of the chain the meshes that it carries, in the joint's axes, and
-            first what does not move, in the axes of the URDF's root; length d + 1.
+        parts: For each joint of the chain the meshes that it carries, in the joint's axes, after
+            the fixed ones, in the axes of the URDF's root; length d + 1.
         warnings: Parts that can't be drawn as described.
     """
 
@@ -44,15 +44,15 @@ class LinkShapes:
 
     @cached_property
     def shapes(self) -> list[Mesh | None]:
-        """The parts in one for each joint, without images; `None` for what carries nothing."""
+        """All parts of each joint as one mesh, without images; `None` without parts."""
         return [merged(parts) if parts else None for parts in self.parts]
 
 
 def link_shapes(robot: Robot) -> LinkShapes:
-    """Read the shapes of all links, those of locked joints included.
+    """Read the shapes of all links, including those of locked joints.
 
-    A shape that can't be drawn is a warning: the link is drawn from its collision shape, or as a
-    line to the links that it carries.
+    A shape that can't be drawn is a warning; the link is drawn from its collision shape, or as a
+    line to its child links.
     """
     urdf, drawn = UrdfShapes(robot.urdf_files), _Drawn(robot)
     frames = {f.name: f for f in robot.model.frames if f.type == pin.FrameType.BODY}
@@ -97,7 +97,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
 
 
 def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
-    """Rods from a link's origin to those of the links that it carries, in its axes."""
+    """Rods from a link's origin to those of its child links, in its axes."""
     far = [origin for origin in origins if np.linalg.norm(origin) > 1e-6]
     return [rod(np.zeros(3), origin, LINE_RADIUS, GREY) for origin in far]
 
@@ -106,7 +106,7 @@ _KEPT: dict[tuple[Path, int], list[Mesh]] = {}
 
 
 class _Drawn:
-    """Shapes as meshes; each mesh file is read once, and all together are bounded."""
+    """Shapes as meshes; each mesh file is read once, and their total size is limited."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -114,7 +114,7 @@ class _Drawn:
         self._triangles = self._bytes = 0
 
     def meshes(self, shapes: Sequence[Shape]) -> tuple[list[Mesh], list[str]]:
-        """Shapes of a link in its axes, and why others are missing."""
+        """Shapes of a link in its axes, and reasons of missing ones."""
         found: list[Mesh] = []
         missing: list[str] = []
         for shape in shapes:
@@ -162,7 +162,7 @@ class _Drawn:
 
 
 def _read(path: Path, changed: int) -> list[Mesh]:
-    """Read a mesh file as it was when it was changed last; one without images is kept."""
+    """Read a mesh file, cached by its last change; kept only without images."""
     if (path, changed) in _KEPT:
         return _KEPT[path, changed]
     meshes = [drawable(part) for part in read_mesh(path, mesh_package(path))]

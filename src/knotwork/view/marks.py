@@ -102,7 +102,7 @@ def frame_marks(shown: Shown, size: float) -> tuple[list[dict[str, Any]], list[d
 
 
 def _on_paths(times: FloatArray, scenario: Scenario) -> NDArray[np.bool_]:
-    """Which times are within those of a tool path."""
+    """Whether times are within a tool path."""
     within = np.zeros(times.shape, dtype=bool)
     for path in scenario.paths:
         within |= (times > path.motion.start_time) & (times < path.motion.end_time)

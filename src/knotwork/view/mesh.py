@@ -19,7 +19,7 @@ _Number = TypeVar("_Number", bound=np.generic)
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
 CREASE = np.radians(35.0)
-"""Faces that meet at less than this are shaded as one smooth surface."""
+"""Faces at smaller angles are shaded as one smooth surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +27,15 @@ class Mesh:
     """Triangles with a normal at each corner.
 
     Attributes:
-        vertices: [m], shape (n, 3).
+        vertices: Points [m], shape (n, 3).
         normals: Unit vectors, shape (n, 3).
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
-        opacity: From 0, not seen, to 1, opaque.
-        coloured: Whether its colours are given; else it is grey.
-        fault: Why the image that its file names is not taken, or empty.
-        uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
-        image: File of the image that gives it its colours, or `None`.
+        opacity: From 0, invisible, to 1, opaque.
+        coloured: Whether its colours are given; otherwise it is grey.
+        fault: Reason why the image in its file is not used, or empty.
+        uv: Image coordinates of each vertex, from the lower left corner, shape (n, 2), or `None`.
+        image: File of its image, or `None`.
     """
 
     vertices: FloatArray
@@ -53,7 +53,7 @@ class Mesh:
 
         Args:
             rotation: Matrix, shape (3, 3).
-            translation: [m], shape (3,).
+            translation: Translation [m], shape (3,).
         """
         turn = np.asarray(rotation, dtype=float)
         vertices = self.vertices @ turn.T + np.asarray(translation, dtype=float)
@@ -79,7 +79,7 @@ class Mesh:
 
 
 def normalised(vectors: FloatArray) -> FloatArray:
-    """Scale vectors, shape (n, 3), to length one; those of no length stay as they are."""
+    """Scale vectors, shape (n, 3), to length one; zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(np.divide(vectors, length, out=np.array(vectors), where=length > 0))
 
@@ -106,7 +106,7 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
 
 
 def drawable(part: MeshPart) -> Mesh:
-    """Give a part of a mesh file normals, and grey where it has no colour."""
+    """Give a part of a mesh file normals, and grey without a colour."""
     corners = part.points[part.triangles]
     if part.image is not None and part.uv is not None:
         return replace(from_triangles(corners, WHITE, part.uv), image=part.image)
@@ -122,9 +122,9 @@ def from_triangles(
     Faces without area are left out.
 
     Args:
-        corners: [m], shape (m, 3, 3).
+        corners: Corners [m], shape (m, 3, 3).
         colour: Red, green, blue and opacity.
-        uv: Place in an image of each corner, shape (m, 3, 2).
+        uv: Image coordinates of each corner, shape (m, 3, 2).
     """
     from trimesh import Trimesh, graph
 
@@ -152,7 +152,7 @@ def from_triangles(
 
 
 def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:
-    """Find the distinct rows, sorted, and which of them each row is; faster than `np.unique`.
+    """Find the distinct rows, sorted, and the index of each row's; faster than `np.unique`.
 
     >>> unique_rows(np.array([[2, 1], [0, 3], [2, 1]]))
     (array([[0, 3],
@@ -171,14 +171,14 @@ def coarse(mesh: Mesh, cell: float) -> Mesh:
     """Merge the vertices within each cell of a grid: fewer triangles for a faint copy.
 
     Args:
-        mesh: What to make coarser.
+        mesh: The mesh.
         cell: Width of the cells [m].
     """
     keys = np.round(mesh.vertices / cell).astype(np.int64)
     _, inverse = unique_rows(keys)
     faces = inverse[mesh.faces]
     faces = faces[(faces != np.roll(faces, -1, axis=1)).all(axis=1)]
-    # each face once, from its least vertex on; its other side is another face
+    # each face once, from its smallest vertex on; its other side is another face
     first = faces.argmin(axis=1)[:, np.newaxis]
     faces, _ = unique_rows(np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1))
     count = np.bincount(inverse)[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""A board in a Meshcat viewer with the verdict, what fails, and what colours mean."""
+"""A board in a Meshcat viewer with the verdict, failures, and the legend of colours."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
     from meshcat import Visualizer
 
 WIDTH, HEIGHT = 6.4, 3.2
-"""Of the board, in inches of its picture."""
+"""Size of the board, in inches of its picture."""
 MOST_LINES = 5
-"""Of failures."""
+"""Largest number of lines for failures."""
 LETTERS = 74
-"""In a line."""
+"""Number of letters in a line."""
 VERDICTS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 
 def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> None:
-    """Stand a board behind a scene, at its left, facing from where it is looked at first.
+    """Place a board behind a scene, at its left, facing the first view.
 
     Args:
         scene: From `make_scene`.
-        node: Where the viewer is to hold the board.
+        node: Node of the viewer for the board.
     """
     from meshcat.geometry import Box, ImageTexture, MeshBasicMaterial, PngImage
 
@@ -46,7 +46,7 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> None:
 
 
 def board_lines(scene: Mapping[str, Any]) -> list[str]:
-    """What the board says below its title: the summary, and each failure with its remedy."""
+    """Lines of the board below its title: the summary, and each failure with its remedy."""
     lines = [" · ".join(part for part in (scene["summary"], scene["duration"]) if part)]
     for one in scene["failures"]:
         lines += textwrap.wrap(one["line"], LETTERS, initial_indent="• ", subsequent_indent="   ")
@@ -81,7 +81,7 @@ def drawn_board(scene: Mapping[str, Any]) -> bytes:
 
 
 def _scales(scene: Mapping[str, Any]) -> list[tuple[str, Any, str, str]]:
-    """Scales of the tool's path: what, colours, and what their ends are."""
+    """Scales of the tool's path: quantity, colours, and the values at both ends."""
     legend, units = scene["legend"], scene["units"]
     found = []
     if "off_colours" in legend:

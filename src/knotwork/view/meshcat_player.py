@@ -1,4 +1,4 @@
-"""A scene in a Meshcat viewer that the user runs: robot, path, frames, surroundings, the motion."""
+"""A scene in a running Meshcat viewer: robot, path, frames, surroundings, motion."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 ROOT = "knotwork"
 RATE = 60.0
-"""Frames a second of the animation; Meshcat makes up those between."""
+"""Frames per second of the animation; Meshcat interpolates between them."""
 
 
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     """Draw a scene in a Meshcat viewer, below `knotwork`, look at it, and start its motion.
 
-    The drawing of an earlier call is replaced. All else in the viewer stays, but the robot that
-    Pinocchio's `MeshcatVisualizer` shows is hidden; `displayVisuals(True)` shows it again.
+    The drawing of an earlier call is replaced. The rest of the viewer stays, but the robot of
+    Pinocchio's `MeshcatVisualizer` is hidden; `displayVisuals(True)` shows it again.
 
     Args:
         scene: From `make_scene`.
@@ -56,7 +56,7 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
 
 
 def look_at(scene: Mapping[str, Any], viewer: Visualizer) -> None:
-    """Turn the camera of a `meshcat.Visualizer` to a scene, as near as all of it is seen."""
+    """Turn the camera of a `meshcat.Visualizer` to a scene, as near as all of it is visible."""
     points = np.array(scene["view"]["points"])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     distance = 1.5 * np.linalg.norm(points - middle, axis=1).max()
@@ -67,7 +67,7 @@ def look_at(scene: Mapping[str, Any], viewer: Visualizer) -> None:
 
 
 def _visualizer(viewer: Any) -> Visualizer:
-    """The viewer's own, whichever of the two was given."""
+    """The `meshcat.Visualizer` of either kind of viewer."""
     inner = viewer
     if hasattr(viewer, "displayVisuals"):
         inner = getattr(viewer, "viewer", None)
@@ -84,7 +84,7 @@ def _visualizer(viewer: Any) -> Visualizer:
 
 
 def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]:
-    """Nodes of the viewer, one a joint, first that of the fixed parts."""
+    """Nodes of the viewer, one per joint, after that of the fixed parts."""
     nodes = [root["arm"]]
     for joint in scene["joints"]:
         nodes.append(nodes[joint["parent"]][_plain(joint["name"])])
@@ -92,7 +92,7 @@ def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]
 
 
 def _plain(name: str) -> str:
-    """A name that is one step of a path of Meshcat's."""
+    """A name as one step of a Meshcat path."""
     return name.replace("/", "|")
 
 
@@ -140,7 +140,7 @@ def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str
     along = np.outer(q, joint["axis"])
     positions = joint["origin"] + slides * placed.apply(along)
     turns = (placed * Rotation.from_rotvec((not slides) * along)).as_quat()
-    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # it would be turned the long way
+    opposite = (turns[1:] * turns[:-1]).sum(axis=1) < 0.0  # avoids the longer rotation
     turns[1:] *= np.cumprod(np.where(opposite, -1.0, 1.0))[:, np.newaxis]
     return {
         "position": AnimationTrack("position", "vector3", at, positions.tolist()),
@@ -149,7 +149,7 @@ def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str
 
 
 def _present(between: tuple[float | None, float | None], end: float) -> dict[str, Any]:
-    """Visibility of an object that is present for a time."""
+    """Visibility of an object with a limited presence."""
     from meshcat.animation import AnimationTrack
 
     first, last = between

@@ -1,6 +1,6 @@
-"""What moves by itself in a scene: objects in moving frames, and other robots.
+"""Moving objects of a scene: in moving frames, and of other robots.
 
-They hang from joints that follow those of the robot, with positions that are known at all times.
+They are carried by joints after those of the robot, with known positions.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from knotwork.waypoints import FloatArray
 
 
 def known_joints(shown: Shown) -> list[dict[str, Any]]:
-    """Describe the joints that follow the robot's, as `drawn_joints` does."""
+    """Describe the joints after the robot's, like `drawn_joints`."""
     if shown.model is None:
         return []
     tree, first = shown.model.joints, shown.robot.model.njoints
@@ -32,7 +32,7 @@ def known_joints(shown: Shown) -> list[dict[str, Any]]:
 
 
 def known_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:
-    """Positions of these joints, shape (k, m); m is 0 where nothing moves by itself."""
+    """Positions of these joints, shape (k, m), with m = 0 without moving objects."""
     known = () if model is None else model.known
     return np.hstack([np.zeros((len(time), 0)), *(one(time) for one in known)])
 
@@ -62,7 +62,7 @@ def other_robots(shown: Shown, size: float) -> Objects:
 
 
 def _carried(other: OtherMotion, size: float) -> Iterator[tuple[int, Mesh, tuple[float, float]]]:
-    """Its tool and what it holds: the joint that carries it, its mesh, and when it is there."""
+    """Its tool and held objects: carrying joint, mesh, and time interval of each."""
     for body in other.model.bodies:
         held = body.kind == "held" or body.name in other.held
         if body.kind == "tool" or held:
@@ -76,10 +76,10 @@ def _carried(other: OtherMotion, size: float) -> Iterator[tuple[int, Mesh, tuple
 
 
 def origins(shown: Shown, count: int = 20) -> tuple[FloatArray, FloatArray]:
-    """Where the joints that follow the robot's are over the motion [m], shape (n, 3).
+    """Positions of the joints after the robot's over the motion [m], shape (n, 3).
 
     Returns:
-        All of them, and those of other robots alone.
+        All of them, and only those of other robots.
     """
     model, curve = shown.model, shown.curve
     if model is None:

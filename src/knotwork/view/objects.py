@@ -22,11 +22,11 @@ from knotwork.view.shown import Shown
 from knotwork.waypoints import FloatArray
 
 MOST_DRAWN = 10_000
-"""Cells that are drawn; of more, larger ones that hold them."""
+"""Largest number of drawn cells; above it, larger cells are drawn."""
 
 
 def cloud_mesh(shape: Shape, path: Path, colour: Sequence[float]) -> Mesh:
-    """Draw the sides of a cloud's cells that no other cell covers, in its own axes.
+    """Draw the outer sides of a cloud's cells, in its own axes.
 
     Raises:
         InputError: The file can't be read.
@@ -60,12 +60,12 @@ OBJECTS, COLLISION_SHAPES, CLOSEST = "objects", "collision shapes", "closest"
 
 @dataclass(frozen=True, eq=False)
 class Objects:
-    """The surroundings in a scene.
+    """The drawn surroundings of a scene.
 
     Attributes:
-        things: As the page has them.
-        labels: Of objects and of the nearest points.
-        points: Places that must be in view [m], shape (n, 3).
+        things: Data for the page.
+        labels: Labels of objects and of the nearest points.
+        points: Points that must be in view [m], shape (n, 3).
         warnings: Parts that can't be drawn as described.
     """
 
@@ -76,12 +76,12 @@ class Objects:
 
 
 def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
-    """A shape as a mesh, in the axes that it is placed in.
+    """A shape as a mesh, in the axes of its placement.
 
     Args:
         shape: The shape.
         colour: Red, green, blue and opacity.
-        extent: How far half spaces are drawn [m].
+        extent: Size of drawn half spaces [m].
 
     Raises:
         InputError: A file can't be read.
@@ -146,7 +146,7 @@ def scene_objects(shown: Shown, size: float) -> Objects:
 def _carried(
     shown: Shown, times: Mapping[str, float], size: float
 ) -> Iterator[tuple[str, Mesh, list[dict[str, Any]]]]:
-    """The tool's shapes, and held objects: before they are taken, carried, and left."""
+    """The tool's shapes, and held objects: before they are taken, carried, and released."""
     robot, curve, scene = shown.robot, shown.curve, shown.scenario.scene
     frames = robot.model.frames
     if robot.tool_frame is None or not (scene.tool or scene.held):
@@ -194,9 +194,9 @@ def _hulls(robot: Robot) -> list[dict[str, Any]]:
 def _closest(
     report: Report, shown: Shown, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The line between the nearest points, and its label; nothing where bodies are too near.
+    """The line between the nearest points, and its label; empty if bodies are too close.
 
-    Pairs with an object come first.
+    Pairs with an object have priority.
     """
     base, names = shown.robot.base_placement, [one.name for one in shown.scenario.scene.objects]
     pairs = [found for found in report.select(subject="pair") if len(found.points) == 2]

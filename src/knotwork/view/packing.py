@@ -19,10 +19,10 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
 
     Args:
         mesh: The mesh.
-        images: Files of the page's images, those of the mesh among them.
+        images: Files of the page's images, including those of the mesh.
 
     Raises:
-        InputError: It has points that are not finite.
+        InputError: The mesh has points that are not finite.
     """
     if not np.isfinite(mesh.vertices).all():
         raise InputError("a mesh of the robot has points that are not finite")
@@ -44,7 +44,7 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
 
 
 def thing(name: str, mesh: Mesh, *, lit: bool = True, **more: Any) -> dict[str, Any]:
-    """Give a mesh of the scene with its name; `None` among `more` is left out."""
+    """Give a mesh of the scene with its name; `None` values in `more` are left out."""
     given = {key: value for key, value in more.items() if value is not None}
     return {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
 
@@ -57,9 +57,9 @@ def label(
     carrier: int | None = None,
     time: float | None = None,
 ) -> dict[str, Any]:
-    """Give words at a point [m], in the axes of a joint if one carries it; detail on demand.
+    """A text at a point [m], in the axes of a joint if one carries it, with detail on demand.
 
-    Those of a time [s] are shown near it.
+    A text with a time [s] is shown near it.
     """
     made: dict[str, Any] = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
     more = {"carrier": carrier, "time": time}
@@ -72,7 +72,7 @@ def packed_numbers(array: np.ndarray[Any, Any]) -> str:
 
 
 def unpacked(mesh: Mapping[str, Any]) -> Mesh:
-    """Give a mesh again from its plain data, without its image."""
+    """Restore a mesh from its plain data, without its image."""
     vertices = unpacked_numbers(mesh["vertices"], "<f4").reshape(-1, 3)
     faces = unpacked_numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").reshape(-1, 3)
     normals = unpacked_numbers(mesh["normals"], "i1").reshape(-1, 3) / 127.0
@@ -85,5 +85,5 @@ def unpacked(mesh: Mapping[str, Any]) -> Mesh:
 
 
 def unpacked_numbers(text: str, kind: str) -> np.ndarray[Any, Any]:
-    """Give an array from its bytes in base64."""
+    """Restore an array from its bytes in base64."""
     return np.frombuffer(base64.b64decode(text), kind)

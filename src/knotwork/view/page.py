@@ -1,4 +1,4 @@
-"""A scene as one self-contained page, which any browser shows without a server or a network."""
+"""A scene as one self-contained page, for any browser, without a server or a network."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 ASSETS = Path(__file__).parent / "assets"
-# One script on the page, from these files in `assets/scene/`; each may use those before it.
+# One script on the page, from these files in `assets/scene/`; each may use the ones before it.
 SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "strip"),
     *("joints", "video", "live", "scene"),
 )
-# And where a task is edited
+# Scripts of the editor.
 EDITING = ("gizmo", "form", "edit")
 
 
@@ -34,7 +34,7 @@ class Page:
     """A page of HTML; a notebook shows it inline.
 
     Attributes:
-        title: Of the page.
+        title: Title of the page.
         html: The whole page, self-contained.
         warnings: Parts that can't be drawn as described.
     """
@@ -46,7 +46,7 @@ class Page:
         """Write the page to a file, whole or not at all; an existing one is replaced.
 
         Args:
-            path: The file, `.html` or `.htm`; its folder is made if it does not exist.
+            path: The file, `.html` or `.htm`; its folder is created if it does not exist.
 
         Raises:
             InputError: The file can't be written, is a folder, or has another suffix.
@@ -61,7 +61,7 @@ class Page:
 
 
 def frame(text: str, *, height: str, name: str = "") -> str:
-    """Put a page into a frame of another page."""
+    """Embed a page in a frame of another page."""
     source = html.escape(text, quote=True)
     title = html.escape(name or "Knotwork scene", quote=True)
     return (
@@ -84,12 +84,12 @@ def scene_page(
 
     Args:
         scene: From `make_scene`.
-        embedded: The page is a part of another, which has the title and the verdict.
-        autoplay: The motion starts by itself.
-        ghosts: Translucent copies of the arm at the waypoints are shown at first.
-        live: Number of this version, where a `LiveServer` serves others after it.
+        embedded: The page is part of another, which has the title and the verdict.
+        autoplay: Start the motion automatically.
+        ghosts: Show translucent copies of the arm at the waypoints at first.
+        live: Number of this version, if a `LiveServer` serves further ones.
         editing: The page is that of an `EditServer`, with handles and forms.
-        scripts: With the scripts of the scene; without, it only updates the text of an open page.
+        scripts: Include the scripts of the scene; without them, the text only updates an open page.
 
     Raises:
         InputError: The package `meshcat` is not installed.
@@ -123,7 +123,7 @@ def rendered(template: str, parts: Mapping[str, str], **values: Any) -> str:
 
 
 def json_in_html(data: Mapping[str, Any]) -> str:
-    """Write plain data as JSON that can't end the script element it stands in."""
+    """Write plain data as JSON that can't end its script element."""
     text = json.dumps(data, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
@@ -145,7 +145,7 @@ def _environment() -> Environment:
 
 
 def _coded(text: object) -> Markup:
-    """Show words between backticks as code."""
+    """Mark words between backticks as code."""
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
@@ -158,10 +158,10 @@ def asset(name: str) -> str:
 
 @cache
 def meshcat_viewer() -> str:
-    """Meshcat's viewer in JavaScript; its Python package is found but not loaded.
+    """Meshcat's viewer in JavaScript; its Python package is located but not loaded.
 
     Raises:
-        InputError: It is not installed, or has no viewer.
+        InputError: The package is not installed, or has no viewer.
     """
     spec = importlib.util.find_spec("meshcat")
     for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
@@ -175,5 +175,5 @@ def meshcat_viewer() -> str:
 
 
 def version() -> str:
-    """Version of Knotwork that is installed."""
+    """The installed version of Knotwork."""
     return importlib.metadata.version("knotwork")

@@ -1,4 +1,4 @@
-"""Pages served to browsers on the same machine: one page, or the newest of a file that changes."""
+"""Pages served to browsers on the same machine: one page, or the newest version of one."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from knotwork.view.scene import STILL
 HOST = "127.0.0.1"
 """Only this machine can reach the page."""
 NAMES = (HOST, "localhost", "[::1]")
-"""Other names are refused: a foreign page could give its own name this address to read the page."""
+"""Other host names are refused: a foreign page could map its name to this address to read it."""
 
 
 class PageServer(ThreadingHTTPServer):
     """Serves one page; no other process is started.
 
     Attributes:
-        address: Where a browser finds the page.
+        address: Address for a browser.
     """
 
     daemon_threads = True
@@ -37,10 +37,10 @@ class PageServer(ThreadingHTTPServer):
     allow_reuse_address = sys.platform != "win32"
 
     def __init__(self, page: str, port: int = 0, handler: type[PageHandler] | None = None) -> None:
-        """Listen on a port, by default any that is free.
+        """Listen on a port, by default any free one.
 
         Raises:
-            InputError: The port is in use, or may not be listened on.
+            InputError: The port is in use, or not permitted.
         """
         self.page = page.encode("utf-8")
         try:
@@ -49,16 +49,16 @@ class PageServer(ThreadingHTTPServer):
             used = error.errno == errno.EADDRINUSE
             why = "is in use" if used else f"can't be used: {error.strerror}"
             raise InputError(
-                f"port {port} {why}; give another with --port, or leave it out for one that is free"
+                f"port {port} {why}; give another with --port, or leave it out for a free one"
             ) from error
         self.address = f"http://{HOST}:{self.server_port}/"
 
     def whole_page(self) -> bytes:
-        """The page as it is sent."""
+        """The page as sent."""
         return self.page
 
     def admits(self, query: str) -> bool:
-        """Whether an address with this query is answered."""
+        """Whether requests with this query are answered."""
         return True
 
     def handle_error(self, request: object, client_address: object) -> None:
@@ -68,7 +68,7 @@ class PageServer(ThreadingHTTPServer):
 
 
 class PageHandler(BaseHTTPRequestHandler):
-    """Answers with the server's page, and to nobody but browsers on this machine."""
+    """Answers with the server's page, only to browsers on this machine."""
 
     server: PageServer
 
@@ -77,7 +77,7 @@ class PageHandler(BaseHTTPRequestHandler):
         self._answer(with_page=True)
 
     def do_HEAD(self) -> None:
-        """Answer without it."""
+        """Answer without the page."""
         self._answer(with_page=False)
 
     def _answer(self, *, with_page: bool) -> None:
@@ -92,7 +92,7 @@ class PageHandler(BaseHTTPRequestHandler):
                 self.answer_other(path, query)
 
     def admitted(self, query: str) -> bool:
-        """Whether the one who asks is answered; if not, an error is sent."""
+        """Whether a request is admitted; if not, an error is sent."""
         host = self.headers.get("Host", HOST)  # browsers always send it
         if re.sub(r":\d*$", "", host).lower() not in NAMES:
             self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
@@ -113,7 +113,7 @@ class PageHandler(BaseHTTPRequestHandler):
             self.wfile.write(text)
 
     def answer_other(self, path: str, query: str) -> None:
-        """Answer to a path that is not the page's."""
+        """Answer to another path than the page's."""
         self.send_error(HTTPStatus.NOT_FOUND)
 
     def log_message(self, format: str, *args: object) -> None:
@@ -121,9 +121,9 @@ class PageHandler(BaseHTTPRequestHandler):
 
 
 def open_browser(address: str) -> bool:
-    """Open an address in the user's browser; whether there was one to open it in.
+    """Open an address in the user's browser; whether one was found.
 
-    Without a display nothing is tried, so that no browser takes over the terminal.
+    Nothing is tried without a display, so that no browser takes over the terminal.
     """
     import webbrowser
 
@@ -137,7 +137,7 @@ def open_browser(address: str) -> bool:
         return False
 
 
-# A browser that has gone away is noticed when it is written to [s].
+# Interval of writes by which a closed browser is noticed [s].
 PULSE = 15.0
 
 
@@ -145,9 +145,9 @@ class LiveServer(PageServer):
     """Serves the last valid scene, and notifies browsers of new ones and of errors.
 
     Attributes:
-        version: Number of the scene; 0 before there is one.
-        scene: From `make_scene`; `None` before there is one.
-        editing: Whether the page can change what it shows.
+        version: Number of the scene; 0 before the first one.
+        scene: From `make_scene`; `None` before the first one.
+        editing: Whether the page can edit its task.
     """
 
     editing = False
@@ -160,10 +160,10 @@ class LiveServer(PageServer):
         ghosts: bool = True,
         handler: type[LiveHandler] | None = None,
     ) -> None:
-        """Listen on a port, by default any that is free; `ghosts` as for `scene_page`.
+        """Listen on a port, by default any free one; `ghosts` as for `scene_page`.
 
         Raises:
-            InputError: The port is in use, or may not be listened on; or the package `meshcat` is
+            InputError: The port is in use, or not permitted; or the package `meshcat` is
                 not installed.
         """
         meshcat_viewer()
@@ -185,7 +185,7 @@ class LiveServer(PageServer):
         self._tell(version, "", busy=False)
 
     def whole_page(self) -> bytes:
-        """The page, with which following begins."""
+        """The page at the start of following."""
         version, scene = self.version, self.scene  # in this order: a page may be newer
         if scene is None:
             return self.page
@@ -197,7 +197,7 @@ class LiveServer(PageServer):
         self._tell(self.version, error, busy=False)
 
     def start(self) -> None:
-        """Notify that the next version is being made; an error stays until then."""
+        """Announce that the next version is in progress; an error stays until then."""
         self._tell(self.version, self._error, busy=True)
 
     def _tell(self, version: int, error: str, *, busy: bool) -> None:
@@ -212,11 +212,11 @@ class LiveServer(PageServer):
             self._changed.notify_all()
 
     def state(self) -> dict[str, Any]:
-        """What an open page gets."""
+        """State for an open page."""
         return {"version": self.version, "error": self._error, "busy": self._busy}
 
     def next_state(self, seen: int) -> tuple[int, str | None]:
-        """Wait for a state after one that was seen; its number and its JSON, `None` for none."""
+        """Wait for a newer state than a seen one; its number and its JSON, `None` for none."""
         with self._changed:
             if not self._changed.wait_for(lambda: self._count != seen, timeout=PULSE):
                 return seen, None
@@ -227,7 +227,7 @@ class LiveHandler(PageHandler):
     """Answers with the newest scene, and with each state."""
 
     def answer_other(self, path: str, query: str) -> None:
-        """Send what the page has not got of the newest scene, or each state as an event."""
+        """Send the missing parts of the newest scene, or each state as an event."""
         server = cast(LiveServer, self.server)
         scene = server.scene
         if path == "/changes":

@@ -1,4 +1,4 @@
-"""A panel of a picture: curves over time, their limits and marks, and how all is drawn."""
+"""A panel of a picture: curves over time with limits and marks, and its drawing."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# A range below this, relative to the values or to 1 of their SI unit, is rounding of a curve that
-# stands still; it is shown this wide, relative to the values or to 1 of the shown unit.
+# A range below this, relative to the values or to 1 of their SI unit, is the rounding of a constant
+# curve; it is shown this wide, relative to the values or to 1 of the displayed unit.
 STILL, STILL_RANGE = 1e-9, 0.2
-# Margins below the curves for the knots, and above them, in parts of the range.
+# Margins below the curves for the knots, and above them, as fractions of the range.
 FOOT, HEAD = 0.12, 0.07
-# A limit further off the curves than this, in parts of their range, is a note and no line: it
-# would squash them.
+# Distance of a limit from the curves, relative to their range, beyond which it is only a note: a
+# line would compress the curves.
 NEAR = 0.35
-# Margin around a note, and its greatest height, in parts of the panel's height.
+# Margin around a note, and its largest height, as fractions of the panel's height.
 NOTE_MARGIN, MOST_TAKEN = 0.06, 0.7
-# Numbers and name beside a panel [in]; width of letters, plain and bold, in parts of the font's
+# Width of numbers and name of a panel [in]; width of letters, plain and bold, relative to the font
 # size.
 BESIDE, LETTER, BOLD_LETTER = 0.95, 0.55, 0.62
-# Height of the panels in parts of the figure's.
+# Height of the panels as a fraction of the figure's.
 PANEL_HEIGHT = 0.57
 # Margin for marks of a curve below a note, in points.
 MARK_MARGIN = 5.0
-# Height of a row of knots in parts of the panel.
+# Height of a row of knots as a fraction of the panel's.
 KNOT_TICK = 0.035
 # Letters in a line of a quantity's name; panels lower than this [in] have the unit below it.
 LONG, LOW = 17, 2.2
@@ -53,7 +53,7 @@ LOWEST, SHORT = 1.2, 12
 
 
 class Mark(NamedTuple):
-    """Something drawn of a curve: its kind, as in `LOOKS`, where, and how it looks otherwise."""
+    """A mark of a curve: its kind, as in `LOOKS`, its points, and further style."""
 
     kind: str
     time: FloatArray
@@ -66,11 +66,11 @@ class Curve:
     """One curve of a panel.
 
     Attributes:
-        name: What it is, in the names of all that is drawn of it.
-        index: Which colour and line style.
+        name: Its name, part of the names of its drawn parts.
+        index: Index of colour and line style.
         time: Times [s], shape (n,).
-        value: In the unit shown, shape (n,), NaN where the curve is parted.
-        marks: What else is drawn of it.
+        value: Values in the displayed unit, shape (n,), with NaN at gaps.
+        marks: Its marks.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Curve:
     marks: list[Mark] = field(default_factory=list)
 
     def mark(self, kind: str, time: FloatArray, value: FloatArray, **look: Any) -> None:
-        """Mark places of the curve."""
+        """Mark points of the curve."""
         if len(time):
             self.marks.append(Mark(kind, time, value, look))
 
@@ -91,10 +91,10 @@ class Level:
 
     Attributes:
         kind: `"limit"` or `"tolerance"`.
-        value: In the unit shown.
-        spans: From when to when it holds [s].
-        always: Whether it is drawn however far it is from the curves.
-        index: The colour of the curve that it is for; `None` if it is for all.
+        value: Value in the displayed unit.
+        spans: Time intervals of its validity [s].
+        always: Draw it at any distance from the curves.
+        index: Index of the colour of its curve; `None` if it applies to all.
     """
 
     kind: str
@@ -110,17 +110,17 @@ class Panel:
 
     Attributes:
         title: Name of the quantity.
-        unit: Unit that values are shown in.
-        factor: From the SI unit to the shown one.
+        unit: Displayed unit.
+        factor: Factor from the SI unit to the displayed one.
         curves: The curves.
         waypoints: Times of the waypoints [s].
-        zero: Whether 0 is always in the range.
+        zero: Include 0 in the range.
         levels: Limits to draw as lines.
-        allowed: What is beyond these values is shaded.
-        bands: Rectangles to fill: start and end [s], least and greatest value.
+        allowed: Values beyond these are shaded.
+        bands: Filled rectangles: start and end [s], lower and upper value.
         knots: Rows of ticks: times [s] and colour.
-        note: What is written above the curves.
-        broken: Whether that is a failure.
+        note: Text above the curves.
+        broken: Whether the note is a failure.
     """
 
     title: str
@@ -137,7 +137,7 @@ class Panel:
     broken: bool = False
 
     def span(self) -> tuple[float, float]:
-        """Least and greatest of the values shown."""
+        """Smallest and largest of the displayed values."""
         asked = [mark.value for one in self.curves for mark in one.marks if mark.kind == "asked"]
         values = np.concatenate([*(one.value for one in self.curves), *asked, [0.0] * self.zero])
         values = values[np.isfinite(values)]
@@ -147,7 +147,7 @@ class Panel:
 def draw_grid(
     grid: Sequence[Sequence[Panel]], page: tuple[float, float] | None, *, shared: bool = False
 ) -> Figure:
-    """Draw rows of panels, on a page or as large as they need; `shared`: a row has one scale."""
+    """Draw rows of panels, on a page or as large as needed; `shared`: a row has one scale."""
     rows, columns = len(grid), len(grid[0])
     figure = new_figure(rows, columns, page)
     axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
@@ -170,14 +170,14 @@ def draw_grid(
 def draw_panel(
     axis: Axes, panel: Panel, span: tuple[float, float], rows: int, columns: int
 ) -> None:
-    """Draw a panel: its curves and marks, limits that are near, and the note above all.
+    """Draw a panel: its curves and marks, near limits, and the note at the top.
 
     Args:
-        axis: Where.
-        panel: What.
-        span: Least and greatest of the values of all panels that share this one's scale.
-        rows: Of panels in the picture.
-        columns: Likewise.
+        axis: Axes of the panel.
+        panel: Its content.
+        span: Smallest and largest value of all panels with the same scale.
+        rows: Number of rows of panels in the picture.
+        columns: Number of columns.
     """
     dress(axis)
     figure: Any = axis.figure
@@ -221,7 +221,7 @@ def draw_panel(
 
 
 def _widened(panel: Panel, low: float, high: float) -> tuple[float, float]:
-    """A range of values; one that is rounding, beside limits too, is as wide as `STILL_RANGE`."""
+    """A range of values, at least `STILL_RANGE` wide, also with limits."""
     middle = 0.5 * (low + high)
     scale = max(1.0, abs(middle))
     limits = [abs(one.value) for one in panel.levels if np.isfinite(one.value)]
@@ -231,7 +231,7 @@ def _widened(panel: Panel, low: float, high: float) -> tuple[float, float]:
 
 
 def _draw_levels(axis: Axes, panel: Panel, low: float, high: float) -> tuple[float, float]:
-    """Draw the limits that are near the curves; give the range with them."""
+    """Draw the limits near the curves, and give the range including them."""
     margin = NEAR * (high - low)
     for level in panel.levels:
         if level.always or low - margin <= level.value <= high + margin:

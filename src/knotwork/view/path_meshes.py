@@ -1,4 +1,4 @@
-"""The tool, its path and the path asked for, as meshes coloured by speed, deviation and limits."""
+"""The tool, its path and the given path, as meshes coloured by speed, deviation and limits."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from knotwork.view.tool_curves import stretches, times_along
 from knotwork.view.tool_trace import ToolTrace
 from knotwork.waypoints import FloatArray
 
-# Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
+# Slow to fast: dark violet, blue, green, yellow; evenly lighter, to be readable in grey, too.
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
-# In their place where the speed along tool paths has the colours.
+# Colours in their place if the speed along tool paths is shown in colours.
 GREYS = np.array([[0.3, 0.31, 0.34], [0.74, 0.76, 0.79]])
-# Slower than asked for, as asked for, faster
+# Slower than given, as given, faster
 OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]])
-# Speeds nearer to each other than this, in parts of the greatest, share a mark; and most of them.
+# Speeds closer than this fraction of the largest share a mark; largest number of marks.
 APART, MOST_MARKS = 0.08, 3
 
 
@@ -38,7 +38,7 @@ def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, 
     """
     along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
     given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in shown.given)[::-1]
-    # A tool that fails may be slower than it should be: the scale shows both speeds.
+    # A failing tool may be slower than required: the scale shows both speeds.
     high = max([float(path.speed.max()), *given, shown.fastest])
     marks: list[float] = []
     for speed in given:
@@ -61,13 +61,13 @@ def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, 
 
 
 def mixed(share: FloatArray, colours: FloatArray) -> FloatArray:
-    """Colours for parts in 0 … 1 of a scale, shape (n, 3)."""
+    """Colours for positions in 0 … 1 on a scale, shape (n, 3)."""
     at = np.linspace(0.0, 1.0, len(colours))
     return np.stack([np.interp(share, at, column) for column in colours.T], axis=1)
 
 
 def written(colours: FloatArray) -> list[str]:
-    """Colours as pages have them."""
+    """Colours in the format of pages."""
     return ["#" + bytes(colour).hex() for colour in np.round(255 * colours).astype(np.uint8)]
 
 
@@ -76,9 +76,9 @@ STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
 def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, Mesh]:
-    """Draw a tool's path in colours of shape (n, 3); in a scene of some size [m].
+    """Draw a tool's path in colours of shape (n, 3), in a scene of a given size [m].
 
-    Empty if the tool stands still.
+    Empty if the tool does not move.
     """
     line = line_mesh(path.position, colours, 0.0032 * size)
     meshes = {} if line is None else {"path": line}
@@ -87,7 +87,7 @@ def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, 
     for run in np.ma.clump_unmasked(beyond):  # type: ignore[no-untyped-call]
         part = path.position[max(run.start - 1, 0) : run.stop + 1]
         tubes = line_mesh(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
-        # the tool may stand still while the limit is broken
+        # the tool may be at rest while the limit is exceeded
         red.append(tubes or sphere(0.012 * size, RED).moved(np.eye(3), part[0]))
     if red:
         meshes["limits broken"] = merged(red)
@@ -95,12 +95,12 @@ def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, 
 
 
 def other_path_mesh(path: ToolTrace, size: float) -> Mesh | None:
-    """Draw the path of a motion that is compared with; `None` if the tool stands still."""
+    """Draw the path of a compared motion; `None` if the tool does not move."""
     return line_mesh(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
 
 
 def tool_mesh(robot: Robot, size: float) -> Mesh:
-    """A rod from the tool frame to the tool centre point, and the axes there; joint's axes."""
+    """A rod from the tool frame to the tool centre point with its axes, in the joint's axes."""
     tip = robot.model.frames[robot.tcp_frame_id].placement
     flange = tip * robot.tool_offset.inverse()
     parts = [triad(0.06 * size, 0.0028 * size).placed(tip)]
@@ -113,9 +113,9 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
     """Draw a line as a tube; `None` if it has no length.
 
     Args:
-        points: [m], shape (n, 3).
-        colours: Of each point, shape (n, 3).
-        radius: [m].
+        points: Points [m], shape (n, 3).
+        colours: Colour of each point, shape (n, 3).
+        radius: Radius [m].
     """
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     keep = np.concatenate([[True], apart > 1e-9])
@@ -126,7 +126,7 @@ def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | 
 # Exact to beyond the tolerance; they differ in lightness, too.
 DEVIATION_COLOURS = np.array([[0.05, 0.4, 0.45], [0.45, 0.7, 0.45], [0.98, 0.85, 0.25]])
 ASKED, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
-# Dashes along a path, and points of each, and of most paths; relative to the scene's size.
+# Dashes along a path: number of points of each, largest number on a path; size relative to
 DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
 # Length of a dash in half periods: the path's colours must be visible between dashes.
 DASHED = 0.3
@@ -136,11 +136,11 @@ WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
 def asked_points(
     shown: Shown, size: float, *, at_rest: bool = False
 ) -> Iterator[tuple[int | None, list[FloatArray]]]:
-    """Points of dashes along each of the scenario's tool paths [m], in a scene of some size [m].
+    """Points of dashes along each of the scenario's tool paths [m], in a scene of a given size [m].
 
     Yields:
-        The joint that carries the path, and points in its axes; without one, or while it is at
-        rest, in those of the URDF's root.
+        The joint that carries the path, and points in its axes; without one, or at rest,
+        points in the axes of the URDF's root.
     """
     for path in shown.scenario.paths:
         whole, dashes = path.motion.path, []
@@ -166,7 +166,7 @@ def asked_path_meshes(shown: Shown, size: float) -> dict[int | None, Mesh]:
 
 
 def way_mesh(path: ToolTrace, shown: Shown, size: float) -> Mesh | None:
-    """Draw dashes where the motion found its way; `None` where it did not."""
+    """Draw dashes along collision-free motions; `None` without any."""
     along = np.concatenate(
         ([0.0], np.cumsum(np.linalg.norm(np.diff(path.position, axis=0), axis=1)))
     )
@@ -183,10 +183,10 @@ def way_mesh(path: ToolTrace, shown: Shown, size: float) -> Mesh | None:
 
 
 def deviation_mesh(shown: Shown, size: float) -> Mesh | None:
-    """Draw where the tool goes along paths, coloured by its distance from them.
+    """Draw the tool's path along tool paths, coloured by its deviation.
 
     Returns:
-        Colours from none of the tolerance to all of it, red beyond; `None` if there is no path.
+        Colours from zero to the tolerance, red beyond; `None` without a path.
     """
     robot, curve, tolerance = shown.robot, shown.curve, shown.scenario.tolerances.path
     parts: list[Mesh | None] = []

@@ -22,7 +22,7 @@ from knotwork.view.tool_trace import tool_speeds
 from knotwork.waypoints import FloatArray
 
 LEAST_RATE = 60.0
-"""Frames a second that an animation has at least."""
+"""Lowest frame rate of an animation [Hz]."""
 
 RATE = 120.0
 MOST_FRAMES = 240_000
@@ -30,12 +30,12 @@ MOST_SPEEDS = 30_000
 
 
 def frame_times(curve: PiecewisePolynomial) -> FloatArray:
-    """Times of an animation's frames [s], `RATE` a second or, if it is long, `LEAST_RATE`.
+    """Times of an animation's frames [s], at `RATE` or, for a long one, `LEAST_RATE`.
 
-    Between two frames the first is shown, and none is made up. The last is the end of the motion.
+    Between two frames the first one is shown, not interpolated. The last is the motion's end.
 
     Raises:
-        InputError: It lasts so long that no page could hold it.
+        InputError: The motion is too long for a page.
     """
     start, end = float(curve.x[0]), float(curve.x[-1])
     duration = end - start
@@ -58,11 +58,11 @@ def arm_frames(
     """Give a motion's frames, and the tool's speed at each unless there are too many.
 
     Args:
-        name: Of the motion.
+        name: Name of the motion.
         curve: Joint positions, trailing shape (d,).
         robot: The arm.
-        model: Where something moves by itself: positions of its joints follow the robot's.
-        paths: Those of the task.
+        model: Collision model with the positions of joints after the robot's, if there are any.
+        paths: Tool paths of the task.
     """
     time = frame_times(curve)
     position = curve(time)
@@ -80,7 +80,7 @@ def arm_frames(
 
 
 def waypoint_times(shown: Shown) -> list[dict[str, Any]]:
-    """Give names and times of the waypoints, of a stored trajectory those that it knows."""
+    """Names and times of the waypoints; for a stored trajectory its own ones."""
     given = shown.scenario.waypoints
     names = [one.name for one in given] or [str(i) for i in range(len(shown.times))]
     times = [one.time for one in given] or shown.times.tolist()
@@ -88,7 +88,7 @@ def waypoint_times(shown: Shown) -> list[dict[str, Any]]:
 
 
 def joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:
-    """Names, units and limits of the joints; `None` for a limit that there is not."""
+    """Names, units and limits of the joints; `None` for a missing limit."""
     panel = []
     limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
     for name, unit, bounds in zip(robot.joint_names, robot.joint_units, limits, strict=True):

@@ -28,9 +28,9 @@ from knotwork.view.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Up to this number joints are compared in columns of their own, planners over each other.
+# Number of joints up to which they are compared in columns, with all planners in each.
 MOST_JOINT_COLUMNS = 3
-# With more joints each planner has a column of its own.
+# Otherwise each planner has its own column.
 MOST_MOTION_COLUMNS = 4
 
 
@@ -45,18 +45,18 @@ def plot_joints(
     title: str | None = None,
     size: str | None = None,
 ) -> Figure:
-    """Draw joint motions over time, a row of panels a quantity.
+    """Draw joint motions over time, one row of panels per quantity.
 
-    Joints of one motion share a panel, with the limits of the joint that is nearest to its own.
-    Several motions of at most three joints have a column a joint, else a column a motion. Jumps,
-    waypoints and knots are marked, and the parts of curves whose exact extrema break a limit.
+    Joints of one motion share a panel, with the limits of the joint nearest to its own.
+    Several motions of at most three joints have one column per joint, else one per motion. Jumps,
+    waypoints and knots are marked, and the parts of curves whose exact extrema exceed a limit.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them.
         joints: Names of the joints to draw; by default all.
-        quantities: Of `"position"`, `"velocity"`, `"acceleration"` and `"jerk"`; by default all.
-        degrees: Show angles in degrees or in radians; by default as the scenario's file does.
-        scenario: For trajectories: what was asked for, to mark waypoints and limits.
+        quantities: Some of `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`; default all.
+        degrees: Show angles in degrees or in radians; by default the unit of the scenario.
+        scenario: Scenario of trajectories, to mark waypoints and limits.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
@@ -99,14 +99,14 @@ _Row = list[tuple[str, list[Series]]]
 def _arranged(
     motions: list[Motion], names: list[str], kinds: list[str]
 ) -> tuple[list[_Row], list[str], bool]:
-    """Rows of panels, what their columns are of, and whether these are motions."""
+    """Rows of panels, titles of columns, and whether the columns are motions."""
     if len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS:
         return _joints_together(motions, names, kinds), [one.label for one in motions], True
     return _overlaid(motions, names, kinds), names, False
 
 
 def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """A column a joint, of all motions."""
+    """One column per joint, with all motions."""
     check_distinct(motions)
     return [
         [
@@ -118,10 +118,10 @@ def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list
 
 
 def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """A column a motion; where both angles and lengths occur, they have rows of their own.
+    """One column per motion, with separate rows for angles and lengths.
 
     Raises:
-        InputError: It is too much for one picture.
+        InputError: There is too much for one picture.
     """
     if len(motions) > MOST_MOTION_COLUMNS:
         raise InputError(

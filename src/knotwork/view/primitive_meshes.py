@@ -1,4 +1,4 @@
-"""The plain shapes that scenes are drawn with, as meshes."""
+"""Primitive shapes of scenes, as meshes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def turned(profile: ArrayLike, colour: Sequence[float], sides: int = 32) -> Mesh
     return _turned(tuple(map(tuple, rows)), tuple(colour), sides)
 
 
-@lru_cache(256)  # a scene has many of a kind, and the next scene has them again
+@lru_cache(256)  # a scene has many of a kind, and so does the next one
 def _turned(profile: tuple[tuple[float, ...], ...], colour: tuple[float, ...], sides: int) -> Mesh:
     from trimesh import creation
 
@@ -60,7 +60,7 @@ def capsule(radius: float, length: float, colour: Sequence[float], sides: int = 
 
 
 def solid(kind: str, size: Sequence[float], colour: Sequence[float]) -> Mesh:
-    """Make a `"box"`, `"sphere"`, `"capsule"` or `"cylinder"` of the size [m] that each takes."""
+    """Make a `"box"`, `"sphere"`, `"capsule"` or `"cylinder"` of a size [m]."""
     if kind == "box":
         return box(size, colour)
     if kind == "sphere":
@@ -75,7 +75,7 @@ def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]
 
 
 def arrow(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
-    """Make an arrow from one point to another; all in m. Its head is no longer than half of it."""
+    """Make an arrow from one point to another; all in m. Its head is at most half of its length."""
     length = float(np.linalg.norm(np.asarray(end, dtype=float) - np.asarray(start, dtype=float)))
     neck = max(0.5, 1.0 - 6 * radius / length)
     profile = [[0.0, 0.0], [radius, 0.0], [radius, neck], [2.6 * radius, neck], [0.0, 1.0]]
@@ -111,16 +111,16 @@ def tube(points: FloatArray, colours: FloatArray, radius: float, sides: int = 8)
     """Sweep a circle along a line.
 
     Args:
-        points: [m], shape (n, 3), n >= 2; no two that follow each other are the same.
-        colours: Of each point, shape (n, 3).
-        radius: [m].
+        points: Points [m], shape (n, 3), n >= 2; consecutive ones differ.
+        colours: Colour of each point, shape (n, 3).
+        radius: Radius [m].
         sides: Number of sides around.
     """
     step = normalised(np.diff(points, axis=0))
     along = normalised(np.concatenate([step[:1], step[1:] + step[:-1], step[-1:]]))
     across = np.empty_like(points)
     across[0] = frame_along(along[0])[:, 0]
-    for i in range(1, len(points)):  # carried along without turning about the line
+    for i in range(1, len(points)):  # transported without twist about the line
         carried = across[i - 1] - along[i] * (across[i - 1] @ along[i])
         length = float(np.linalg.norm(carried))
         across[i] = carried / length if length > 1e-6 else frame_along(along[i])[:, 0]

@@ -1,4 +1,4 @@
-"""Content of a scene: the arm, its motion, the task and the findings of the check, as plain data.
+"""Content of a scene: arm, motion, task and findings of the check, as plain data.
 
 Everything is in the axes of the URDF's root, z up, in m and s.
 """
@@ -40,13 +40,13 @@ from knotwork.view.strip import strip
 from knotwork.view.tool_trace import tool_trace
 from knotwork.waypoints import FloatArray
 
-# Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
+# Faint copies of the arm need no finer detail than this, relative to the scene's size.
 GHOST_DETAIL = 0.015
-# Drawn in their own colours, whatever the light.
+# Parts in their own colours, independent of the light.
 UNLIT = ("path", "limits broken", "failures", "deviation", "way")
-# Parts of a scene that depend on the robot alone: most of the data.
+# Parts of a scene that depend only on the robot: most of the data.
 STILL = ("joints", "shapes", "images", "coarse")
-# Shown on demand.
+# Parts shown on demand.
 HIDDEN = ("deviation", "knots on paths")
 
 
@@ -58,7 +58,7 @@ def _task_points(shown: Shown) -> FloatArray:
 
 
 def _still_points(shown: Shown) -> FloatArray:
-    """What stands in the base frame [m], shape (n, 3)."""
+    """Fixed points in the base frame [m], shape (n, 3)."""
     asked = asked_points(shown, 1.0, at_rest=True) if shown.path is not None else ()
     base = shown.robot.base_placement
     frames = [(base * frame).translation for frame in shown.scenario.frames.values()]
@@ -75,17 +75,17 @@ def make_scene(
     warnings: Sequence[str] = (),
     before: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Compose the scene of a motion, as plain data that is ready for JSON.
+    """Compose the scene of a motion, as plain data for JSON.
 
     Args:
-        shown: The motion, the arm, whose meshes are opened, and the task.
-        others: Motions of other planners, by name, shown over the first as translucent arms.
-        warnings: Further ones for the page.
-        before: The scene in whose place this one is shown. Of the same robot the parts `STILL` are
-            taken over, the very objects, and it is looked at from the same side.
+        shown: The motion with the arm, its meshes, and the task.
+        others: Motions of other planners by name, shown as translucent arms.
+        warnings: Further warnings for the page.
+        before: The replaced scene. For the same robot its parts `STILL` are reused, as the same
+            objects, and the view is kept.
 
     Raises:
-        InputError: A trajectory is not of the robot's joints, or too long to be shown.
+        InputError: A trajectory has other joints than the robot, or is too long.
     """
     motions = {name: shown.in_order(one).polynomial for name, one in (others or {}).items()}
     stops, task = find_stops(shown), _task_points(shown)
@@ -126,10 +126,10 @@ def make_scene(
 def _arms(
     shown: Shown, motions: Mapping[str, PiecewisePolynomial], copies: FloatArray, joints: int
 ) -> dict[str, Any]:
-    """The moving arms, and where copies of the first one stand, of a number of joints each."""
+    """The moving arms, and the positions of copies of the first one, for given joint counts."""
     feet = footing(shown.robot)
     ghosts = feet.positions(copies)
-    unmoved = np.zeros(joints - ghosts.shape[1])  # ghosts are of the robot alone
+    unmoved = np.zeros(joints - ghosts.shape[1])  # ghosts have only the robot's joints
     arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
     return {
         "arms": [
@@ -142,7 +142,7 @@ def _arms(
 
 
 def _description(shown: Shown) -> dict[str, Any]:
-    """What is shown, and its units."""
+    """Title of the scene and its units."""
     scenario, units = shown.scenario, shown.scenario.units
     return {
         "title": scenario.name,
@@ -157,7 +157,7 @@ def _description(shown: Shown) -> dict[str, Any]:
 def _robot_data(
     shown: Shown, size: float, before: Mapping[str, Any] | None
 ) -> tuple[dict[str, Any], list[str]]:
-    """The parts `STILL`, those of `before` where they are equal, and images that can't be read."""
+    """The parts `STILL`, reused from `before` if equal, and unreadable images."""
     parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
     images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
     addresses, unread = image_addresses(images)
@@ -179,7 +179,7 @@ def _robot_data(
 def _task_data(
     shown: Shown, motions: Mapping[str, PiecewisePolynomial], size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
-    """Meshes of the tool and its task, labels and the legend; nothing without a tool."""
+    """Meshes of the tool and its task, labels and the legend; empty without a tool."""
     robot, path = shown.robot, shown.path
     if path is None:
         return [], [], {}
@@ -216,7 +216,7 @@ def _task_data(
 
 
 def _merged(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Labels of which an object's is that of the frame of the same name, where there is one."""
+    """Labels, with one for an object and a frame of the same name."""
     names = [{one["text"] for one in labels if one["kind"] == kind} for kind in ("frame", "object")]
     both = set.intersection(*names)
     return [
@@ -227,6 +227,6 @@ def _merged(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _thinned(points: FloatArray, most: int = 800) -> FloatArray:
-    """Keep the points that lie furthest out in some direction."""
+    """Points that are extreme in some direction."""
     turns = np.random.default_rng(0).normal(size=(most, 3))
     return np.asarray(points[np.unique((turns @ points.T).argmax(axis=1))])

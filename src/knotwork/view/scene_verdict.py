@@ -71,7 +71,7 @@ def _where(scenario: Scenario, time: float) -> str:
 
 
 def _contacts(report: Report, robot: Robot, first_joint: int) -> list[dict[str, Any]]:
-    """From when to when two bodies are too near: joints that carry links, and other bodies."""
+    """Time intervals of contacts: joints that carry links, and other bodies."""
     found = []
     for one in report.failures:
         links = [name for name in one.bodies if robot.model.existBodyName(name)]

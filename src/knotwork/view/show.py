@@ -1,4 +1,4 @@
-"""From a plan, or a stored trajectory, to its page."""
+"""Pages of plans and stored trajectories."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def view_plan(
     autoplay: bool = True,
     embedded: bool = False,
 ) -> Page:
-    """Show a plan: the arm in motion, the task, and what fails in the check.
+    """Show a plan: the moving arm, the task, and failures of the check.
 
     Args:
         plan: The plan.
         others: Trajectories of other planners by name, shown as translucent arms over it.
-        ghosts: Translucent copies of the arm at the waypoints are shown at first.
-        autoplay: The motion starts by itself.
-        embedded: The page is a part of another, which has the title and the verdict.
+        ghosts: Show translucent copies of the arm at the waypoints at first.
+        autoplay: Start the motion automatically.
+        embedded: The page is part of another, which has the title and the verdict.
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
@@ -69,12 +69,12 @@ def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool =
     'arm.html'
 
     Args:
-        robot: The arm that it moves.
+        robot: Its arm.
         trajectory: The motion.
-        ghosts: Translucent copies of the arm at the waypoints are shown at first.
+        ghosts: Show translucent copies of the arm at the waypoints at first.
 
     Raises:
-        InputError: The trajectory is not of the robot's joints, or can't be shown.
+        InputError: The trajectory has other joints than the robot, or can't be shown.
     """
     return scene_page(scene_of_trajectory(robot, trajectory), ghosts=ghosts)
 
@@ -85,7 +85,7 @@ def scene_of_trajectory(
     """Compose the scene of a stored trajectory, as plain data; `before` as for `make_scene`.
 
     Raises:
-        InputError: The trajectory is not of the robot's joints, or can't be shown.
+        InputError: The trajectory has other joints than the robot, or can't be shown.
     """
     return make_scene(Shown(robot, trajectory), warnings=_tool_warnings(robot), before=before)
 
@@ -99,8 +99,8 @@ def _tool_warnings(robot: Robot) -> list[str]:
         ]
     if robot.tool_offset.isIdentity(1e-9):
         return [
-            "a trajectory does not name the tool that the arm carries: the path and the speed "
-            f"shown are those of the robot's frame {robot.tool_frame!r}; give the scenario that it "
-            "was planned for to see those of its tool"
+            "a trajectory does not name its tool: the path and the speed "
+            f"shown are those of the robot's frame {robot.tool_frame!r}; give its scenario "
+            "to see those of its tool"
         ]
     return []

@@ -1,4 +1,4 @@
-"""`Shown`: a motion of an arm with its task and its check, as the parts of a scene need them."""
+"""`Shown`: a motion of an arm with its task and check, for a scene."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
 class Shown:
-    """A motion that a scene shows.
+    """The motion of a scene.
 
     Attributes:
         robot: The arm.
         trajectory: Its motion, joints in the robot's order.
-        scenario: The task; of a stored motion one that asks for nothing.
+        scenario: The task; for a stored motion one without requirements.
         space: Its joints and limits.
-        report: Of the check, if there was one.
-        fastest: The scale of tool speeds ends there, or beyond [m/s].
+        report: Report of the check, if there was one.
+        fastest: Lower bound on the end of the scale of tool speeds [m/s].
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Shown:
         """A motion with its joints in the robot's order.
 
         Raises:
-            InputError: It is not of the robot's joints.
+            InputError: Its joints are not the robot's.
         """
         names, units = self.robot.joint_names, self.robot.joint_units
         return trajectory.reordered(names, units, owner=f"robot {self.robot.name!r}")
@@ -78,17 +78,17 @@ class Shown:
 
     @property
     def findings(self) -> Sequence[Finding]:
-        """Those of the check."""
+        """Findings of the check."""
         return self.report.findings if self.report is not None else ()
 
     @property
     def failures(self) -> Sequence[Finding]:
-        """Those of the check."""
+        """Failures of the check."""
         return self.report.failures if self.report is not None else ()
 
     @property
     def times(self) -> FloatArray:
-        """Times of the waypoints, of a stored trajectory those that it knows [s], shape (n,)."""
+        """Times of the waypoints, for a stored trajectory its own ones [s], shape (n,)."""
         known = self.scenario.waypoints or self.trajectory.waypoint_times is None
         return self.scenario.times if known else np.asarray(self.trajectory.waypoint_times)
 
@@ -105,7 +105,7 @@ class Shown:
 
     @property
     def given(self) -> Sequence[CartesianWaypoint]:
-        """Those of them whose velocity was not chosen by planning."""
+        """The waypoints whose velocity was given, not chosen by planning."""
         chosen = {name for run in self.scenario.task.chosen or () for name in run.velocities}
         return [one for one in self.asked if one.name not in chosen]
 
@@ -120,7 +120,7 @@ class Shown:
 
     @cached_property
     def model(self) -> CollisionModel | None:
-        """The collision model, where something moves by itself.
+        """The collision model, if obstacles move.
 
         Raises:
             InputError: A mesh, or another robot's scenario, is wrong.
@@ -132,9 +132,9 @@ class Shown:
         return motion_model(Motion(self.trajectory, self.space), self.scenario, self.robot)
 
     def carrying(self, frame: Any, time: float | None = None) -> tuple[int | None, Any]:
-        """The joint that carries a moving frame, and what brings poses of the base to its axes.
+        """The joint that carries a moving frame, and the transform of base poses into its axes.
 
-        It is taken at rest, or at a time [s]. Without a frame, or where nothing moves by itself, it
+        The frame is at rest, or at a time [s]. Without a frame, or without moving obstacles, it
         is the URDF's root: `None`.
         """
         if self.model is None or frame is None:
@@ -142,6 +142,6 @@ class Shown:
         return self.model.riding(frame, time)
 
     def at_start(self, points: FloatArray) -> FloatArray:
-        """Points of what the base frame carries where the motion begins, shape (n, 3)."""
+        """Points carried by the base frame at the start of the motion, shape (n, 3)."""
         start = self.curve(self.curve.x[:1])
         return np.asarray(footing(self.robot).in_cell(start, points[None])[0])

@@ -1,4 +1,4 @@
-"""Two motions on one page, with one clock, and how far they are apart over time."""
+"""Two motions on one page, with one clock, and their difference over time."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from knotwork.view.show import scene_of
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 400
-"""Of the difference over time."""
+"""Number of samples of the difference."""
 
 
 def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
-    """Put two motions on a page, each in a scene of its own, seen by one camera.
+    """Put two motions on a page, each in its own scene, with one camera.
 
     Args:
-        plans: Two of them, of one robot.
-        names: What each is called.
+        plans: Two plans for one robot.
+        names: Their names.
 
     Raises:
-        InputError: One has no robot, or they are of different ones.
+        InputError: A plan has no robot, or the robots differ.
     """
     scenes = [scene_of(one) for one in plans]
     fastest = max(one["legend"].get("high", 0.0) for one in scenes)
@@ -54,7 +54,7 @@ def side_by_side(plans: Sequence[PlanLike], names: Sequence[str]) -> Page:
 
 
 def _one_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The first view of all scenes: from where the first one is seen, with all of each in it."""
+    """The common first view: from the direction of the first scene, with all of each in view."""
     whole, work = ([scene[key] for scene in scenes] for key in ("view", "work"))
 
     def joined(views: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -65,12 +65,12 @@ def _one_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _difference(plans: Sequence[PlanLike]) -> dict[str, Any]:
-    """Distances of the tools and of the joint that differs most, each motion since its start.
+    """Distances of the tools and of the joint that differs most, by the time since the start.
 
-    After its end each stays where it ended.
+    After its end each motion stays at its last state.
 
     Raises:
-        InputError: They are of different robots.
+        InputError: The robots differ.
     """
     arms = [one.space.robot for one in plans]
     first, second = arms

@@ -1,4 +1,4 @@
-"""The strip below a scene: segments, what limits each, curves over time and what is broken."""
+"""The strip below a scene: segments with limiting constraints, curves over time and failures."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 800
-# A break at one time is shown this wide, in parts of the motion.
+# Shortest drawn failure, as a fraction of the motion.
 LEAST_WIDTH = 0.003
-# A limit that is used less than this limits nothing.
+# Use of a limit below which it does not limit.
 NOTABLE = 0.01
 
 
 def strip(shown: Shown) -> dict[str, Any]:
-    """Give segments, the use of limits, curves over time, failures and events.
+    """Segments, use of limits, curves over time, failures and events.
 
     Returns:
         Times from the start of the motion [s].
@@ -67,12 +67,12 @@ _Shares = list[tuple[Finding, FloatArray]]
 def broken_spans(
     failures: Sequence[Finding], shares: _Shares, time: FloatArray
 ) -> list[list[float]]:
-    """From when to when something fails, since the start [s]: as long as it does, but visible.
+    """Time intervals of failures, since the start [s], long enough to be visible.
 
     Args:
-        failures: Of the check.
-        shares: Use of each limit, as `limit_shares` gives it.
-        time: When that was sampled [s].
+        failures: Failures of the check.
+        shares: Use of each limit from `limit_shares`.
+        time: Times of these samples [s].
     """
     start, end = float(time[0]), float(time[-1])
     spans = [
@@ -89,9 +89,9 @@ def broken_spans(
 def _limiting(
     start: float, end: float, findings: Sequence[Finding], shares: _Shares, time: FloatArray
 ) -> str:
-    """What limits a segment: what a choice of times was bound by, else the limit nearest to it.
+    """Limiting constraint of a segment: that of the choice of times, else the limit nearest to it.
 
-    A position within its range slows nothing.
+    Positions within their range are not constraints.
     """
     for one in findings:
         span = one.interval if one.quantity == "binding_limits" else None
@@ -110,7 +110,7 @@ def _limiting(
 
 
 def _more_curves(shown: Shown, time: FloatArray) -> Iterator[dict[str, Any]]:
-    """Speeds of links that are limited, and what paths leave open, in the units shown."""
+    """Speeds of limited links, and used freedom of paths, in the displayed units."""
     scenario, robot, curve = shown.scenario, shown.robot, shown.curve
     for one in scenario.motion_limits.frame_speeds:
         factor, unit = scenario.units.shown(1.0, "m/s")
@@ -131,7 +131,7 @@ def _curve(
 
 
 def _clearance(shown: Shown) -> dict[str, Any] | None:
-    """Clearance from what stands around over time, the nearest pairs, and what is to be kept."""
+    """Clearance from the surroundings over time, the nearest pairs, and the required clearance."""
     trajectory, scenario, nearest = shown.trajectory, shown.scenario, nearest_around(shown.findings)
     also = [] if nearest is None or nearest.time is None else [nearest.time]
     start, end = trajectory.start_time, trajectory.end_time

@@ -1,4 +1,4 @@
-"""The map of a study in a browser: a click on a row shows its motion, or why there is none.
+"""The map of a study in a browser: a click on a row shows its motion, or its failure.
 
 It is served, or one file.
 """
@@ -19,9 +19,9 @@ from knotwork.view.scene import STILL
 from knotwork.view.study_plot import DrawnStudy
 
 MOTIONS = 16
-"""Pages of rows that are kept; others are planned again when they are asked for."""
+"""Number of cached pages of rows; others are planned again."""
 MOST_BYTES = 8_000_000
-"""Of the motions in a map that is one file: it is to be sent by mail."""
+"""Largest size of the motions in a map as one file, to be sent by mail."""
 
 _SceneOf = Callable[[int, Mapping[str, Any] | None], dict[str, Any]]
 
@@ -32,10 +32,10 @@ class MapServer(PageServer):
     Args:
         study: A `knotwork.Study`.
         page_of: Plans a row, and gives the page of its motion.
-        port: Listened on; 0 for any that is free.
+        port: Port; 0 for any free one.
 
     Raises:
-        InputError: As `PageServer`.
+        InputError: As for `PageServer`.
     """
 
     def __init__(self, study: Any, page_of: Callable[[int], Page], port: int = 0) -> None:
@@ -59,12 +59,12 @@ class _MapHandler(PageHandler):
 
 
 def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
-    """The map as one file, and how many motions are in it: the first ones that fit.
+    """The map as one file, with the first motions that fit, and their number.
 
     Args:
         study: A `knotwork.Study`.
-        scene_of: Plans a row, and gives its scene; the scene before it is given, too.
-        command: What shows the others.
+        scene_of: Plans a row, and gives its scene; its argument is the previous scene.
+        command: Command that shows the others.
     """
     first: dict[str, Any] | None = None
     page, motions, size = "", dict[int, str](), 0
@@ -73,7 +73,7 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
             continue
         try:
             scene = scene_of(row, first)
-        except KnotworkError:  # of a robot that is not there any more
+        except KnotworkError:  # of a robot that no longer exists
             continue
         if first is None:
             first, page = scene, scene_page(scene, ghosts=False).html
@@ -91,7 +91,7 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
 
 
 def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
-    """The page of the map; `more` of one that is a file."""
+    """The page of the map; `more` for a file."""
     drawn = DrawnStudy(study)
     figures = {drawn.label(name): drawn.values(name) for name in study.figures}
     data = {

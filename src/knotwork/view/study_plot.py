@@ -35,23 +35,23 @@ PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
 # Reasons, most frequent first; distinct in lightness, too. Further ones share one colour.
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
 LEAST_SPREAD = 1e-3
-"""Part of a figure by which rows must differ for it not to be the same."""
+"""Relative difference below which figures of rows are equal."""
 LABEL = 40
-"""Letters in a line of a label."""
+"""Number of letters in a line of a label."""
 MOST_SHAPES = 5000
-"""Cells or dots that are drawn one by one in a file of lines."""
+"""Largest number of cells or dots drawn one by one in a vector file."""
 UNASKED = ("clearance", "smallest_singular_value", "duration", "velocity_use", "path_deviation")
-"""Figures of which the first that differs between rows is drawn unasked."""
+"""Figures of which the first one that differs between rows is drawn by default."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """Places of rows along one direction of a picture.
+    """Positions of rows along one direction of a picture.
 
     Attributes:
         title: The varied value.
-        at: Place of each row, shape (n,).
-        names: Of the places 0, 1, …; empty where values are drawn to scale.
+        at: Position of each row, shape (n,).
+        names: Names of the positions 0, 1, …; empty if values are drawn to scale.
         words: Whether the names are words, not numbers.
     """
 
@@ -77,15 +77,15 @@ class _Places:
 
 
 class DrawnStudy:
-    """A study as its pictures need it.
+    """A study prepared for pictures.
 
     Attributes:
-        name: Of the study.
-        kinds: For each row that it passed, or why it did not, shape (n,).
-        palette: A colour for rows that pass, and for each of the reasons, most frequent first.
-        codes: For each row which of these colours it has, shape (n,).
-        dots: Whether the values go together, as random samples do, else they make a grid.
-        varied: Places of the rows by varied value.
+        name: Name of the study.
+        kinds: For each row that it passed, or the reason of its failure, shape (n,).
+        palette: A colour for passing rows, and for each of the reasons, most frequent first.
+        codes: Index of the colour of each row, shape (n,).
+        dots: Whether the values vary together, like random samples; otherwise they make a grid.
+        varied: Positions of the rows by varied value.
     """
 
     def __init__(self, study: Any) -> None:
@@ -117,7 +117,7 @@ class DrawnStudy:
 
     @property
     def verdict_look(self) -> dict[str, Any]:
-        """Colours of the codes, as Matplotlib takes them."""
+        """Colours of the codes, for Matplotlib."""
         from matplotlib.colors import ListedColormap
 
         colours = list(self.palette.values())
@@ -130,16 +130,16 @@ class DrawnStudy:
         return f"{known.title} [{unit}]" if unit else known.title
 
     def values(self, figure: str) -> Any:
-        """A figure by row, NaN where a row does not pass or does not have it, shape (n,)."""
+        """A figure by row, NaN for a row without it or a failed one, shape (n,)."""
         factor = self._study.units.shown(1.0, self._study.figures[figure].unit)[0]
-        given = np.array(self._study[figure], float)  # which makes NaN of None
+        given = np.array(self._study[figure], float)  # None becomes NaN
         return np.where((self.kinds == PASSED) & np.isfinite(given), factor * given, math.nan)
 
 
 def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
-    """Draw the verdict, and figures of the rows that pass, over one or two varied values.
+    """Draw the verdict, and figures of the passing rows, over one or two varied values.
 
-    Two make a map: of cells, or of dots where they go together, as random samples do; one makes
+    Two make a map: of cells, or of dots if they vary together, like random samples; one makes
     curves.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
@@ -148,7 +148,7 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     ['duration [s]']
 
     Args:
-        study: What `knotwork.sweep` returns.
+        study: Result of `knotwork.sweep`.
         figures: Names of the figures; by default some that differ between rows.
 
     Raises:
@@ -177,7 +177,7 @@ def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
 
 
 def _write(study: DrawnStudy, figure: Figure) -> None:
-    """Write the study's name and how many rows pass above all, and the verdicts below."""
+    """Write the study's name and the number of passing rows at the top, and the verdicts below."""
     from matplotlib.patches import Patch
 
     counts = Counter(study.kinds.tolist())
@@ -225,7 +225,7 @@ def _draw_curves(study: DrawnStudy, names: Sequence[str]) -> Figure:
 def _draw_map(study: DrawnStudy, names: Sequence[str]) -> Figure:
     """Draw verdict and figures side by side over two values."""
     x, y = sorted(study.varied, key=lambda one: one.words)  # names have more space upright
-    # a verdict that is the same everywhere is in the heading
+    # a uniform verdict is in the heading
     shown = ["", *names] if not names or len(study.palette) > 1 else list(names)
     figure = new_figure(1, len(shown))
     axes = figure.subplots(1, len(shown), squeeze=False, sharex=True, sharey=True)[0]
@@ -257,7 +257,7 @@ def _draw(axis: Axes, x: Any, y: Any, values: Any, look: dict[str, Any], *, dots
     raster = len(here) > MOST_SHAPES
     if dots:
         size = min(max(4000 / len(here), 6.0), 36.0)
-        look = look | {"edgecolors": DARK, "linewidths": 0.5}  # seen in the dark, too
+        look = look | {"edgecolors": DARK, "linewidths": 0.5}  # visible in dark mode, too
         return axis.scatter(x[here], y[here], c=values[here], s=size, rasterized=raster, **look)
     axis.set_facecolor(GRID)
     grid = np.full((int(y.max()) + 1, int(x.max()) + 1), np.nan)

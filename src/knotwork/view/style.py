@@ -1,4 +1,4 @@
-"""How pictures look: sizes, colours that colour-blind readers can distinguish, units and names."""
+"""Style of pictures: sizes, colours for colour-blind readers, units and names."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, but for yellow, which is too light for a line on white, and for
-# vermillion, which is kept for failures. Grey makes it seven.
+# Okabe and Ito's colours, without yellow, which is too light for a line on white, and without
+# vermillion, which is reserved for failures. Grey makes it seven.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8C8C8C")
 WRONG = "#D55E00"
 FAINT = "#B8B8B8"
 DARK = "#404040"
 GRID = "#E4E4E4"
-# What each colour is where a page is dark: lighter, as far from each other as by day.
+# Colours on dark pages: lighter, with the same differences as by day.
 NIGHT = {
     "#ffffff": "#15181c",
     "#000000": "#e4e9ef",
@@ -35,7 +35,7 @@ NIGHT = {
     "#8c8c8c": "#9aa0a6",
     "#d55e00": "#ff7f3f",
 }
-# Distinct without colour, too: planners lie over each other in one panel.
+# Distinguishable without colour: planners overlap in one panel.
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     "solid",
     (0, (5, 1.6)),
@@ -45,7 +45,7 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     (0, (4, 1.2, 1, 1.2, 1, 1.2)),
     (0, (2.5, 2.5)),
 )
-# How each kind of mark is drawn, in panels and in the legend below them; its gid begins with it.
+# Style of each kind of mark, in panels and in the legend below them; its gid begins with it.
 LOOKS: dict[str, dict[str, Any]] = {
     "waypoint": {"color": FAINT, "lw": 0.8},
     "asked": {
@@ -73,19 +73,19 @@ LOOKS |= {
 LOOKS["event"] = {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5}
 LOOKS |= {"tolerance": LOOKS["limit"], "beyond": LOOKS["broken"]}
 
-# More upright lines than this would hide the curves.
+# More vertical lines than this would hide the curves.
 MOST_WAYPOINT_LINES = 400
-# Points, for a picture 10 inches wide: 8 points and more where it fills the width of A4 paper.
+# Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
 # Inches.
 WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
 # Upright A4, and a slide of 16 to 9 [in].
 PAGES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
-# Least height of a panel [in], three quarters of it where there are many rows.
+# Smallest height of a panel [in], three quarters of it if there are many rows.
 LEAST_HEIGHT, MANY_ROWS = 1.7, 4
 
-# DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first of these that
-# is installed serves for them.
+# DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first installed font
+# of these is used for them.
 _MORE_FONTS = (
     *("Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "WenQuanYi Zen Hei"),
     *("Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans", "Yu Gothic", "Malgun Gothic"),
@@ -109,7 +109,7 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def settings() -> Iterator[None]:
-    """Draw with Knotwork's settings over Matplotlib's own defaults, then put the user's back."""
+    """Apply Knotwork's settings over Matplotlib's defaults, and restore the user's afterwards."""
     import matplotlib as mpl
     from matplotlib.font_manager import fontManager
 
@@ -142,12 +142,12 @@ def rounded(value: float, digits: int = 3) -> str:
 
 
 def printable(text: str) -> str:
-    """Text on one line: what can't be printed becomes a dot."""
+    """Text on one line, with dots for characters that can't be printed."""
     return "".join(letter if letter.isprintable() else "·" for letter in text)
 
 
 def shortened(names: Sequence[str], most: int) -> list[str]:
-    """Cut the middle out of names longer than `most` letters, unless two became the same."""
+    """Cut the middle out of names longer than `most` letters, unless two would become equal."""
     plain = [printable(name) for name in names]
     tail = most // 2
     short = [
@@ -157,10 +157,10 @@ def shortened(names: Sequence[str], most: int) -> list[str]:
 
 
 def checked_size(size: str | None) -> tuple[float, float] | None:
-    """Width and height of a page [in]; `None` for as large as the panels need.
+    """Width and height of a page [in]; `None` for a size from the panels.
 
     Raises:
-        UnknownNameError: There is no such page.
+        UnknownNameError: The page is unknown.
     """
     if size is not None and size not in PAGES:
         raise UnknownNameError("size", size, tuple(PAGES))
@@ -168,7 +168,7 @@ def checked_size(size: str | None) -> tuple[float, float] | None:
 
 
 def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None) -> Figure:
-    """Make an empty figure for rows and columns of panels: of a page's size, or as they need."""
+    """Make an empty figure for rows and columns of panels: of a page's size, or as needed."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -197,12 +197,12 @@ def dress(axis: Axes) -> None:
 
 
 def least_height(rows: int) -> float:
-    """Least height of a row of panels [in], where there are this many."""
+    """Smallest height of a row of panels [in], for this many rows."""
     return LEAST_HEIGHT if rows <= MANY_ROWS else 0.75 * LEAST_HEIGHT
 
 
 def write_note(axis: Axes, text: str, broken: bool) -> None:
-    """Write a note into the upper right corner of a panel, in red where a limit is broken."""
+    """Write a note into the upper right corner of a panel, in red if a limit is exceeded."""
     axis.text(
         0.995,
         0.97,
@@ -220,7 +220,7 @@ def write_note(axis: Axes, text: str, broken: bool) -> None:
 
 
 def mark_waypoints(axis: Axes, times: FloatArray) -> None:
-    """Draw an upright line at each waypoint, unless there are too many."""
+    """Draw a vertical line at each waypoint, unless there are too many."""
     if 0 < len(times) <= MOST_WAYPOINT_LINES:
         upright = axis.get_xaxis_transform()
         axis.vlines(

@@ -1,4 +1,4 @@
-"""Poses and velocities of the tool that waypoints ask for, and arrows for the velocities."""
+"""Poses and velocities given at waypoints, and arrows for the velocities."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 def targets(
     scenario: Scenario, space: JointSpace, robot: Robot, curve: PiecewisePolynomial
 ) -> list[CartesianWaypoint]:
-    """Find the tool pose and velocity that each waypoint asks for, in the URDF root's axes.
+    """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
 
-    A wait is there once, where it begins. What stands still while joints move the base is where it
-    is at its time.
+    A wait appears once, at its start. Fixed poses are taken at their times if joints move the
+    base.
     """
     base = robot.base_placement
     found = []
@@ -46,7 +46,7 @@ def targets(
 
 
 def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
-    """Distances from each waypoint to the next [m], those that stay in place left out."""
+    """Distances between consecutive waypoints [m], without zero ones."""
     points = np.array([target.pose.translation for target in asked]).reshape(-1, 3)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.asarray(lengths[lengths > 1e-6])
@@ -54,23 +54,23 @@ def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:
 
 STRAIGHT = (0.9, 0.35, 0.0, 1.0)
 ROUND = (0.55, 0.16, 0.72, 1.0)
-# Seconds of motion that an arrow may stand for.
+# Longest motion that an arrow may represent [s].
 _NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# Greatest turn of a round arrow [rad], and the least that a head fits on.
+# Largest turn of a round arrow [rad], and the smallest one with a head.
 MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
-# Distance of arrows from the path, in parts of the scene: on it they would hide its colours.
+# Distance of arrows from the path, relative to the scene: on it they would hide its colours.
 ASIDE = 0.014
-# Slower than this the tool is asked to stand still [m/s, rad/s].
+# Velocities below this are stops [m/s, rad/s].
 STILL = 1e-9
 
 
 def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
-    """Draw the linear velocities; `None` if the tool must stand still at all waypoints.
+    """Draw the linear velocities; `None` if all are stops.
 
-    The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
+    The longest arrow is at most a sixth of the scene, and about as long as the waypoint spacing.
 
     Returns:
-        The arrows, and the time in which the tool goes as far as they are long [s].
+        The arrows, and the time in which the tool moves by their length [s].
     """
     moving = [target for target in asked if np.linalg.norm(target.linear) > STILL]
     if not moving:
@@ -88,7 +88,7 @@ def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
 
 
 def _aside(target: CartesianWaypoint) -> FloatArray:
-    """Unit vector across the velocity, towards the tool's body."""
+    """Unit vector perpendicular to the velocity, towards the tool's body."""
     along = target.linear / np.linalg.norm(target.linear)
     for axis in (-target.pose.rotation[:, 2], target.pose.rotation[:, 0]):
         across = axis - (axis @ along) * along
@@ -99,10 +99,10 @@ def _aside(target: CartesianWaypoint) -> FloatArray:
 
 
 def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mesh, float] | None:
-    """Draw the angular velocities about their axes; `None` if there are none.
+    """Draw the angular velocities about their axes; `None` without any.
 
     Returns:
-        The arrows, and the time in which the tool turns as far as they go [s].
+        The arrows, and the time in which the tool turns by their angle [s].
     """
     turning = [target for target in asked if np.linalg.norm(target.angular) > STILL]
     if not turning:

@@ -27,20 +27,20 @@ from knotwork.view.drawn_motions import Motion
 from knotwork.view.limit_share import frame_values, singular_values
 from knotwork.waypoints import FloatArray
 
-# Times sampled in all, at least and at most in a piece; between two poses; in a stretch of a path,
-# in each of its pieces, and at most in all.
+# Largest number of samples; smallest and largest number in a piece; number between two poses; in a
+# stretch of a path, smallest number in each piece, and largest number.
 POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
 ALONG, PIECE_ALONG, MOST_ALONG = 240, 16, 12_000
 
 Curve = tuple[FloatArray, FloatArray]
-"""Times [s], shape (n,), and values, shape (n, k), parted by NaN where nothing is to be seen."""
+"""Times [s], shape (n,), and values, shape (n, k), with NaN at gaps."""
 
 
 def robot_of(motion: Motion) -> Robot:
     """Give a motion's robot.
 
     Raises:
-        InputError: It has none, or that has no tool.
+        InputError: The motion has no robot, or a robot without a tool.
     """
     if motion.space.robot is None:
         raise InputError(
@@ -55,7 +55,7 @@ def robot_of(motion: Motion) -> Robot:
 def stretches(
     scenario: Scenario, curve: PiecewisePolynomial
 ) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
-    """Stretches of tool paths, and from when to when a motion is on each [s]."""
+    """Stretches of tool paths, with their time intervals in a motion [s]."""
     start, end = curve.x[[0, -1]]
     for path in scenario.paths:
         for stretch in path.stretches:
@@ -65,7 +65,7 @@ def stretches(
 
 
 def full_speeds(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
-    """Stretches that ask for a constant speed, and from when to when that is shown [s]."""
+    """Stretches with a given constant speed, with their time intervals [s]."""
     for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
         if low < high:
@@ -104,7 +104,7 @@ def least_singular_values(motion: Motion) -> Curve:
 
 
 def clearances(motion: Motion) -> Curve:
-    """The least clearance from what stands around [m]."""
+    """Minimum clearance from the surroundings [m]."""
     x = motion.curve.x
     at = [one.time for one in motion.judged if one.quantity == "clearance"]
     also = [time for time in at if time is not None]
@@ -116,12 +116,12 @@ def clearances(motion: Motion) -> Curve:
 
 
 def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iterable[int]) -> Curve:
-    """Sample a quantity, at the times at which limits are judged, too.
+    """Sample a quantity, including the times of findings on limits.
 
     Args:
-        motion: Whose.
-        measured: Its values, shape (n, k), from position, velocity and acceleration of the joints.
-        orders: At jumps of these derivatives the curve is parted.
+        motion: The motion.
+        measured: Values, shape (n, k), from position, velocity and acceleration of the joints.
+        orders: The curve has gaps at jumps of these derivatives.
     """
     curve = motion.curve
     count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
@@ -148,7 +148,7 @@ def _cut(curve: PiecewisePolynomial, span: float) -> PiecewisePolynomial:
 
 
 def speed_errors(motion: Motion) -> Curve:
-    """Velocity along the path beyond the speed asked for, as a part of it."""
+    """Relative error of the speed along the path."""
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in full_speeds(motion):
         time = times_along(motion.curve, start, end)
@@ -169,7 +169,7 @@ def path_deviations(motion: Motion) -> Curve:
 
 
 def straight_deviations(motion: Motion) -> Curve:
-    """Distance [m] and angle [rad] from the straight way between poses, where there is no path."""
+    """Distance [m] and angle [rad] from the straight line between poses, off tool paths."""
     robot, parts = robot_of(motion), []
     task = motion.scenario
     for before, after in straight_legs(task.waypoints, task.paths):
@@ -183,7 +183,7 @@ def straight_deviations(motion: Motion) -> Curve:
 
 
 def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatArray:
-    """Times from one to another, some in each piece of a motion, with its breaks [s]."""
+    """Times in an interval, some in each piece of a motion, with its breaks [s]."""
     x = curve.x
     edges = np.concatenate(([start], x[(x > start) & (x < end)], [end]))
     pieces = len(edges) - 1
@@ -193,7 +193,7 @@ def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatAr
 
 
 def _joined(parts: list[Curve], columns: int) -> Curve:
-    """Join curves, parted by NaN where one does not begin as the other ends."""
+    """Join curves, with NaN where one does not begin at the end of the other."""
     times, values = [np.empty(0)], [np.empty((0, columns))]
     for time, value in parts:
         if len(times[-1]) and times[-1][-1] < time[0]:
@@ -209,15 +209,15 @@ class Row:
     """A row of panels.
 
     Attributes:
-        title: Of the quantity.
+        title: Title of the quantity.
         unit: Its SI unit, or `"%"`.
         curve: Function that measures a motion.
-        component: Which of its values is shown.
-        asked: Part of a waypoint's velocity that is marked, `"linear"` or `"angular"`, or none.
-        limit: In SI, or `None`.
-        tolerance: Whether that is allowed along tool paths and to either side, else all the time.
+        component: Index of the displayed value.
+        asked: Part of a waypoint's velocity to mark, `"linear"` or `"angular"`, or none.
+        limit: Limit in SI, or `None`.
+        tolerance: Whether it is a tolerance along tool paths, to both sides.
         judged: Quantity and name of the findings on that limit.
-        least: Whether the limit is one from below.
+        least: Whether it is a lower limit.
     """
 
     title: str
@@ -232,9 +232,9 @@ class Row:
 
 
 def tool_rows(motions: list[Motion]) -> list[Row]:
-    """The rows that may be drawn; the caller leaves out those without values."""
+    """Candidate rows; the caller leaves out those without values."""
     for motion in motions:
-        robot_of(motion)  # an error, before anything is drawn
+        robot_of(motion)  # raises before anything is drawn
     scenario = motions[0].scenario
     allowed, limits = scenario.tolerances, scenario.motion_limits
     off, straight = path_deviations, straight_deviations

@@ -22,7 +22,7 @@ from knotwork.waypoints import CartesianWaypoint
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Less than this, in parts of the tolerance, is as good as nothing.
+# Fraction of the tolerance that counts as zero.
 NOTHING = 1e-3
 
 
@@ -37,15 +37,15 @@ def plot_tool(
 ) -> Figure:
     """Draw the tool over time: its speed, and its deviation from its path.
 
-    The velocities given at waypoints are marked. Along tool paths the deviation in place,
-    orientation and speed is shown against its tolerance, and limited quantities of tool and links
-    against their limits. Between two poses without a path, the deviation is that from the straight
-    line with even turning. Everything is sampled.
+    Given velocities at waypoints are marked. Along tool paths the deviation in position,
+    orientation and speed is shown with its tolerance, and limited quantities of tool and links
+    with their limits. Between two poses without a path, the deviation is that from the straight
+    line with constant angular velocity. Everything is sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
-        degrees: Show angles in degrees or in radians; by default as the scenario's file does.
-        scenario: For trajectories: what was asked for, with its robot.
+        degrees: Show angles in degrees or in radians; by default the unit of the scenario.
+        scenario: Scenario of trajectories, with its robot.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
         size: `"a4"` or `"slide"`; by default as large as the panels need.
@@ -58,8 +58,8 @@ def plot_tool(
     ['tool speed [m/s]', 'turning speed [rad/s]', ...]
 
     Raises:
-        InputError: There is no robot with a tool, there are too many motions for one picture, they
-            are not of the scenario's joints.
+        InputError: There is no robot with a tool, there are too many motions for one picture, or
+            they have other joints than the scenario.
     """
     found = motions_of(motions, scenario=scenario, labels=labels)
     check_distinct(found)
@@ -81,7 +81,7 @@ def plot_tool(
 
 
 def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units) -> Panel:
-    """Make the panel of a row, of all motions."""
+    """Make the panel of a row, with all motions."""
     factor, unit = (100.0, "%") if row.unit == "%" else units.shown(1.0, row.unit)
     curves = [
         Curve(f"{motion.label}:{row.title}", i, time, factor * values[:, row.component])
@@ -99,7 +99,7 @@ def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units
         part = scenario.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:
-                continue  # its speed is meant in a frame that moves
+                continue  # its speed is relative to a moving frame
             low, high = (factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
             panel.bands.append((start, end, low, high))
     if row.limit is not None:
@@ -108,7 +108,7 @@ def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units
 
 
 def _mark_limit(panel: Panel, row: Row, limit: float, motions: list[Motion]) -> None:
-    """A tolerance or a limit, the curves beyond, and a note on the worst value."""
+    """A tolerance or a limit, the parts beyond, and a note on the worst value."""
     side = -1.0 if row.least else 1.0
     most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
     reached = []

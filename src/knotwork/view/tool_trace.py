@@ -1,4 +1,4 @@
-"""The path of the tool in a motion, its speed, and where a limit is broken."""
+"""The path of the tool in a motion, its speed, and violations of limits."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class ToolTrace:
     """The tool centre point over time, in the axes of the URDF's root.
 
     Attributes:
-        time: [s], shape (n,).
-        position: [m], shape (n, 3).
-        speed: As `tool_speeds` gives it [m/s], shape (n,).
-        broken: Where a limit of joints, tool or links is broken, or bodies come too near, of
+        time: Times [s], shape (n,).
+        position: Positions [m], shape (n, 3).
+        speed: From `tool_speeds` [m/s], shape (n,).
+        broken: Whether a limit of joints, tool or links is exceeded, or bodies are too close, of
             shape (n,).
     """
 
@@ -51,9 +51,9 @@ def tool_trace(
         robot: The arm, with a tool.
         curve: Its motion, joints in the robot's order.
         space: Its limits.
-        failures: Of the check; the times of broken limits are sampled, too.
+        failures: Failures of the check, whose times are sampled as well.
         also: More times to sample [s].
-        paths: Those of the task.
+        paths: Tool paths of the task.
     """
     found = [one for one in failures if one.subject != "path"]
     limits = [one for one in found if one.group in LIMITS]
@@ -87,7 +87,7 @@ def tool_speeds(
 ) -> FloatArray:
     """Speed of the tool centre point [m/s], shape (n,), at times of shape (n,).
 
-    On a path it is that in the frame which carries the path, where the given speed is meant.
+    On a path it is relative to the frame of the path, like the given speed.
     """
     q, v = curve(time), curve(time, 1)
     velocity = np.array([robot.jacobian(a)[:3] @ b for a, b in zip(q, v, strict=True)])

@@ -1,4 +1,4 @@
-"""Reading the points of a cloud: CSV with headings, and PLY."""
+"""Point clouds from CSV with headings and PLY."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def read_cloud(path: Path) -> FloatArray:
     The first line of a CSV file names its columns, among them x, y and z; others are not read.
 
     Raises:
-        InputError: The file can't be read, holds no points, one that is not finite, or triangles.
+        InputError: The file can't be read, has no points, one that is not finite, or triangles.
     """
     readers = {".csv": _read_csv, ".ply": _read_ply}
     try:
@@ -30,7 +30,7 @@ def read_cloud(path: Path) -> FloatArray:
             raise InputError(f"read are {' and '.join(readers)}")
         points = read(path)
         if not len(points):
-            raise InputError("it holds no points")
+            raise InputError("it has no points")
         wrong = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
         if wrong.size:
             raise InputError(

@@ -1,7 +1,7 @@
 """Reading COLLADA with pycollada: shapes where nodes place them, colours and images.
 
-As in ROS, the unit of length of a file counts and its upward axis does not. Nodes can show other
-nodes, so that a short file can show millions of shapes: they are counted before any is made. Lines
+As in ROS, the unit of length of a file is used and its upward axis ignored. Nodes can show other
+nodes, so that a short file can show millions of shapes: they are counted first. Lines
 have no surface and are not read.
 """
 
@@ -28,10 +28,10 @@ from knotwork.scene.meshes.size_limits import (
 )
 from knotwork.waypoints import FloatArray
 
-# Elements of COLLADA that say what surfaces look like.
+# Elements of COLLADA that define the appearance of surfaces.
 _LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
 
-# Elements of COLLADA that are a part of a geometry.
+# Elements of COLLADA that are part of a geometry.
 _PARTS = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 _UNREAD = {
     "instance_controller": "a skin or morph (<instance_controller>)",
@@ -40,16 +40,16 @@ _UNREAD = {
 
 
 def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...]:
-    """Read the content of a COLLADA file; one whose materials have a fault without colours.
+    """Read a COLLADA file, without colours if its materials have a fault.
 
     Args:
         data: The content.
-        folder: Where the file is; addresses of images start from there.
-        inside: Images are only taken from below this folder.
+        folder: Folder of the file; image paths are relative to it.
+        inside: Folder that contains all accepted images.
 
     Raises:
-        InputError: It is no XML, or holds more than is read.
-        ValueError: It shows no scene. pycollada raises other errors for other faults.
+        InputError: The data is not XML, or too large.
+        ValueError: The file shows no scene. pycollada raises other errors for other faults.
     """
     import collada
 
@@ -85,13 +85,13 @@ def _tag(element: ElementTree.Element) -> str:
 
 
 def _check_whole(root: ElementTree.Element) -> None:
-    """Check that all shapes of a file are of kinds that are read.
+    """Check that all shapes of a file are of supported kinds.
 
-    pycollada takes values to lie one after the other, writes zeros in place of text that is no
-    number, and takes the first of several lists of corners.
+    pycollada expects contiguous values, replaces text that is not a number by zeros,
+    and uses the first of several lists of corners.
 
     Raises:
-        InputError: They are not.
+        InputError: A shape is not supported.
     """
     for element in root.iter():
         kind = _tag(element)
@@ -114,23 +114,23 @@ def _check_whole(root: ElementTree.Element) -> None:
 
 
 def _check_unit(metres: str) -> None:
-    """Refuse a unit that pycollada takes for a metre because it is no number."""
+    """Refuse a unit that is not a number, which pycollada would read as a metre."""
     try:
         known = 0.0 <= float(metres) < float("inf")
     except ValueError:
         known = False
     if not known:
-        raise InputError(f"its unit of length is {shown(metres)}, no number of metres")
+        raise InputError(f"its unit of length is {shown(metres)}, not a number of metres")
 
 
 def _check_shapes(root: ElementTree.Element) -> None:
-    """Count the shapes that nodes show, through the nodes that they show in turn.
+    """Count the shapes shown by nodes, and by the nodes that they show.
 
-    Each part of a geometry counts, since each is made anew wherever it is shown.
+    Each part of a geometry counts wherever it is shown.
 
     Raises:
-        InputError: They are more than `MOST_SHAPES`, a node shows itself, or nodes are in one
-            another deeper than `MOST_NESTED`.
+        InputError: There are more than `MOST_SHAPES`, a node shows itself, or nodes are nested
+            deeper than `MOST_NESTED`.
     """
     named = {e.get("id"): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
     parts = {
@@ -189,7 +189,7 @@ def _shape_parts(
         faces = primitive.triangleset() if polygons else primitive
         if not isinstance(faces, collada.triangleset.TriangleSet) or not len(faces):
             continue
-        # a placement that mirrors turns the triangles inside out
+        # a mirroring placement reverses the triangles
         order = slice(None, None, -1 if np.linalg.det(turn) < 0 else 1)
         uv = None
         if faces.texcoordset:
@@ -208,16 +208,16 @@ def _shape_parts(
 
 
 def _image(address: str, folder: Path, inside: Path) -> tuple[Path | None, str]:
-    """File of a material's image, and why it is not taken, if it is not.
+    """File of a material's image, or `None` with the reason.
 
-    An image elsewhere on the disk is not taken, because pages that show it are sent to others.
-    Whether there is one is not reported.
+    An image outside the folder is refused, because pages with it are sent to others. Whether it
+    exists is not reported.
     """
     path = (folder / unquote(address.strip().removeprefix("file://"))).resolve()
     if not path.is_relative_to(inside.resolve()):
-        why = f"leads out of {inside}, and images are taken only from below it"
+        why = f"is outside {inside}, and only images below it are accepted"
     elif not path.is_file():
         why = f"does not exist below {inside}"
     else:
         return path, ""
-    return None, f"image {shown(address)} {why}; what it colours is drawn grey"
+    return None, f"image {shown(address)} {why}; its surfaces are drawn grey"

@@ -1,4 +1,4 @@
-"""Reading glTF with trimesh, after a look at what it would leave out."""
+"""Reading glTF with trimesh, after a check for content that trimesh would ignore."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from knotwork.scene.meshes.size_limits import (
 from knotwork.waypoints import FloatArray
 
 _TRIANGLES = 4
-"""Mode of a primitive."""
+"""Mode of a primitive of triangles."""
 _LOOKS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
-"""Extensions that say nothing of where surfaces are begin like this."""
+"""Prefixes of extensions that do not change surfaces."""
 
 
 def read_gltf(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
@@ -33,9 +33,9 @@ def read_gltf(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
         Points, shape (n, 3), and triangles, shape (m, 3).
 
     Raises:
-        InputError: It asks for much memory, its nodes form no tree, or it has surfaces that are
-            not read.
-        ValueError: It is no glTF. trimesh raises other errors for other faults.
+        InputError: The file needs much memory, its nodes are not a tree, or it has unsupported
+            surfaces.
+        ValueError: The data is not glTF. trimesh raises other errors for other faults.
     """
     import trimesh
 
@@ -57,17 +57,17 @@ def read_gltf(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
 
 
 def _content(data: bytes, kind: str) -> Any:
-    """What the JSON of a glTF says."""
+    """Content of the JSON of a glTF file."""
     if kind == "glb":  # a header of 12 bytes, then the length and kind of the first chunk
         length = int.from_bytes(data[8:12], "little")
-        fault = f"its header says {length} bytes, and it has {len(data)}"
+        fault = f"its header states {length} bytes, and it has {len(data)}"
         require_whole(length == len(data), fault)
         data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
     return json.loads(data)
 
 
 def _check(content: Any) -> None:
-    """Refuse what asks for much memory, and what trimesh leaves out."""
+    """Refuse content that needs much memory, or that trimesh ignores."""
     counts = [accessor.get("count", 0) for accessor in content.get("accessors", ())]
     if any(not isinstance(count, int) or count > 3 * MOST_TRIANGLES for count in counts):
         raise InputError(f"an accessor has more than {3 * MOST_TRIANGLES} values")

@@ -1,7 +1,7 @@
-"""Finding the mesh files that a URDF names, in the folders that they may come from.
+"""Mesh files named in a URDF, in the folders permitted for them.
 
-URDFs come from strangers. So no address in one leads out of the URDF's own package or folder, the
-folders that the user names and those of ROS: not as an absolute path, by `..`, or through a link.
+URDFs are untrusted. So no address in one leads out of the URDF's own package or folder, the
+folders named by the user and those of ROS: not as an absolute path, by `..`, or through a link.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ def find_mesh(
     package_paths: Sequence[Path] = (),
     ros: Sequence[Path] | None = None,
 ) -> Path:
-    """Find the file of a mesh: below the URDF's folders, the user's, or those that ROS looks in.
+    """Find the file of a mesh: below the URDF's folders, the user's, or those of ROS.
 
-    Files elsewhere are not searched for.
+    No other folder is searched.
 
     Args:
-        name: As the URDF gives it: a path, a `file://`, `package://` or `model://` address.
+        name: Address in the URDF: a path, `file://`, `package://` or `model://`.
         urdf: Path of the URDF.
-        package_paths: The user's folders: of packages, or with files that relative paths name.
-        ros: Folders that ROS looks in; by default those of `ros_folders`.
+        package_paths: Folders of the user: package folders, or base folders of relative paths.
+        ros: Folders of ROS; by default those of `ros_folders`.
 
     Returns:
         The file.
 
     Raises:
-        InputError: There is none in the folders that meshes are taken from.
+        InputError: The file is not in the permitted folders.
     """
     ros = ros_folders() if ros is None else ros
     allowed = [*_own_folders(urdf), *map(_real, (*package_paths, *ros))]
@@ -44,7 +44,7 @@ def find_mesh(
         allowed += _linked(rest.partition("/")[0], ros)
 
     def places() -> Iterator[tuple[Path, Path]]:
-        """Where the file may be, and the folder that it is looked for in."""
+        """Candidate files, each with the folder that it is searched in."""
         if scheme in ("package", "model"):
             for folder, inside in _in_packages(rest, urdf, package_paths, ros):
                 yield folder / inside, folder
@@ -66,13 +66,13 @@ def find_mesh(
     if not leads:
         raise InputError(f"there is no mesh {shown(name)} {where}")
     leads = leads if len(leads) <= _LONGEST else f"{leads[: _LONGEST - 3]}..."
-    raise InputError(f"mesh {shown(name)} leads to {leads}; meshes are taken only from {where}")
+    raise InputError(f"mesh {shown(name)} leads to {leads}; meshes are accepted only from {where}")
 
 
 def mesh_package(mesh: Path) -> Path:
-    """Folder of a mesh's package, the nearest with a `package.xml`, or else the mesh's own folder.
+    """Folder of a mesh's package: the nearest one with a `package.xml`, or the mesh's folder.
 
-    The name in the URDF does not count: it could make any folder above the mesh a package.
+    The package name in the URDF is ignored: it could make any folder above the mesh a package.
     """
     return _package(mesh.resolve().parent)
 
@@ -83,12 +83,12 @@ def _package(folder: Path) -> Path:
 
 
 def _own_folders(urdf: Path) -> list[Path]:
-    """The URDF's package or folder: where it is, and where a link of its name leads."""
+    """The URDF's package or folder: its own one, and that of the target of a link."""
     return [_package(urdf.parent.resolve()), _package(urdf.resolve().parent)]
 
 
 def ros_folders() -> tuple[Path, ...]:
-    """Folders that ROS looks for packages in, as the environment has them now."""
+    """Folders of ROS packages, from the present environment."""
     listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     listed += [f"{prefix}/share" for prefix in prefixes if prefix]
@@ -98,7 +98,7 @@ def ros_folders() -> tuple[Path, ...]:
 def _in_packages(
     rest: str, urdf: Path, package_paths: Sequence[Path], ros: Sequence[Path]
 ) -> Iterator[tuple[Path, str]]:
-    """Folders that may be the package of an address, and the path in them."""
+    """Candidate folders of the package of an address, and the path in them."""
     package, _, inside = rest.partition("/")
     above = urdf.resolve().parents
     for folder in (*package_paths, *above, *ros):
@@ -106,12 +106,12 @@ def _in_packages(
     for folder in (*package_paths, *ros, *above):
         if folder.resolve().name == package:
             yield folder, inside
-    # a copy of a package under another name, as `git clone` makes it
+    # a copy of a package under another name, as with `git clone`
     yield from ((folder, inside) for folder in package_paths)
 
 
 def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
-    """Where a package of ROS is whose files are links, as `colcon` can install them."""
+    """Folder of a ROS package whose files are links, as installed by `colcon`."""
     for folder in ros if package not in ("", ".", "..") else ():
         file = _real(folder / package / "package.xml")
         if file and _is_file(file):
@@ -124,7 +124,7 @@ def _below(path: Path, folders: Sequence[Path | None]) -> bool:
 
 
 def _real(path: Path) -> Path | None:
-    """Where a path leads; `None` if no file can have its name."""
+    """Resolved path; `None` if no file can have its name."""
     try:
         return Path(os.path.realpath(path))
     except (OSError, ValueError):

@@ -1,8 +1,8 @@
-"""Reading mesh files whole: COLLADA with pycollada, STL and OBJ here, all else with trimesh.
+"""Mesh files read whole: COLLADA with pycollada, STL and OBJ here, others with trimesh.
 
-A file that is not read whole is an error, because the arm could hit a part that is left out. Of all
-formats but COLLADA only shapes are read. Files come from strangers, so all readers are written in
-Python: Coal's reader, which is in C++, ends the process on broken files.
+A partly read file is an error, because the arm could hit a missing part. Only COLLADA files
+are read with materials. Files are untrusted, so all readers are written in
+Python: Coal's reader, in C++, crashes the process on broken files.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 
 
 def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
-    """Read a mesh file; there is at least one part with triangles, and not all are without area.
+    """Read a mesh file; at least one part has triangles with an area.
 
-    A COLLADA file whose materials have a fault is read without colours.
+    A COLLADA file with faulty materials is read without colours.
 
     >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
     >>> [(len(part.triangles), part.colour) for part in read_mesh(meshes / "ur5/visual/base.dae")]
@@ -34,10 +34,10 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
 
     Args:
         path: The file.
-        inside: Folder that the images of its materials must be in; by default that of the file.
+        inside: Folder that contains the images of its materials; by default the file's folder.
 
     Raises:
-        InputError: The file can't be read whole, is larger than the size read, holds no triangles
+        InputError: The file can't be read whole, is too large, has no triangles
             with an area, or points that are not finite.
     """
     try:
@@ -51,13 +51,13 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
         else:
             parts = (MeshPart(*_read_shape(data, path.suffix.lower()[1:])),)
         _check(parts)
-    except Exception as error:  # readers raise whatever comes of what they do not expect
+    except Exception as error:  # readers raise any error on unexpected content
         raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
     return parts
 
 
 def read_points(path: Path) -> FloatArray:
-    """Read the corners of a mesh file's triangles alone [m], shape (n, 3), as often as it has them.
+    """Read the corners of a mesh file's triangles [m], shape (n, 3), including repeated ones.
 
     >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
     >>> len(np.unique(read_points(meshes / "ur5/collision/base.stl"), axis=0))
@@ -71,7 +71,7 @@ def read_points(path: Path) -> FloatArray:
 
 
 def _reason(error: Exception) -> str:
-    """Why a file can't be read, in a line that is no part of the file's content."""
+    """Reason why a file can't be read, in a line without content of the file."""
     if isinstance(error, RecursionError):
         return "it is nested too deep"
     if isinstance(error, MemoryError):
@@ -85,13 +85,13 @@ def _reason(error: Exception) -> str:
 
 
 def _check(parts: tuple[MeshPart, ...]) -> None:
-    """Check what all formats must have.
+    """Check the requirements of all formats.
 
     Raises:
-        InputError: They hold no triangles, or something is out of range.
+        InputError: The parts have no triangles, or a value is out of range.
     """
     if not any(len(part.triangles) for part in parts):
-        raise InputError("it holds no triangles")
+        raise InputError("it has no triangles")
     for part in parts:
         if any(a.ndim != 2 or a.shape[1] != 3 for a in (part.points, part.triangles)):
             raise InputError("it has points or triangles that are not three numbers each")
@@ -114,7 +114,7 @@ def _has_area(part: MeshPart) -> bool:
 
 
 def _read_shape(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
-    """Points and triangles of a file of any other format."""
+    """Points and triangles of a file of another format."""
     if kind in ("glb", "gltf"):
         from knotwork.scene.meshes.gltf_file import read_gltf
 

@@ -1,4 +1,4 @@
-"""Reading OBJ here: trimesh leaves out what it does not understand of it."""
+"""Reading OBJ here, because trimesh ignores content that it does not understand."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.errors import InputError, shown
 from knotwork.scene.meshes.part import IndexArray
 from knotwork.waypoints import FloatArray
 
-# Keywords of OBJ that say nothing of where surfaces are; lines and points have none.
+# Keywords of OBJ that do not define surfaces; lines and points have none.
 _OBJ_LOOKS = (
     "l", "p",
     "vt", "vn", "vp", "g", "o", "s", "mg", "usemtl", "mtllib", "usemap", "maplib", "bevel",
@@ -20,7 +20,7 @@ _OBJ_LOOKS = (
 
 
 def _fans(polygons: Sequence[Sequence[int]]) -> IndexArray:
-    """Divide polygons into triangles at their first corners, shape (n, 3).
+    """Split polygons into triangles at their first corners, shape (n, 3).
 
     Raises:
         InputError: A polygon has fewer than three corners.
@@ -34,13 +34,13 @@ def _fans(polygons: Sequence[Sequence[int]]) -> IndexArray:
 
 
 def read_obj(data: bytes) -> tuple[FloatArray, IndexArray]:
-    """Read vertices and faces of an OBJ file, which says nowhere how many there are.
+    """Read vertices and faces of an OBJ file, which does not state their number.
 
     Returns:
         Points, shape (n, 3), and triangles, shape (m, 3).
 
     Raises:
-        InputError: It has surfaces that are no polygons, or a line that can't be read.
+        InputError: The file has surfaces that are not polygons, or a line that can't be read.
     """
     points: list[list[float]] = []
     faces: list[list[int]] = []

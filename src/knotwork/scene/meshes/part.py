@@ -20,10 +20,10 @@ class MeshPart(NamedTuple):
     Attributes:
         points: [m], shape (n, 3).
         triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
-        uv: Place of each corner in the image, from the lower left, shape (m, 3, 2), or `None`.
-        colour: Red, green, blue and opacity in 0 … 1; `None` if the file gives none.
-        image: File of the image that colours it, or `None`.
-        fault: Why the image that the file names is not taken, or empty.
+        uv: Image coordinates of each corner, from the lower left, shape (m, 3, 2), or `None`.
+        colour: Red, green, blue and opacity in 0 … 1, or `None`.
+        image: File of its image, or `None`.
+        fault: Reason why the image of the file is not used, or empty.
     """
 
     points: FloatArray

@@ -1,4 +1,4 @@
-"""Reading PLY and OFF by trimesh, and whether it found all that their headers count."""
+"""Reading PLY and OFF by trimesh, with a check against the counts in their headers."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
         Points, shape (n, 3), and triangles, shape (m, 3).
 
     Raises:
-        InputError: It has fewer or more rows than its header counts, or surfaces in other elements.
-            Or it is binary, and its faces differ in their number of corners. trimesh raises other
+        InputError: The number of rows differs from the header, or other elements have surfaces,
+            or it is binary, and its faces differ in their number of corners. trimesh raises other
             errors for other faults.
     """
     from trimesh.exchange.ply import load_ply

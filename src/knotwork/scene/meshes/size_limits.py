@@ -1,4 +1,4 @@
-"""Bounds on the size of a mesh file, so that no file takes minutes or gigabytes."""
+"""Size limits of mesh files, so that no file takes minutes or gigabytes."""
 
 from __future__ import annotations
 
@@ -8,46 +8,46 @@ from knotwork.errors import InputError
 
 MOST_BYTES = 64_000_000
 MOST_TRIANGLES = 1_000_000
-"""Of one file, each as often as the file shows it."""
+"""Triangles of one file, counted each time the file shows them."""
 MOST_ELEMENTS = 100_000
-"""XML elements of a COLLADA file; its numbers stand in few of them."""
+"""XML elements of a COLLADA file; few of them hold its numbers."""
 MOST_SHAPES = 5_000
-"""Shapes that a file shows, each as often as it does."""
+"""Shapes that a file shows, counted each time."""
 MOST_NESTED = 100
-"""Nodes in one another."""
+"""Nesting depth of nodes."""
 FARTHEST = 1e9
-"""Of a point from the origin, along each axis, in the file's unit."""
+"""Distance of a point from the origin, along each axis, in the file's unit."""
 
 
 def read_bounded(path: Path) -> bytes:
-    """Read a file that is not too large.
+    """Read a file of limited size.
 
     Raises:
-        InputError: It is larger, or no regular file.
-        OSError: It can't be read.
+        InputError: The file is too large, or not a regular file.
+        OSError: The file can't be read.
     """
     if not path.is_file():
-        raise InputError("it is no regular file")
+        raise InputError("it is not a regular file")
     if (size := path.stat().st_size) > MOST_BYTES:
         raise InputError(f"it has {size} bytes; at most {MOST_BYTES} are read")
     return path.read_bytes()
 
 
 def check_triangles(count: int) -> None:
-    """Refuse more triangles than are read.
+    """Refuse too many triangles.
 
     Raises:
-        InputError: There are more.
+        InputError: There are more than `MOST_TRIANGLES`.
     """
     if count > MOST_TRIANGLES:
         raise InputError(f"it has {count} triangles; at most {MOST_TRIANGLES} are read")
 
 
 def require_whole(whole: bool, fault: str) -> None:
-    """Refuse a file that would be read in part.
+    """Refuse a partly read file.
 
     Raises:
-        InputError: It would be.
+        InputError: The file is not whole.
     """
     if not whole:
         raise InputError(f"it is not read whole: {fault}")

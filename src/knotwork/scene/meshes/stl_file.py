@@ -11,7 +11,7 @@ from knotwork.scene.meshes.size_limits import check_triangles
 from knotwork.waypoints import FloatArray
 
 _HEADER, _FACET = 84, 50
-"""Bytes before the first facet of a binary file, and of each."""
+"""Bytes before the first facet of a binary file, and of each facet."""
 
 _NUMBERS = 3 * rb"\s+([^\s]{1,32})"
 _NORMAL = 3 * rb"\s+[^\s]{1,32}"
@@ -25,16 +25,16 @@ _END = re.compile(rb"\s*endsolid(?:[ \t][^\r\n]*)?(?=[\r\n]|$)", re.IGNORECASE)
 
 
 def read_stl(data: bytes) -> FloatArray:
-    """Read all facets of an STL file, binary or text with one solid or several.
+    """Read all facets of an STL file, binary or text with one or more solids.
 
-    Programs write `solid` at the beginning of binary files, too, so that bytes of zero and the
+    Some programs begin binary files with `solid`, too, so zero bytes and the
     length decide.
 
     Returns:
         The corners, three of each facet, shape (3 n, 3).
 
     Raises:
-        InputError: Anything in it is no facet, or it has fewer or more than its header counts.
+        InputError: The file has other parts than facets, or another number than its header.
     """
     facets = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
     length = _HEADER + _FACET * facets
