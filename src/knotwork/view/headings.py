@@ -305,8 +305,7 @@ def _thin_numbers(axis: Axes, height: float) -> None:
     """Leave as many numbers beside a panel of a height, in points, as can be read."""
     from matplotlib.ticker import MaxNLocator
 
-    labels = axis.get_yticklabels()
-    size = labels[0].get_fontsize() if labels else SMALL
-    most = int(height / (1.5 * size))
+    sizes = [float(label.get_fontsize()) for label in axis.get_yticklabels()]
+    most = int(height / (1.5 * max(sizes, default=SMALL)))
     if isinstance(axis.yaxis.get_major_locator(), MaxNLocator) and most < MOST_NUMBERS:
         axis.yaxis.set_major_locator(MaxNLocator(max(most, 1)))
