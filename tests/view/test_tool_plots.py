@@ -14,7 +14,6 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.metrics.deviation import straight_path_deviation
-from knotwork.polynomial.refined import refined
 from knotwork.view import plot_tool
 
 
@@ -52,8 +51,11 @@ def test_a_long_piece_among_many_short_ones_is_drawn_as_finely(
     curve, robot = plan.trajectory.polynomial, plan.space.robot
     assert robot is not None
     end = float(curve.x[-1])
-    short = refined(curve, np.linspace(end - 0.5, end, 802)[1:-1])
-    finer = replace(plan, trajectory=replace(plan.trajectory, polynomial=short))
+    breaks = np.unique([*curve.x, *np.linspace(end - 0.5, end, 802)[1:-1]])
+    states = curve(breaks), curve(breaks, 1)
+    units = plan.trajectory.joint_units
+    same = kw.JointTrajectory.from_knots(robot.joint_names, breaks, *states, joint_units=units)
+    finer = replace(plan, trajectory=same)
     (line,) = lines(plot_tool(finer).axes[0], "curve")
     times = np.linspace(float(curve.x[0]), end - 0.5, 400)
     states = zip(curve(times), curve(times, 1), strict=True)
