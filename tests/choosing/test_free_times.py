@@ -137,10 +137,8 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
     )
     best = kw.plan(task)
     monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
-    assert best.chosen is not None
-    steps = sum(run.iterations for run in best.chosen.segments)
     # without a share of its own the second would have no time left
-    made = kw.plan(task, budget=0.7 * steps)
+    made = kw.plan(task, budget=9)
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert made.chosen.status == "stopped"
@@ -157,23 +155,6 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
         kw.plan({**task, "duration": shorter}, budget=3)
     with pytest.raises(InputError, match="budget"):
         kw.plan(task, budget=-1)
-
-
-def test_a_plan_starts_from_that_of_nearly_the_same_task() -> None:
-    def task(b: float, *more: dict[str, Any]) -> dict[str, Any]:
-        return swing(to(1, b, velocity="free"), to(1.5, velocity="free"), *more, to(2))
-
-    before, changed = kw.plan(task(-0.5)), task(-0.45)
-    cold, warm = kw.plan(changed), kw.plan(changed, warm=before)
-    warm.report.raise_if_failed()
-    assert cold.chosen is not None
-    assert warm.chosen is not None
-    assert warm.chosen.segments[0].iterations < cold.chosen.segments[0].iterations
-    assert warm.trajectory.duration < 1.002 * cold.trajectory.duration
-    # one that does not fit is left aside
-    other = task(-0.5, to(2, -0.2, velocity="free"))
-    fresh, aside = kw.plan(other), kw.plan(other, warm=before)
-    assert np.array_equal(fresh.trajectory.polynomial.c, aside.trajectory.polynomial.c)
 
 
 def test_the_same_task_gives_the_same_bytes(tmp_path: Path) -> None:

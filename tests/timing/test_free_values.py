@@ -119,23 +119,10 @@ def test_through_a_waypoint_at_the_limits() -> None:
     assert_kept(asked, solve(asked))
 
 
-def test_a_motion_found_before_is_a_good_start(
-    problem: TimingProblem, fastest: TimedMotion
-) -> None:
-    position = np.array(problem.position)
-    position[2] += 0.01
-    moved = replace(problem, position=position)
-    warm, cold = solve(moved, start=fastest), solve(moved)
-    assert_kept(moved, warm)
-    assert warm.iterations < cold.iterations
-    assert warm.duration < 1.002 * cold.duration
-
-
 def test_progress_is_told_and_changes_nothing(problem: TimingProblem, fastest: TimedMotion) -> None:
     told: list[Progress] = []
     motion = solve(problem, progress=told.append)
-    assert len(told) == motion.iterations
-    assert told[-1].violation < 1e-6
+    assert told[-1].iterations == motion.iterations
     assert motion.duration == fastest.duration
 
 

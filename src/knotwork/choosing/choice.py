@@ -100,7 +100,6 @@ def choose_times(
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
     solution: TaskSolution | None = None,
-    warm: ChosenTimes | None = None,
 ) -> ChosenTimes:
     """Choose the unknowns of a scenario.
 
@@ -114,14 +113,13 @@ def choose_times(
         budget: Computing time after which the best motion so far is taken [s].
         progress: Callback of the solver.
         solution: Solutions of the poses, if not the best.
-        warm: Choice for a similar task, as the start where it fits.
 
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
     watch = Watch(progress, budget)
     try:
-        paths, found = _found(scenario, free, solution, watch, warm)
+        paths, found = _found(scenario, free, solution, watch)
     except NoMotionsError as failed:
         raise failed.reported() from None
     task = paths.task
@@ -161,7 +159,6 @@ def _found(
     free: FreeTimes,
     solution: TaskSolution | None,
     watch: Watch,
-    warm: ChosenTimes | None,
 ) -> _Found:
     """Speeds along paths and all motions.
 
@@ -171,10 +168,9 @@ def _found(
     Raises:
         NoMotionsError: No motions were found.
     """
-    before = () if warm is None else warm.segments
     paths = with_greatest_speeds(scenario, free, solution)
     try:
-        return paths, _motions(paths, free, watch, before)
+        return paths, _motions(paths, free, watch)
     except NoMotionsError as error:
         failed, lower = error, _adjacent_stretches(error.errors, paths)
     best: _Found | None = None
@@ -184,7 +180,7 @@ def _found(
         caps = {i: part * paths.speeds[i] for i in lower}
         slower = with_greatest_speeds(scenario, free, solution, caps)
         try:
-            found = slower, _motions(slower, free, watch, before)
+            found = slower, _motions(slower, free, watch)
         except NoMotionsError as error:
             failed = error
             continue
@@ -202,9 +198,7 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]])
     return outside + sum(motion.duration for _, motion in motions)
 
 
-def _motions(
-    paths: TimedPaths, free: FreeTimes, watch: Watch, before: Sequence[TimedMotion]
-) -> list[tuple[Segment, TimedMotion]]:
+def _motions(paths: TimedPaths, free: FreeTimes, watch: Watch) -> list[tuple[Segment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
     Raises:
@@ -213,7 +207,7 @@ def _motions(
     """
     segments = find_segments(paths.task)
     _check_given(paths.task, free, segments)
-    return solved_segments(paths.task, segments, watch, before)
+    return solved_segments(paths.task, segments, watch)
 
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:

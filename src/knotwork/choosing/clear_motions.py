@@ -77,7 +77,7 @@ def clear_motion(
         nonlocal tries
         tries, seconds = number, best.duration if best is not None else None
         which, part = f"way {number} of {asked.tries}", (number - 1) / asked.tries
-        watch.step(seconds or np.inf, 0.0, seconds, which, part)
+        watch.step(1, seconds, which, part)
 
     try:
         with watch.part(1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -41,19 +41,8 @@ class NoMotionsError(Exception):
         return together([one for causes in located for one in causes])
 
 
-def _starts(
-    task: FreeTask, segments: list[Segment], before: Sequence[TimedMotion]
-) -> dict[Segment, TimedMotion]:
-    """Initial motions by segment; empty if the segments have changed."""
-    same = [len(one.waypoints) for one in segments] == [len(one.time) for one in before]
-    joints = task.space.joint_names
-    if not same or any(one.trajectory.joint_names != joints for one in before):
-        return {}
-    return dict(zip(segments, before, strict=True))
-
-
 def solved_segments(
-    task: FreeTask, segments: list[Segment], watch: Watch, before: Sequence[TimedMotion] = ()
+    task: FreeTask, segments: list[Segment], watch: Watch
 ) -> list[tuple[Segment, TimedMotion]]:
     """Motions of all segments, with the given total duration, if there is one.
 
@@ -61,22 +50,19 @@ def solved_segments(
         task: The task.
         segments: Its segments.
         watch: Budget and progress of all of them.
-        before: Initial motions, if they are of the same segments.
 
     Raises:
         NoMotionsError: Some segments have no motion.
         TimingError: The total is too short.
     """
-    free, starts = task.free, _starts(task, segments, before)
+    free = task.free
     objective = Objective(**{"time": 0.0, **free.objective})
     watch.work = sum(len(one.waypoints) - 1 for one in segments)
     if free.total is None:
-        only_time = objective.only_time
-        motions = _motions(task, segments, objective, watch, starts if only_time else {})
-        return list(motions.items())
+        return list(_motions(task, segments, objective, watch).items())
     timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
     watch.work += sum(len(one.waypoints) - 1 for one in timed)
-    fastest = _motions(task, timed, Objective(), watch, starts)
+    fastest = _motions(task, timed, Objective(), watch)
     spans = {one: motion.duration for one, motion in fastest.items()}
     given = duration_outside(task, timed)
     shortest = given + sum(spans.values())
@@ -86,7 +72,7 @@ def solved_segments(
     factor = (free.total - given) / sum(spans.values())
     totals = {one: factor * span for one, span in spans.items()}
     try:
-        return list(_motions(task, segments, objective, watch, fastest, totals).items())
+        return list(_motions(task, segments, objective, watch, totals).items())
     except NoMotionsError as failed:
         error = failed.reported()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
@@ -104,7 +90,6 @@ def _motions(
     segments: list[Segment],
     objective: Objective,
     watch: Watch,
-    starts: Mapping[Segment, TimedMotion],
     totals: Mapping[Segment, float] = MappingProxyType({}),
 ) -> dict[Segment, TimedMotion]:
     found, failed = {}, {}
@@ -114,7 +99,7 @@ def _motions(
             problem = replace(problem, objective=SMOOTHEST)
         try:
             if one.way is None:
-                found[one] = solved(problem, watch, starts.get(one))
+                found[one] = solved(problem, watch)
             else:
                 ends = (m.trajectory.position(m.duration) for s, m in found.items() if s.meets(one))
                 found[one] = clear_motion(task, one, problem, watch, next(ends, None))

@@ -56,7 +56,7 @@ def plan_state(at: Progress) -> State:
         exists = "no motion yet" if at.duration is None else f"a motion of {at.duration:.2f} s"
         words += [exists, at.trying]
     else:
-        words += ["choosing times", f"step {at.iterations}", f"limits off by {at.violation:.0e}"]
+        words += ["choosing times", f"step {at.iterations}"]
     return share, ", ".join(words)
 
 

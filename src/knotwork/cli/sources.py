@@ -67,7 +67,6 @@ def read_motions(
     strict: bool = False,
     instead: str = "",
     log: LogOptions | None = None,
-    warm: Motion | None = None,
 ) -> list[Motion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
 
@@ -81,7 +80,6 @@ def read_motions(
             default only print a note on standard error.
         instead: Alternatives to a trajectory's scenario, for errors.
         log: Options of a log. The plan that it is compared with follows it.
-        warm: The motion before the source was changed; a plan is the start of the next one.
 
     Raises:
         InputError: An option belongs to the other kind of source, or the motion can't be planned or
@@ -92,7 +90,7 @@ def read_motions(
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
         if source in resources.names("scenarios") or Path(source).exists():  # else missing
             refuse(given, f"{source} is a scenario itself")
-        return list(_planned(source, options, compare or [], warm))
+        return list(_planned(source, options, compare or []))
     given = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
     refuse(given, f"{source} is a trajectory, which is planned already")
     if reference is None and robot is None:
@@ -171,15 +169,12 @@ def refuse(options: dict[str, Any], reason: str) -> None:
         raise InputError(f"{reason}: leave out {', '.join(given)}")
 
 
-def _planned(
-    source: str, options: PlanOptions, others: list[str], warm: Motion | None
-) -> list[Plan]:
+def _planned(source: str, options: PlanOptions, others: list[str]) -> list[Plan]:
     """Plan a scenario with its own planner and with others, each planner once."""
     for name in others:
         get_planner(name)
-    before = warm if isinstance(warm, Plan) else None
     with shown_progress(source) as progress:
-        first = pipeline.plan(source, warm=before, progress=progress, **asdict(options))
+        first = pipeline.plan(source, progress=progress, **asdict(options))
     plans = [first]
     for name in dict.fromkeys(others):
         if name == plans[0].scenario.planner:

@@ -37,8 +37,8 @@ from knotwork.view.show import scene_of, scene_of_trajectory
 from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
 
-Made = Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]]
-"""The scene of a motion and the motion, from those before the source changed."""
+Made = Callable[[Mapping[str, Any] | None], tuple[dict[str, Any], Motion]]
+"""The scene of a motion and the motion, from the scene before the source changed."""
 
 INSTEAD = ", or its robot with --robot"
 """Alternatives to a scenario, for messages."""
@@ -123,11 +123,9 @@ def view(
         play_in_meshcat(shown[0], meshcat, no_open)
         return PASSED
 
-    def made(
-        before: Mapping[str, Any] | None, warm: Motion | None
-    ) -> tuple[dict[str, Any], Motion]:
+    def made(before: Mapping[str, Any] | None) -> tuple[dict[str, Any], Motion]:
         shown = read_motions(
-            source, reference, options, compare, robot=arm, instead=INSTEAD, log=log, warm=warm
+            source, reference, options, compare, robot=arm, instead=INSTEAD, log=log
         )
         print_failures(shown)
         return _scene(source, shown, arm, before), shown[0]
@@ -140,7 +138,7 @@ def view(
         return _show(_beside(source, beside, reference, options), out, port, no_open)
     if watch:
         return _watch(source, reference, made, port, no_open, not no_ghosts)
-    return _show(scene_page(made(None, None)[0], ghosts=not no_ghosts), out, port, no_open)
+    return _show(scene_page(made(None)[0], ghosts=not no_ghosts), out, port, no_open)
 
 
 def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
@@ -204,15 +202,13 @@ def _watch(
     source: str, reference: str | None, made: Made, port: int | None, no_open: bool, ghosts: bool
 ) -> int:
     """Serve a page that follows its files."""
-    last: Motion | None = None
 
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
-        nonlocal last
-        scene, last = made(server.scene, last)
-        if isinstance(last, JointTrajectory):
+        scene, motion = made(server.scene)
+        if isinstance(motion, JointTrajectory):
             return scene, [], "shown"
-        verdict = "passed" if last.report.ok else "FAILED"
-        return scene, source_files(last), f"{verdict}: {last.report.summary}"
+        verdict = "passed" if motion.report.ok else "FAILED"
+        return scene, source_files(motion), f"{verdict}: {motion.report.summary}"
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:

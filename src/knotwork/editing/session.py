@@ -93,7 +93,7 @@ class Session:
             if self.server.scene is None:
                 self.server.show({**standing_scene(scenario, robot), "revision": -1})
                 self.server.start()
-        made = plan(scenario, budget=self._budget, warm=self.plan)
+        made = plan(scenario, budget=self._budget)
         self._verdict = {"revision": revision, "ok": made.report.ok}
         self.server.notify()  # before drawing the scene
         return made, scene_of(made, before=self.server.scene)

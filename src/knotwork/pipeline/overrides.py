@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from knotwork.retiming import (
     cubic_through,
     inverse_time,
     keeps_limits,
-    slower_ramps,
 )
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding
@@ -26,8 +26,8 @@ TOLERANCE = 1e-6
 NEAR = 1e-9
 """Times nearer to one another than this [s] are the same."""
 
-SHARES = (0.999, 0.99, 0.95)
-"""Shares of the limits permitted at samples of an override, until all times keep the limits."""
+CAPS, STRETCHES = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
+"""Maximum overrides, and factors of the durations of changes, tried where limits are exceeded."""
 
 
 def run_by(
@@ -60,12 +60,27 @@ def run_by(
     motion, clock = run(asked)
     if asked.rates.max() > 1.0 or keeps_limits(motion, curve, *limits):
         return motion, clock, []
-    for share in SHARES:
-        for found in slower_ramps(asked, curve, share * limits[0], share * limits[1]):
-            other, slower = run(found)
-            if keeps_limits(other, curve, *limits):
-                return other, slower, [_told(asked, found, float(slower.x[-1]))]
+    tried = sorted(product(CAPS, STRETCHES), key=lambda one: 20.0 * (1.0 - one[0]) + one[1])
+    for cap, stretch in tried:  # a lower override counts more than a slower change of it
+        found = _slower(asked, cap, stretch)
+        other, slower = run(found)
+        if keeps_limits(other, curve, *limits):
+            return other, slower, [_told(asked, found, float(slower.x[-1]))]
     return motion, clock, []
+
+
+def _slower(asked: Profile, cap: float, stretch: float) -> Profile:
+    """An override that never exceeds a cap, with changes that take longer."""
+    times, rates = [0.0], [min(float(asked.rates[0]), cap)]
+    for begin, end, rate in zip(asked.times, asked.times[1:], asked.rates[1:], strict=False):
+        if min(rate, cap) == rates[-1]:
+            continue
+        if begin - times[-1] > NEAR:
+            times.append(float(begin))
+            rates.append(rates[-1])
+        times.append(times[-1] + stretch * float(end - begin))
+        rates.append(min(float(rate), cap))
+    return Profile(np.array(times), np.array(rates))
 
 
 def passed_times(times: FloatArray, clock: PiecewisePolynomial) -> FloatArray:

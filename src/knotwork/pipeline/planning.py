@@ -148,7 +148,6 @@ def plan(
     knots: Knots = None,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
-    warm: Plan | None = None,
 ) -> Plan:
     """Plan a scenario and check the result.
 
@@ -171,8 +170,6 @@ def plan(
         budget: Where times are free: the time after which the best motion so far is taken [s]; by
             default as long as it takes.
         progress: Where times are free: called as the solver goes on.
-        warm: Where times are free: a plan of nearly the same scenario, to start from, so that it
-            takes fewer steps. Where it does not fit, it is left aside.
 
     Returns:
         The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
@@ -196,7 +193,7 @@ def plan(
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
         return best_of_sequences(_Planner(scenario, planner, knots))
-    return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress, warm)
+    return _with_chosen_times(scenario, scenario.free, planner, knots, budget, progress)
 
 
 def _with_chosen_times(
@@ -206,7 +203,6 @@ def _with_chosen_times(
     knots: Knots,
     budget: float | None,
     progress: Callable[[Progress], None] | None,
-    warm: Plan | None,
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.choosing import with_times_met
@@ -214,8 +210,7 @@ def _with_chosen_times(
 
     names = [one.name for one in scenario.waypoints]
     met = tuple(names[i] for i in free.meets if free.duration[i - 1])
-    time, before = Watch(budget=budget), None if warm is None else warm.chosen
-    timed = _TimedPlanner(scenario, free, planner, knots, time, progress, before, met)
+    timed = _TimedPlanner(scenario, free, planner, knots, Watch(budget=budget), progress, met)
     if not free.meets:
         return best_of_sequences(timed)
     scenario = with_times_met(scenario, lambda one: timed.at(one).chosen_times(None))
@@ -286,7 +281,6 @@ class _TimedPlanner:
 
     Attributes:
         time: Shares the budget between all that is planned.
-        warm: Times chosen for nearly the same scenario.
         met: Waypoints in frames that move, by name, whose times are chosen first.
     """
 
@@ -296,7 +290,6 @@ class _TimedPlanner:
     knots: Knots
     time: Watch
     progress: Callable[[Progress], None] | None
-    warm: ChosenTimes | None
     met: tuple[str, ...]
     most: ClassVar[int] = MOST_TIMED
 
@@ -318,9 +311,8 @@ class _TimedPlanner:
 
         left = None if self.time.budget is None else max(self.time.left(), 1e-3)
         return choose_times(
-            self.scenario, self.free, budget=left, progress=self.progress, solution=solution,
-            warm=self.warm,
-        )  # fmt: skip
+            self.scenario, self.free, budget=left, progress=self.progress, solution=solution
+        )
 
     def plan(self, solution: TaskSolution | None) -> Plan:
         """Choose times for a sequence of solutions, by default the best, and plan with them."""
@@ -330,8 +322,7 @@ class _TimedPlanner:
         if self.progress is not None:
             took = self.time.now() - self.time.begun
             steps = sum(one.iterations for one in chosen.segments)
-            value = sum(chosen.objective.values())
-            self.progress(Progress(steps, took, value, 0.0, 1.0, chosen.duration, "check"))
+            self.progress(Progress(steps, took, 1.0, chosen.duration, "check"))
         return _Planner(chosen.scenario, self.planner, self.knots, chosen).plan()
 
     def late(self) -> bool:
@@ -342,4 +333,4 @@ class _TimedPlanner:
         """The planner of the task with `way: clear` at some waypoints."""
         from knotwork.choosing.task import with_ways
 
-        return replace(self.at(with_ways(self.scenario, ends)), warm=None)
+        return self.at(with_ways(self.scenario, ends))

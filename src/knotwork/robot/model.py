@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -11,22 +10,21 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.renamed import old_method
 from knotwork.robot.chain import select_chain
-from knotwork.robot.chain_kinematics import ChainKinematics
-from knotwork.robot.description import Description, VirtualJoint
-from knotwork.robot.joint_limits import chain_limits, limit_tables
+from knotwork.robot.description import Description
+from knotwork.robot.joint_limits import chain_limits
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import read_urdf
+from knotwork.robot.variants import Variants
 from knotwork.waypoints import FloatArray, read_only
 
 _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
 
 
-class Robot(ChainKinematics):
+class Robot(Variants):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, also for a joint that turns without limit. All poses are of
@@ -78,7 +76,8 @@ class Robot(ChainKinematics):
     """
 
     def __init__(self, description: Description) -> None:
-        given = self._given = description
+        super().__init__(description)
+        given = description
         self.name, self.description = given.name, given.description
         self.source, self.urdf_files = given.source, given.urdf.files
         self.urdf = self.urdf_files[0].path
@@ -218,11 +217,6 @@ class Robot(ChainKinematics):
             robot.require_tool()
         return robot
 
-    def with_held(self, *held: Payload) -> Robot:
-        """The arm while its tool holds these, in the axes of the TCP; they count in `torque`."""
-        self.require_tool()
-        return Robot(replace(self._given, held=held))
-
     def with_base(self, link: str) -> Robot:
         """Give poses in a link that joints move, such as a turntable.
 
@@ -267,110 +261,6 @@ class Robot(ChainKinematics):
         """
         robot, own = self.seen(standing=standing)
         return robot.forward(q[own])
-
-    def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
-        """The chain with joints of a task after the TCP, which move its frame on.
-
-        They come last in all arrays, have no mass, and no limits but those of their positions.
-        """
-        self.require_tool()
-        return Robot(replace(self._given, virtual=joints))
-
-    def with_weights(self, weights: Mapping[str, float]) -> Robot:
-        """Have the motion of joints count more or less where there is a choice.
-
-        Of a redundant arm's joint velocities for a twist those of least norm are taken, and of
-        several solutions those of least travel: a joint of weight 0.2 moves more readily.
-
-        Args:
-            weights: By joint; 1 for others.
-
-        Raises:
-            UnknownNameError: There is no such joint.
-            RobotError: A joint does not move.
-
-        >>> arm = kw.load_robot("ur5_rail")
-        >>> eager, q = arm.with_weights({"rail": 0.2}), arm.configuration("home")
-        >>> twist = [0, 0.1, 0, 0, 0, 0]
-        >>> [kw.solve_velocity_ik(one, q, twist)[:2].round(3) for one in (arm, eager)]
-        [array([0.067, 0.068]), array([0.098, 0.004])]
-        """
-        for name in weights:
-            if name in self.locked:
-                raise RobotError(
-                    self.name,
-                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
-                    f"carries; joints that move: {', '.join(self.joint_names)}",
-                    joint=name,
-                )
-            if name not in self.joint_names:
-                raise UnknownNameError(
-                    "joint", name, self.joint_names, where=f"robot {self.name!r}"
-                )
-        return Robot(replace(self._given, weights=dict(weights)))
-
-    def with_rest(self, name: str) -> Robot:
-        """Have joints that are not planned for stand where a named configuration has them.
-
-        Those that its file names under `locked`, and those that mimic others, stay.
-
-        Raises:
-            RobotError: Another configuration that was asked for has one elsewhere, or a joint
-                can't stand there.
-        """
-        given, rest = self._given, dict(self._given.rest)
-        for joint, value in given.configurations[name].items():
-            if joint in self.joint_names or joint in given.locked or joint in given.urdf.mimics:
-                continue
-            if rest.setdefault(joint, value) != value:
-                raise RobotError(
-                    self.name,
-                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task at {rest[joint]:g}, and nothing in the task moves it; accepted: the "
-                    "same position in both, or a pose on what it carries",
-                    joint=joint,
-                )
-        return self if rest == given.rest else Robot(replace(given, rest=rest))
-
-    def with_gravity(self, gravity: ArrayLike) -> Robot:
-        """Mount the robot another way: on a wall, on a ceiling, or where nothing has weight.
-
-        Args:
-            gravity: In the axes of the base frame [m/s²], shape (3,).
-
-        Raises:
-            WaypointDataError: It is not three finite numbers.
-
-        >>> hanging = kw.load_robot("ur5").with_gravity([0, 0, 9.81])
-        >>> still = np.zeros(6)
-        >>> hanging.torque(still, still, still)[1:3].round(1)
-        array([59.2, 15.7])
-        """
-        return Robot(replace(self._given, gravity=read_only(gravity, (3,), "gravity")))
-
-    def with_limits(
-        self,
-        position: Mapping[str, tuple[float, float]] | None = None,
-        **magnitudes: float | Mapping[str, float] | None,
-    ) -> Robot:
-        """Replace limits, each given by joint, or as one number for all joints.
-
-        Args:
-            position: Joint to lower and upper limit [rad or m].
-            magnitudes: `velocity` [rad/s or m/s], `acceleration` [rad/s² or m/s²], `jerk`
-                [rad/s³ or m/s³], `effort` [N m or N].
-
-        Raises:
-            UnknownNameError: There is no such joint or limit.
-            RobotError: A magnitude isn't positive, or lower isn't below upper.
-
-        >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
-        array([3. , 0.5])
-        """
-        given, old = {"position": position, **magnitudes}, self._given.limits
-        new = limit_tables(given, self.joint_names, self._given.urdf, self.name)
-        merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
-        return Robot(replace(self._given, limits={**old, **merged}))
 
     def configuration(self, name: str) -> FloatArray:
         """A named configuration [rad or m], shape (d,).

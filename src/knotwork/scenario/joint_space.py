@@ -1,8 +1,7 @@
 """The joints that a scenario moves, and its requirements on them, in SI.
 
 The joints are those of its robot, with its tool and limits, or bare joints without a robot.
-Planning and checking both start here, so both have the same joints. Joint values are converted
-from the units of the file only here.
+Planning and checking both start here; only here joint values are converted from the file's units.
 """
 
 from __future__ import annotations
@@ -101,8 +100,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
             does not exist, joint values leave a joint out, or the robot is not supported.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 90}, "after": 1}]
-    >>> from knotwork import load_scenario
-    >>> space = joint_space(load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
+    >>> space = joint_space(kw.load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
     >>> space.targets[1].position
     array([1.57079633])
     """
@@ -115,7 +113,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     if isinstance(scenario.prefer, Mapping):
         with scenario.error_context("prefer"):
             robot = robot.with_weights(scenario.prefer)
-    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
+    if any(isinstance(one, CartesianWaypoint) for one in scenario.waypoints):
         with scenario.error_context("robot"):
             robot.require_tool()
     _check_followers(scenario, robot)
@@ -162,30 +160,23 @@ def moved_robot(scenario: Scenario) -> Robot:
     tool = scenario.tool
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
-    return _on_link(scenario, robot)
-
-
-def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
-    """The robot with its unplanned joints set from the task's named configurations."""
-    task = scenario.task
-    named: list[tuple[tuple[str | int, ...], Any]] = [(("start",), task.start)]
-    waypoints = enumerate(task.waypoints)
-    named += [(("waypoints", i, "joints"), getattr(one, "joints", None)) for i, one in waypoints]
-    for place, name in named:
-        if isinstance(name, str) and name in robot.configurations:
-            with scenario.error_context(*place):
-                robot = robot.with_rest(name)
-    return robot
-
-
-def _on_link(scenario: Scenario, robot: Robot) -> Robot:
-    """The robot with the base of the poses; all links that carry frames exist in it."""
-    for name, frame in scenario.task.frames.items():
+    for name, frame in scenario.task.frames.items():  # all links that carry frames are there
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):
                 robot.frame_index(frame.on)
                 if frame.on == scenario.on and not robot.base_moves:
                     robot = robot.with_base(frame.on)
+    return robot
+
+
+def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
+    """The robot with its unplanned joints set from the task's named configurations."""
+    waypoints = enumerate(scenario.task.waypoints)
+    named = [(("waypoints", i, "joints"), getattr(one, "joints", None)) for i, one in waypoints]
+    for place, name in [(("start",), scenario.task.start), *named]:
+        if isinstance(name, str) and name in robot.configurations:
+            with scenario.error_context(*place):
+                robot = robot.with_rest(name)
     return robot
 
 
@@ -210,7 +201,7 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
             with scenario.error_context("limits", key):
                 robot.require_tool()
     for i, one in enumerate(limits.frame_speeds):
-        place = (i,) if len(limits.frame_speeds) > 1 else ()
+        place = [i] * (len(limits.frame_speeds) > 1)
         with scenario.error_context("limits", "frame_speed", *place, "frame"):
             robot.frame_index(one.frame)
 

@@ -24,7 +24,7 @@ from knotwork.task import (
     Velocity,
 )
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -33,14 +33,8 @@ if TYPE_CHECKING:
     from knotwork.scenario.geometry import Frames
     from knotwork.scenario.path_reader import PathReader
     from knotwork.tool_paths import TimedPath
-    from knotwork.tool_paths.moving_frame import MovingFrame
 
-START = "start"
-
-
-def _after_wait(name: str) -> str:
-    """Name of the waypoint at the end of a wait."""
-    return f"{name}, after the wait"
+START, WAITED = "start", "{}, after the wait"
 
 
 class WaypointReader:
@@ -84,8 +78,7 @@ class WaypointReader:
         """
         given = self.file.waypoints
         names = self._names()
-        offset = 1 if self.file.start is not None else 0
-        if len(given) + offset < 2:
+        if len(given) + (self.file.start is not None) < 2:
             raise self.places.error(
                 ("waypoints",),
                 "a motion needs at least two waypoints, and there is one",
@@ -95,11 +88,10 @@ class WaypointReader:
         poses = self._poses()
         times, paths = self._times(poses)
         freedoms = read_freedoms(self.file, self.places, self._normals)
-        open_ = (freedom_of(one, freedoms, self.places) for one in paths)
-        paths = [replace(one, freedom=free) for one, free in zip(paths, open_, strict=True)]
+        paths = [replace(one, freedom=freedom_of(one, freedoms, self.places)) for one in paths]
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
         held: list[ScenarioPath] = []
-        index: dict[int, int] = {}
+        last: dict[int, int] = {}
         indices: list[int] = []
         waypoints: list[ScenarioWaypoint] = []
         if self.file.start is not None:
@@ -108,79 +100,75 @@ class WaypointReader:
             waypoints.append(JointTarget(START, 0.0, joints, None, where))
             indices.append(-1)
         for i, waypoint in enumerate(given):
-            where = self.places.where(("waypoints", i))
-            inner = 0 < i + offset < len(given) + offset - 1
-            if isinstance(waypoint, JointWaypoint):
-                velocity = self._joint_velocity(i, waypoint, inner)
-                joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
-                made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
-            else:
-                pose, twist = self._state(i, waypoint, inner, poses, times, motions.get(i))
-                where += self.carriers.then(i, times[i], self.length)
-                open_here = freedoms[i]
-                rides = waypoint.wait is not None and self.carriers.of(i) is not None
-                if open_here is not None and open_here.moves and (rides or twist.vector.any()):
-                    raise self.places.error(
-                        ("waypoints", i, "free"),
-                        "leaves the position open where the tool moves",
-                        "position where it stops: stop: true",
-                    )
-                stands = bool(self.file.frames) and self.carriers.stands(i)
-                made = CartesianWaypoint(names[i], times[i], pose, twist, where, open_here, stands)
+            made = self._waypoint(i, names[i], poses, times, motions.get(i), freedoms[i])
             waypoints.append(made)
             indices.append(i)
             if waypoint.wait is not None:
-                indices.append(i)
-                over = replace(made, name=_after_wait(names[i]), time=times[i] + waypoint.wait)
+                end = times[i] + waypoint.wait
+                over = replace(made, name=WAITED.format(names[i]), time=end)
                 carrier = self.carriers.of(i)
                 if carrier is not None and isinstance(made, CartesianWaypoint):
-                    begin = len(waypoints) - 1, made
-                    held.append(self._held(i, poses[i], carrier, *begin, over.time))
+                    from knotwork.scenario.path_reader import wait_on
+
+                    self.carriers.check_smooth(i, carrier, (made.time, end))
+                    held.append(wait_on(carrier, poses[i], len(waypoints) - 1, made, end))
                     motion = held[-1].motion
-                    pose, twist = motion.pose(over.time), motion.twist(over.time)
-                    over = replace(over, pose=pose, twist=twist)
+                    over = replace(over, pose=motion.pose(end), twist=motion.twist(end))
                 waypoints.append(over)
-            index[i] = len(waypoints) - 1
+                indices.append(i)
+            last[i] = len(waypoints) - 1
         self.indices = tuple(indices)
-        held += [replace(one, first=index[one.first]) for one in paths]
+        held += [replace(one, first=last[one.first]) for one in paths]
         return tuple(waypoints), tuple(sorted(held, key=lambda one: one.first))
 
-    def _held(
+    def _waypoint(
         self,
         i: int,
-        pose: pin.SE3,
-        carrier: MovingFrame,
-        first: int,
-        begin: CartesianWaypoint,
-        end: float,
-    ) -> ScenarioPath:
-        """A wait in a moving frame; arguments as for `wait_on`."""
-        from knotwork.scenario.path_reader import wait_on
-
-        self.carriers.check_smooth(i, carrier, (begin.time, end))
-        return wait_on(carrier, pose, first, begin, end)
+        name: str,
+        poses: Mapping[int, pin.SE3],
+        times: Sequence[float],
+        motion: TimedPath | None,
+        freedom: PoseFreedom | None,
+    ) -> ScenarioWaypoint:
+        """A waypoint as it is when the tool arrives."""
+        waypoint, where = self.file.waypoints[i], self.places.where(("waypoints", i))
+        if isinstance(waypoint, JointWaypoint):
+            velocity = self._joint_velocity(i, waypoint)
+            joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
+            return JointTarget(name, times[i], joints, velocity, where)
+        pose, twist = self._state(i, waypoint, poses, times, motion)
+        where += self.carriers.then(i, times[i], self.length)
+        rides = waypoint.wait is not None and self.carriers.of(i) is not None
+        if freedom is not None and freedom.moves and (rides or twist.vector.any()):
+            raise self.places.error(
+                ("waypoints", i, "free"),
+                "leaves the position open where the tool moves",
+                "position where it stops: stop: true",
+            )
+        stands = bool(self.file.frames) and self.carriers.stands(i)
+        return CartesianWaypoint(name, times[i], pose, twist, where, freedom, stands)
 
     def _state(
         self,
         i: int,
         waypoint: PoseWaypoint | PathWaypoint,
-        inner: bool,
         poses: Mapping[int, pin.SE3],
         times: Sequence[float],
         motion: TimedPath | None,
     ) -> tuple[pin.SE3, pin.Motion]:
-        """Pose and velocity of a waypoint in the base frame, at its time.
+        """Pose and velocity of a waypoint in the base; a frame that moves carries both."""
+        import pinocchio as pin
 
-        A moving frame carries both: poses are given with the frame at rest.
-        """
         frame = self.carriers.of(i)
         if motion is not None and not self._stops(i):
             twist = motion.twist(times[i])
             if motion.carrier is not None:
                 return motion.pose(times[i]), twist
         else:
-            near = self.carriers.alongside(i, poses, times)
-            twist = self._twist(i, waypoint, inner, near, times[i])
+            twist = pin.Motion.Zero()
+            if isinstance(waypoint, PoseWaypoint):
+                near = self.carriers.alongside(i, poses, times)
+                twist = self._twist(i, waypoint, near, times[i])
             if frame is not None:
                 twist = frame.carried_twist(poses[i], twist, times[i])
         return (poses[i] if frame is None else frame.carried(poses[i], times[i])), twist
@@ -196,7 +184,7 @@ class WaypointReader:
         given = self.file.waypoints
         names = [one.name or nameless(i) for i, one in enumerate(given)]
         taken = {START} if self.file.start is not None else set()
-        taken |= {_after_wait(names[i]) for i, one in enumerate(given) if one.wait is not None}
+        taken |= {WAITED.format(names[i]) for i, one in enumerate(given) if one.wait is not None}
         for i, name in enumerate(names):
             if name in taken:
                 raise self.places.error(
@@ -260,9 +248,8 @@ class WaypointReader:
         from knotwork.scenario.path_reader import PathReader
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        where = self.file, self.places, self.length
-        curves = PathCurves(*where, frames, axes, poses, normals=self._normals)
-        return PathReader(curves, self._stops, self.carriers)
+        own = self.file, self.places, self.length, frames, axes, poses
+        return PathReader(PathCurves(*own, normals=self._normals), self._stops, self.carriers)
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of the waypoints that have one."""
@@ -325,51 +312,34 @@ class WaypointReader:
         return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.file.waypoints) - 1
 
     def _twist(
-        self,
-        i: int,
-        waypoint: PoseWaypoint | PathWaypoint,
-        inner: bool,
-        poses: Mapping[int, pin.SE3],
-        time: float,
+        self, i: int, waypoint: PoseWaypoint, poses: Mapping[int, pin.SE3], time: float
     ) -> pin.Motion:
         import pinocchio as pin
 
-        if isinstance(waypoint, PathWaypoint):
-            return pin.Motion.Zero()
-        if isinstance(waypoint.velocity, Velocity):
-            return self._given_twist(i, waypoint, waypoint.velocity, poses[i], time)
-        if waypoint.velocity is not None:
-            return pin.Motion.Zero()
-        speed = given_speed(waypoint.speed, 1.0)
-        if speed is not None:
+        velocity, speed = waypoint.velocity, given_speed(waypoint.speed, 1.0)
+        if isinstance(velocity, Velocity):
+            axes = velocity.axes or self.frame(i, waypoint)
+            self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
+            turn = poses[i].rotation if axes == "tool" else self.carriers.axes(i, axes, time)
+            linear, angular = np.array(velocity.linear), np.array(velocity.angular)
+            return pin.Motion(turn @ linear, turn @ angular)
+        if velocity is None and speed is not None:
             from knotwork.scenario.speed import neighbours_twist
 
             return neighbours_twist(self.file, self.places, i, speed, poses)
-        self._check_stop(i, inner, "velocity: {linear, angular}, speed: along the path")
+        if velocity is None:
+            self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
-    def _given_twist(
-        self, i: int, waypoint: PoseWaypoint, velocity: Velocity, pose: pin.SE3, time: float
-    ) -> pin.Motion:
-        import pinocchio as pin
-
-        axes = velocity.axes or self.frame(i, waypoint)
-        self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-        turn = pose.rotation if axes == "tool" else self.carriers.axes(i, axes, time)
-        linear, angular = np.array(velocity.linear), np.array(velocity.angular)
-        return pin.Motion(turn @ linear, turn @ angular)
-
-    def _joint_velocity(self, i: int, waypoint: JointWaypoint, inner: bool) -> JointValues | None:
+    def _joint_velocity(self, i: int, waypoint: JointWaypoint) -> JointValues | None:
         if isinstance(waypoint.velocity, dict):
             return self.joint_values(waypoint.velocity, ("waypoints", i, "velocity"))
-        if waypoint.velocity is not None:
-            return None
-        self._check_stop(i, inner, "velocity: by joint name")
+        if waypoint.velocity is None:
+            self._check_stop(i, "velocity: by joint name")
         return None
 
-    def _check_stop(self, i: int, inner: bool, accepted: str) -> None:
-        waypoint = self.file.waypoints[i]
-        if inner and not (waypoint.stop or waypoint.wait):
+    def _check_stop(self, i: int, accepted: str) -> None:
+        if not self._stops(i):
             raise self.places.error(
                 ("waypoints", i),
                 "is passed without a stop and gives no speed",

@@ -66,6 +66,11 @@ def completed_waypoints(
         done = path.last + 1 - joined
     _hold(positions, space.waits)
     parts.append(tuple(one[done:] for one in columns))
+    return _joined(parts, space)
+
+
+def _joined(parts: list[tuple[Any, ...]], space: JointSpace) -> JointWaypoints:
+    """Joint waypoints of the columns of several parts, one after the other."""
     time, name, position, velocity, acceleration, asked = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )

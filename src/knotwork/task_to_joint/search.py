@@ -19,8 +19,9 @@ from knotwork.kinematics.sequence.candidates import (
     nearest_candidate,
 )
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
+from knotwork.kinematics.sequence.cost import Cost
 from knotwork.kinematics.sequence.nearness import weights
-from knotwork.kinematics.sequence.step_costs import Cost, Layer
+from knotwork.kinematics.sequence.step_costs import Layer
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace

@@ -36,16 +36,14 @@ def solve_task(
        near position limits and singularities; from rest to rest in a time that is chosen later,
        with the shortest time of the slowest joint.
 
-    With `near` in the scenario, the nearest sequence to that replaces minimum travel, whole turns
-    aside. `branch` restricts the candidates. Where nothing is feasible, the sequence with the
-    smallest excess over the velocity limits is chosen, and `infeasibilities` has the excess. For a
-    redundant arm, samples of its self-motion are the branches; the chosen ones are then refined.
+    With `near` the nearest sequence to that replaces minimum travel, whole turns aside. `branch`
+    restricts the candidates. Where nothing is feasible, the sequence with the smallest excess over
+    the velocity limits is chosen. Samples of a redundant arm's self-motion are refined later.
 
     Args:
         scenario: The task.
         space: The joints and the robot.
-        knots: Knot placement of the motion, for waypoints along tool paths: see
-            `ModifiedHermiteSpline`.
+        knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
         avoided: Steps that count as collisions, because a motion with them collided.
 
     Raises:

@@ -14,15 +14,12 @@ import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
 from knotwork.timing.bounds import least_durations, slowest
-from knotwork.timing.efforts import effort_shares, tool_shares
-from knotwork.timing.exact_curve import rebuilt
 from knotwork.timing.given_values import ROUNDING, feasible_part, outside_limits, value_faults
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.rounding import rounded_down, rounded_up, with_room
-from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
+from knotwork.timing.stop_to_stop import with_longer
 from knotwork.waypoints import FloatArray
 
 NOTHING = "no motion was found that keeps all limits"
@@ -51,11 +48,7 @@ def impossible(problem: TimingProblem, *, direct: bool = True) -> list[TimingErr
 
 def unsolved(problem: TimingProblem) -> list[TimingError]:
     """What keeps a problem from a motion, where `impossible` finds nothing, and what suffices."""
-    return (
-        _overloads(problem, certain=False)
-        or _too_short(problem)
-        or [_least_exceeded_limit(problem)]
-    )
+    return _overloads(problem, certain=False) or _too_short(problem) or [_not_found(problem)]
 
 
 def _overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
@@ -232,60 +225,10 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     ]
 
 
-def _least_exceeded_limit(problem: TimingProblem) -> TimingError:
-    """The limit that a motion with rests exceeds least, and what it reaches."""
-    reached: list[tuple[float, str, int, float, float]] = []
-    for slower in SLOWER:
-        knots = resting_knots(with_longer(problem), slower)
-        if knots is not None:
-            reached.append(max(_reached(problem, rebuilt(knots))))
-    ends = f"between {problem.names[0]!r} and {problem.names[-1]!r} {NOTHING}"
-    where = {"waypoint": 0, "interval": len(problem.position) == 2}
-    if not reached:
-        return TimingError(
-            f"{ends}: allow longer durations, lower speeds or higher limits", **where
-        )
-    _, name, k, limit, value = min(reached)
-    margin = 1.0 if name == "position" else problem.limits.margin
-    joint = problem.joint_names[k] if name != "tool speed" else ""
-    unit = JOINT_QUANTITIES[name].units[problem.joint_units[k]] if joint else "m/s"
-    bound = float(np.copysign(rounded_up(abs(value), 4), value))
-    text = problem.units.text
+def _not_found(problem: TimingProblem) -> TimingError:
     return TimingError(
-        f"{ends}; one with rests needs a limit of {name} of {text(bound / margin, unit)} for "
-        f"{f'joint {joint!r}' if joint else 'the tool'}; it is {text(limit / margin, unit)}"
-        + (problem.limits.margin_note if margin != 1.0 else ""),
-        joint=joint,
-        limit=name,
-        value=limit,
-        bound=bound,
-        **where,
+        f"between {problem.names[0]!r} and {problem.names[-1]!r} {NOTHING}: allow longer "
+        "durations, lower speeds or higher limits",
+        waypoint=0,
+        interval=len(problem.position) == 2,
     )
-
-
-def _reached(
-    problem: TimingProblem, curve: PiecewisePolynomial
-) -> Iterator[tuple[float, str, int, float, float]]:
-    """For each limit: its share, its name, the joint, the limit and what a curve reaches."""
-    limits = problem.limits
-    shares = {
-        name: (curve.extrema(order).peak / getattr(limits, name), getattr(limits, name))
-        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
-    }
-    if np.isfinite(limits.effort).any():
-        shares["effort"] = effort_shares(problem, curve).max(axis=0), limits.effort
-    if np.isfinite(limits.tool_speed):
-        most = np.array([limits.tool_speed])
-        shares["tool speed"] = tool_shares(problem, curve).max(axis=0), most
-    for name, (share, limit) in shares.items():
-        k = int(np.argmax(share))
-        yield float(share[k]), name, k, float(limit[k]), float(share[k] * limit[k])
-    places, width = curve.extrema(0), np.ptp(problem.position, axis=0).max() or 1.0
-    for limit, peak, sign in (
-        (limits.upper, places.maximum, 1.0),
-        (limits.lower, places.minimum, -1.0),
-    ):
-        over = sign * (peak - limit)
-        k = int(np.argmax(over))
-        share = 1.0 + float(over[k]) / width
-        yield share, "position", k, float(limit[k]), float(peak[k])

@@ -1,15 +1,13 @@
-"""Where the solver starts: plain cubics between the waypoints, or a motion found before."""
+"""Where the solver starts: plain cubics between the waypoints."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.timing.exact_curve import ExactCurve
-from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
@@ -24,14 +22,12 @@ class Guess:
         share: Part of each interval that each piece takes, shape (n-1, pieces).
         curve: Joint positions over time from 0 to the sum of the durations.
         velocity: At the waypoints, shape (n, d).
-        near: Whether it is likely to be near to the solution.
     """
 
     duration: FloatArray
     share: FloatArray
     curve: PiecewisePolynomial
     velocity: FloatArray
-    near: bool = False
 
 
 def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
@@ -58,40 +54,6 @@ def plain_guess(problem: TimingProblem, *, hurried: bool = False) -> Guess:
 def _even(intervals: int) -> FloatArray:
     each = pieces_each(intervals)
     return np.full((intervals, each), 1.0 / each)
-
-
-def near_guess(found: ExactCurve) -> Guess:
-    """Start from the solution of a problem that differs little."""
-    knots = found.knots
-    return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
-
-
-def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
-    """Start from a motion whose intervals, or all together, have the durations given."""
-    before = guess.duration
-    duration = np.where(problem.free, before, problem.duration)
-    if problem.total is not None:
-        free = problem.free
-        duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
-    curve, each = guess.curve, np.repeat(duration / before, guess.share.shape[1])
-    slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
-    breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
-    return replace(guess, duration=duration, curve=PiecewisePolynomial(slowed, breaks))
-
-
-def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
-    """Start from a part of a motion that was found before."""
-    curve, each = motion.trajectory.polynomial, pieces_each(last - first)
-    time = motion.time[first : last + 1]
-    here = (curve.x >= time[0]) & (curve.x <= time[-1])
-    spans = np.diff(curve.x[here])
-    duration = np.diff(time)
-    if spans.size == each * duration.size:
-        share = spans.reshape(-1, each) / duration[:, None]
-    else:
-        share = _even(duration.size)
-    part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
-    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:

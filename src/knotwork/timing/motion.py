@@ -44,8 +44,6 @@ class Progress:
     Attributes:
         iterations: Steps of the solver so far.
         seconds: Time since the start [s].
-        objective: Value that the last step has.
-        violation: How far that step is from keeping every constraint, scaled.
         done: Part of the intervals that are already solved, from 0 to 1; of one whose way is
             searched for, the part of its tries.
         duration: How long the best motion lasts that a search for a way has so far [s], in the end
@@ -56,8 +54,6 @@ class Progress:
 
     iterations: int
     seconds: float
-    objective: float
-    violation: float
     done: float
     duration: float | None = None
     trying: str = ""

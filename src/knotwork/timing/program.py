@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.timing.budget import OnStep, casadi_callback
 from knotwork.waypoints import FloatArray, IndexArray
 
 OPTIONS: dict[str, Any] = {
@@ -126,8 +125,6 @@ class Program:
         size: Number of variables.
         blocks: Its blocks. Constraints are numbered block by block, and in a block repetition by
             repetition.
-        steps: Called at every step with the variables, the objective and the constraints; if it
-            returns true the solver stops.
         options: Options of IPOPT besides `OPTIONS`.
     """
 
@@ -135,15 +132,13 @@ class Program:
         self,
         size: int,
         blocks: Sequence[Block],
-        *,
-        steps: OnStep | None = None,
         options: dict[str, Any] | None = None,
     ) -> None:
         self.size, self.blocks = size, tuple(b for b in blocks if b.times)
         self.constraints = sum(b.kernel.constraints * b.times for b in self.blocks)
-        self._set_up(steps, OPTIONS | (options or {}))
+        self._set_up(OPTIONS | (options or {}))
 
-    def _set_up(self, steps: OnStep | None, options: dict[str, Any]) -> None:
+    def _set_up(self, options: dict[str, Any]) -> None:
         import casadi as ca
 
         x, weight = ca.MX.sym("x", self.size), ca.MX.sym("w")
@@ -183,9 +178,6 @@ class Program:
                 ["triu_hess_gamma_x_x"],
             ),
         }
-        if steps is not None:
-            self._callback = casadi_callback(self.size, self.constraints, p.numel(), steps)
-            options = options | {"iteration_callback": self._callback}
         self._solver = ca.nlpsol(
             "least", "ipopt", {"x": x, "p": p, "f": cost, "g": g}, derivatives | options
         )

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from knotwork.timing.budget import OnStep
 from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
 from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
@@ -29,29 +28,26 @@ No motion is longer by more than this part for it.
 SHORTEST = 1e-4
 """No piece is shorter than this part of its first guess."""
 
-StartKind = Literal["far", "near", "again"]
+LEAST_TIME = 1e-3
+"""The solver runs for so long at least [s]."""
 
-START_OPTIONS: dict[StartKind, dict[str, Any]] = {
-    "far": {},
-    "near": {"ipopt.mu_init": 1e-4},
-    "again": {
-        "ipopt.mu_init": 1e-9,
-        "ipopt.warm_start_init_point": "yes",
-        "ipopt.warm_start_bound_push": 1e-8,
-        "ipopt.warm_start_bound_frac": 1e-8,
-        "ipopt.warm_start_slack_bound_push": 1e-8,
-        "ipopt.warm_start_slack_bound_frac": 1e-8,
-        "ipopt.warm_start_mult_bound_push": 1e-8,
-    },
+AGAIN: dict[str, Any] = {
+    "ipopt.mu_init": 1e-9,
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.warm_start_bound_push": 1e-8,
+    "ipopt.warm_start_bound_frac": 1e-8,
+    "ipopt.warm_start_slack_bound_push": 1e-8,
+    "ipopt.warm_start_slack_bound_frac": 1e-8,
+    "ipopt.warm_start_mult_bound_push": 1e-8,
 }
-"""Options of IPOPT for a start that is far from the solution, near to it, or the solution of a
-problem whose limits differ a little."""
+"""Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
+def _program(form: Form, again: bool, seconds: float) -> Program:
     every = [*blocks(form), *held_blocks(form, {})]
-    return Program(layout(form).size, every, steps=steps, options=START_OPTIONS[kind])
+    limit = {} if np.isinf(seconds) else {"ipopt.max_wall_time": max(seconds, LEAST_TIME)}
+    return Program(layout(form).size, every, limit | (AGAIN if again else {}))
 
 
 class Section:
@@ -76,12 +72,11 @@ class Section:
         self.form = form_of(problem, each, held, position=tightening.position)
         self.scale = _scale(problem, guess)
 
-    def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
-        """Run the solver, from a solution found before or from the guess."""
-        kind: StartKind = "again" if start is not None else "near" if self.guess.near else "far"
-        # one that reports its steps serves once
-        made = _program if steps is None else _program.__wrapped__
-        return made(self.form, kind, steps).solve(
+    def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
+        """Run the solver, from a solution found before or from the guess, for some time at most."""
+        # one with a limit of time serves once
+        made = _program if np.isinf(seconds) else _program.__wrapped__
+        return made(self.form, start is not None, seconds).solve(
             self.start() if start is None else start,
             self.bounds(),
             self.parameters(),

@@ -15,22 +15,17 @@ from knotwork.timing.bounds import lower_bound
 from knotwork.timing.budget import Watch
 from knotwork.timing.exact_curve import in_a_row, rebuilt_row
 from knotwork.timing.infeasible import impossible, unsolved
-from knotwork.timing.initial_guess import Guess, guess_from
 from knotwork.timing.motion import Progress, TimedMotion, status_of
-from knotwork.timing.objective_terms import terms, weighted
+from knotwork.timing.objective_terms import terms
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
-
-WORSE = 1.001
-"""A motion from a start may be so much farther above the lower bound than the start was."""
 
 
 def solve(
     problem: TimingProblem,
     *,
     budget: float | None = None,
-    start: TimedMotion | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> TimedMotion:
     """Minimise the objective of a problem over what it leaves free, every limit kept.
@@ -43,9 +38,6 @@ def solve(
     Args:
         problem: The waypoints and the limits.
         budget: Time after which the best motion so far is taken [s]; by default it is not limited.
-        start: A motion to start from, with as many waypoints and joints: that of a problem that
-            differs little. If its solution is farther above the lower bound than this motion was,
-            plain cubics are tried as well, and the better one is taken.
         progress: Called as the solver goes on.
 
     Returns:
@@ -61,7 +53,7 @@ def solve(
     ('optimal', True)
     """
     try:
-        return solved(problem, Watch(progress, budget, len(problem.position) - 1), start)
+        return solved(problem, Watch(progress, budget, len(problem.position) - 1))
     except NoMotionError as error:
         raise together(error.causes) from None
 
@@ -78,13 +70,12 @@ class NoMotionError(Exception):
         self.causes = list(causes)
 
 
-def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = None) -> TimedMotion:
+def solved(problem: TimingProblem, watch: Watch) -> TimedMotion:
     """As `solve`, for one of several problems that share a budget.
 
     Args:
         problem: The waypoints and the limits.
         watch: What follows the solution of all of them.
-        start: A motion to start from.
 
     Raises:
         NoMotionError: No motion was found that keeps the limits.
@@ -93,28 +84,16 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
     wrong = impossible(problem)
     if wrong:
         raise NoMotionError(wrong)
-    motion = _solved_from(problem, watch, start)
-    poor = start is not None and problem.total is None and _gap(motion) > WORSE * _gap(start)
-    if poor and not watch.late(found=True):
-        cold = _solved_from(problem, watch, None)
-        motion = min(motion, cold, key=lambda one: weighted(problem, one.objective))
+    motion = _solved_sections(problem, watch)
     return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
 
 
-def _gap(motion: TimedMotion) -> float:
-    return motion.duration / motion.lower_bound
-
-
-def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None) -> TimedMotion:
+def _solved_sections(problem: TimingProblem, watch: Watch) -> TimedMotion:
     found: list[Attempt] = []
     failed: list[tuple[TimingProblem, int]] = []
     for first, last in sections(problem):
         part = part_of(problem, first, last)
-
-        def guess(one: int, other: int, first: int = first) -> Guess | None:
-            return None if start is None else guess_from(start, first + one, first + other)
-
-        attempt = solved_windows(part, watch, guess)
+        attempt = solved_windows(part, watch)
         if attempt is not None:
             found.append(attempt)
         elif watch.late(found=False):

@@ -7,7 +7,6 @@ it, whose solution is thrown away, and the next window starts from the state tha
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +14,8 @@ import numpy as np
 from knotwork.timing.attempts import Attempt, resting, solved_section
 from knotwork.timing.budget import Watch
 from knotwork.timing.exact_curve import ExactCurve, Knots, joined, rebuilt
-from knotwork.timing.initial_guess import Guess
 from knotwork.timing.motion import status_of
+from knotwork.timing.objective_terms import terms, weighted
 from knotwork.timing.problem import TimingProblem, part_of
 
 KEPT = 8
@@ -29,17 +28,12 @@ LONGEST = 24
 """Motions of up to as many intervals are solved at once."""
 
 
-def solved_windows(
-    problem: TimingProblem,
-    watch: Watch,
-    guess: Callable[[int, int], Guess | None],
-) -> Attempt | None:
+def solved_windows(problem: TimingProblem, watch: Watch) -> Attempt | None:
     """Solve a section, window by window if it is long.
 
     Args:
         problem: The section.
         watch: Follows the steps and holds the budget.
-        guess: Where to start between two waypoints.
 
     Returns:
         The motion, or `None` if there is none.
@@ -47,7 +41,7 @@ def solved_windows(
     last = len(problem.position) - 1
     if last <= LONGEST or problem.total is not None:
         with watch.part(last):
-            return solved_section(problem, watch, guess(0, last))
+            return solved_section(problem, watch)
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
     kept: list[Attempt] = []
@@ -57,12 +51,12 @@ def solved_windows(
         given = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if end == last else KEPT
         with watch.part(count):
-            found = solved_section(part_of(given, first, end), watch, guess(first, end))
+            found = solved_section(part_of(given, first, end), watch)
         if found is None:
             # the state it starts from may be the reason
             watch.solved -= first + count
             with watch.part(last):
-                return solved_section(problem, watch, guess(0, last))
+                return solved_section(problem, watch)
         kept.append(replace(found, found=_first_part(found.found, count)))
         knots = kept[-1].found.knots
         first += count
@@ -70,12 +64,13 @@ def solved_windows(
         acceleration[first] = knots.acceleration[-1, -1]
     knots = joined([one.found.knots for one in kept])
     curve = rebuilt(knots)
-    cost = sum(one.cost for one in kept)
     status = status_of(one.status for one in kept)
-    found = Attempt(ExactCurve(knots, curve), cost, status)
+    found = Attempt(ExactCurve(knots, curve), status)
     # parts that rest may be far slower than one motion that does
     rests = resting(problem, status) if status != "optimal" else None
-    return found if rests is None or found.cost <= rests.cost else rests
+    if rests is None:
+        return found
+    return min((found, rests), key=lambda one: weighted(problem, terms(problem, one.found.curve)))
 
 
 def _first_part(found: ExactCurve, count: int) -> ExactCurve:

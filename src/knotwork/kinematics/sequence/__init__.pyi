@@ -2,10 +2,10 @@ from .candidates import Candidates as Candidates
 from .candidates import find_candidates as find_candidates
 from .choice import Sequence as Sequence
 from .choice import choose_sequence as choose_sequence
+from .cost import Cost as Cost
 from .nearness import weights as weights
 from .null_space_refinement import Given as Given
 from .null_space_refinement import refine_sequence as refine_sequence
 from .step_costs import CollidingStep as CollidingStep
-from .step_costs import Cost as Cost
 from .step_costs import Layer as Layer
 from .step_costs import Rules as Rules

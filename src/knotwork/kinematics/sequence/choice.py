@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import whole_turns
+from knotwork.kinematics.sequence.cost import UNBOUNDED, Cost
 from knotwork.kinematics.sequence.step_costs import (
-    UNBOUNDED,
-    Cost,
     Layer,
     Reached,
     Rules,

@@ -11,8 +11,9 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import difference, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.sequence.cost import Cost
 from knotwork.kinematics.sequence.nearness import weights
-from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Cost, Layer, Rules, step_costs
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Layer, Rules, step_costs
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -115,13 +115,11 @@ def solve_pose_ik(
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
-        UnreachablePoseError: The pose is not reachable; with the error, and whether another
-            orientation is.
+        UnreachablePoseError: The pose is not reachable; by how much, or only otherwise turned.
         WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
-    >>> robot = kw.load_robot("ur5")
-    >>> home = robot.configuration("home")
+    >>> robot, home = kw.load_robot("ur5"), kw.load_robot("ur5").configuration("home")
     >>> kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home).q - home
     array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
     """
