@@ -15,7 +15,7 @@ import knotwork as kw
 from knotwork.choosing import choice
 from knotwork.errors import InputError
 from knotwork.scenario import load_scenario
-from knotwork.timing.budget import Watch
+from knotwork.timing.budget import Budget
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}
@@ -136,7 +136,7 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
         to(2),
     )
     best = kw.plan(task)
-    monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
     # without a share of its own the second would have no time left
     made = kw.plan(task, budget=9)
     made.report.raise_if_failed()

@@ -11,7 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.choosing import choice, path_speeds
 from knotwork.errors import InputError, PathError
-from knotwork.timing.budget import Watch
+from knotwork.timing.budget import Budget
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -241,7 +241,7 @@ def test_the_lowest_speeds_are_taken_when_a_budget_ends(monkeypatch: pytest.Monk
     task = passed(line("a", -117.9), line("b", -31.5), limits=limits)
     task["waypoints"][0]["pose"]["position"][1] = -120
     best = kw.plan(task)
-    monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
     made = kw.plan(task, budget=1)
     made.report.raise_if_failed()
     assert made.trajectory.duration > best.trajectory.duration
@@ -260,7 +260,7 @@ def test_what_is_exceeded_at_given_speeds_is_named_when_the_budget_has_ended(
     limits = {"velocity": 60, "acceleration": 100}
     ends = [given, line("b", 50, 30, turn=-90), last, {"joints": "home"}]
     task = along(*ends, limits=limits, times="fastest", path={"acceleration": 150})
-    monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
     with pytest.raises(InputError, match=r"at 100 mm/s along the path .* accepted: ") as caught:
         kw.plan(task, budget=1)
     assert "end of the budget" not in str(caught.value)

@@ -26,7 +26,7 @@ from knotwork.errors import together
 from knotwork.scenario import FreeTimes, Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.timing.budget import SolverBudget
+from knotwork.timing.budget import Budget
 from knotwork.timing.infeasible import impossible
 from knotwork.timing.motion import Status, status_of
 
@@ -117,7 +117,7 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    watch = SolverBudget(progress, budget)
+    watch = Budget(progress, budget)
     try:
         paths, found = _found(scenario, free, solution, watch)
     except NoMotionsError as failed:
@@ -158,7 +158,7 @@ def _found(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
-    watch: SolverBudget,
+    watch: Budget,
 ) -> _Found:
     """Speeds along paths and all motions.
 
@@ -199,7 +199,7 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]])
 
 
 def _motions(
-    paths: TimedPaths, free: FreeTimes, watch: SolverBudget
+    paths: TimedPaths, free: FreeTimes, watch: Budget
 ) -> list[tuple[Segment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 

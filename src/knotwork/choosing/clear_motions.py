@@ -18,7 +18,7 @@ from knotwork.task import PoseWaypoint
 from knotwork.timing import TimedMotion, TimingProblem
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
-from knotwork.timing.budget import SolverBudget
+from knotwork.timing.budget import Budget
 from knotwork.timing.objective_terms import terms
 from knotwork.timing.rounding import with_room
 from knotwork.trajectory import JointTrajectory
@@ -43,7 +43,7 @@ def clear_motion(
     task: FreeTask,
     segment: Segment,
     problem: TimingProblem,
-    watch: SolverBudget,
+    watch: Budget,
     start: FloatArray | None = None,
 ) -> TimedMotion:
     """The fastest collision-free motion found for a segment, proved.

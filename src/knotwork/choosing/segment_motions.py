@@ -13,7 +13,7 @@ from knotwork.choosing.segments import Segment, timing_problem
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, TimingError, together
 from knotwork.timing import Objective, TimedMotion
-from knotwork.timing.budget import SolverBudget
+from knotwork.timing.budget import Budget
 from knotwork.timing.rounding import with_room
 from knotwork.timing.solving import NoMotionError, solved
 from knotwork.units import rounded_up
@@ -43,7 +43,7 @@ class NoMotionsError(Exception):
 
 
 def solved_segments(
-    task: FreeTask, segments: list[Segment], watch: SolverBudget
+    task: FreeTask, segments: list[Segment], watch: Budget
 ) -> list[tuple[Segment, TimedMotion]]:
     """Motions of all segments, with the given total duration, if there is one.
 
@@ -90,7 +90,7 @@ def _motions(
     task: FreeTask,
     segments: list[Segment],
     objective: Objective,
-    watch: SolverBudget,
+    watch: Budget,
     totals: Mapping[Segment, float] = MappingProxyType({}),
 ) -> dict[Segment, TimedMotion]:
     found, failed = {}, {}
@@ -111,7 +111,7 @@ def _motions(
     return found
 
 
-def _total_too_short(task: FreeTask, shortest: float, watch: SolverBudget | None) -> InputError:
+def _total_too_short(task: FreeTask, shortest: float, watch: Budget | None) -> InputError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:

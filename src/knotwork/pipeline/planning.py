@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.pipeline.avoidance import best_of_sequences
+from knotwork.pipeline.execution import ExecutionMixin
 from knotwork.pipeline.infeasibility import infeasible
 from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import Interpolation, Knots
 from knotwork.pipeline.replanning import scenario_from
-from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.scenario.events import found_ways, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
@@ -27,7 +27,7 @@ from knotwork.waypoints import JointWaypoints
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
     from knotwork.timing import Progress
-    from knotwork.timing.budget import SolverBudget
+    from knotwork.timing.budget import Budget
     from knotwork.view.page import Page
 
 MOST_SEQUENCES = 12
@@ -38,7 +38,7 @@ MOST_TIMED = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(UnderWay, PlanFiles):
+class Plan(ExecutionMixin, PlanFiles):
     """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
 
     Attributes:
@@ -206,13 +206,11 @@ def _with_chosen_times(
 ) -> Plan:
     """Choose what a scenario leaves free, plan it, and check the result; arguments as of `plan`."""
     from knotwork.choosing import with_times_met
-    from knotwork.timing.budget import SolverBudget
+    from knotwork.timing.budget import Budget
 
     names = [one.name for one in scenario.waypoints]
     met = tuple(names[i] for i in free.meets if free.duration[i - 1])
-    timed = _TimedPlanner(
-        scenario, free, planner, knots, SolverBudget(budget=budget), progress, met
-    )
+    timed = _TimedPlanner(scenario, free, planner, knots, Budget(budget=budget), progress, met)
     if not free.meets:
         return best_of_sequences(timed)
     scenario = with_times_met(scenario, lambda one: timed.at(one).chosen_times(None))
@@ -290,7 +288,7 @@ class _TimedPlanner:
     free: FreeTimes
     planner: str | None
     knots: Knots
-    time: SolverBudget
+    time: Budget
     progress: Callable[[Progress], None] | None
     met: tuple[str, ...]
     most: ClassVar[int] = MOST_TIMED

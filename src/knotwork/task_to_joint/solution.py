@@ -75,7 +75,7 @@ class Infeasibility:
 
     @property
     def remedy(self) -> str:
-        """The remedy, which is the end of the sentence."""
+        """Feasible values, from the end of the sentence."""
         return self.sentence.rpartition("; ")[2]
 
     def __str__(self) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.timing.budget import SolverBudget
+from knotwork.timing.budget import Budget
 from knotwork.timing.exact_curve import ExactCurve, rebuilt
 from knotwork.timing.initial_guess import (
     Guess,
@@ -41,7 +41,7 @@ class Attempt:
     status: Status
 
 
-def solved_section(problem: TimingProblem, watch: SolverBudget) -> Attempt | None:
+def solved_section(problem: TimingProblem, watch: Budget) -> Attempt | None:
     """Solve a section from the first start that converges.
 
     Args:
@@ -87,9 +87,7 @@ def resting(problem: TimingProblem, status: Status) -> Attempt | None:
     return None
 
 
-def _run(
-    guess: Guess, problem: TimingProblem, watch: SolverBudget, *, found: bool
-) -> Attempt | None:
+def _run(guess: Guess, problem: TimingProblem, watch: Budget, *, found: bool) -> Attempt | None:
     """Solve from one start, with more tightening whenever the exact check finds an excess.
 
     Args:

@@ -14,7 +14,7 @@ from knotwork.timing.motion import Progress
 
 
 @dataclass(eq=False)
-class SolverBudget:
+class Budget:
     """Progress and time budget of a solution over all its parts.
 
     A part whose share has ended stops as soon as it has a motion; without one it continues until

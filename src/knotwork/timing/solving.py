@@ -12,7 +12,7 @@ from knotwork.errors import TimingError, together
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
-from knotwork.timing.budget import SolverBudget
+from knotwork.timing.budget import Budget
 from knotwork.timing.exact_curve import in_a_row, rebuilt_row
 from knotwork.timing.infeasible import impossible, unsolved
 from knotwork.timing.motion import Progress, TimedMotion, status_of
@@ -54,7 +54,7 @@ def solve(
     ('optimal', True)
     """
     try:
-        return solved(problem, SolverBudget(progress, budget, len(problem.position) - 1))
+        return solved(problem, Budget(progress, budget, len(problem.position) - 1))
     except NoMotionError as error:
         raise together(error.causes) from None
 
@@ -71,7 +71,7 @@ class NoMotionError(Exception):
         self.causes = list(causes)
 
 
-def solved(problem: TimingProblem, watch: SolverBudget) -> TimedMotion:
+def solved(problem: TimingProblem, watch: Budget) -> TimedMotion:
     """Solve one of several problems that share a budget, see `solve`.
 
     Args:
@@ -89,7 +89,7 @@ def solved(problem: TimingProblem, watch: SolverBudget) -> TimedMotion:
     return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
 
 
-def _solved_sections(problem: TimingProblem, watch: SolverBudget) -> TimedMotion:
+def _solved_sections(problem: TimingProblem, watch: Budget) -> TimedMotion:
     found: list[Attempt] = []
     failed: list[tuple[TimingProblem, int]] = []
     for first, last in sections(problem):
@@ -141,7 +141,7 @@ def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
     )
 
 
-def _out_of_time(watch: SolverBudget) -> TimingError:
+def _out_of_time(watch: Budget) -> TimingError:
     return TimingError(
         "no motion that keeps every limit was found within the budget of "
         f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.timing.attempts import Attempt, resting, solved_section
-from knotwork.timing.budget import SolverBudget
+from knotwork.timing.budget import Budget
 from knotwork.timing.exact_curve import ExactCurve, Knots, joined, rebuilt
 from knotwork.timing.motion import status_of
 from knotwork.timing.objective_terms import terms, weighted
@@ -28,7 +28,7 @@ LONGEST = 24
 """Maximum number of intervals of a motion that is solved at once."""
 
 
-def solved_windows(problem: TimingProblem, watch: SolverBudget) -> Attempt | None:
+def solved_windows(problem: TimingProblem, watch: Budget) -> Attempt | None:
     """Solve a section, window by window if it is long.
 
     Args:
