@@ -33,6 +33,8 @@ MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS, MOST_REASON_LETTERS = 16,
 # Gap between names, in points; width of letters, as a fraction of the font size.
 GAP, LETTER, LINE = 4.0, 0.65, 1.3
 MARGIN = 0.012
+# Steps between numbers beside a panel, where it is high enough.
+MOST_NUMBERS = 5
 # Shortest drawn contact, as a fraction of the motion.
 LEAST_SPAN = 0.003
 SEGMENTS = ("tool path", "way", "wait")
@@ -138,6 +140,9 @@ def mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
         span = [max(start - least, low), min(end + least, high)]
         upright = axis.get_xaxis_transform()
         axis.fill_between(span, 0.0, 1.0, transform=upright, gid="contact", **look)
+        for text in axis.texts:
+            if text.get_gid() == "note":
+                text.set_bbox(None)  # it would break the mark off
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
@@ -291,4 +296,16 @@ def settle(figure: Figure, rows: int, *, grows: bool = True) -> None:
     if grows and height < least:
         figure.set_figheight(figure.get_figheight() + rows * (least - height))
         figure.draw_without_rendering()
+    for axis in figure.axes:
+        _thin_numbers(axis, axis.get_window_extent().height * 72.0 / figure.dpi)
     figure.set_layout_engine("none")
+
+
+def _thin_numbers(axis: Axes, height: float) -> None:
+    """Leave as many numbers beside a panel of a height, in points, as can be read."""
+    from matplotlib.ticker import MaxNLocator
+
+    sizes = [float(label.get_fontsize()) for label in axis.get_yticklabels()]
+    most = int(height / (1.5 * max(sizes, default=SMALL)))
+    if isinstance(axis.yaxis.get_major_locator(), MaxNLocator) and most < MOST_NUMBERS:
+        axis.yaxis.set_major_locator(MaxNLocator(max(most, 1)))
