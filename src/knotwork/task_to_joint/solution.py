@@ -75,7 +75,7 @@ class Infeasibility:
 
     @property
     def remedy(self) -> str:
-        """What is feasible: the sentence ends with it."""
+        """The end of the sentence, which says what is feasible."""
         return self.sentence.rpartition("; ")[2]
 
     def __str__(self) -> str:
