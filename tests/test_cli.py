@@ -14,7 +14,6 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
-import yaml
 
 import knotwork as kw
 from command_line import Command, without_progress
@@ -177,40 +176,12 @@ def test_plan_writes_three_files_and_says_where(knotwork: Command, tmp_path: Pat
     assert len((out / "samples.csv").read_text().splitlines()) == 1 + 25 * 50 + 1
 
 
-def test_plan_of_several_writes_a_folder_each(knotwork: Command, tmp_path: Path) -> None:
-    ran = knotwork("plan", "paper_case", "planar2_closed_form", BROKEN, "-o", tmp_path)
+def test_plan_of_several_says_what_became_of_each(knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", "planar2_closed_form", BROKEN)
     assert ran.code == 1
-    folders = {"paper_case", "planar2_closed_form", "jerk_limit_broken"}
-    assert {path.name for path in tmp_path.iterdir()} == folders
-    assert all(len(list(path.iterdir())) == 3 for path in tmp_path.iterdir())
     summary = ran.out[ran.out.rindex("Scenarios") :]
     assert summary.count("passed") == 2
     assert summary.count("FAILED") == 1
-
-
-def test_scenarios_of_one_name_do_not_overwrite_each_other(
-    knotwork: Command, tmp_path: Path
-) -> None:
-    ran = knotwork("plan", "paper_case", "paper_case", "--out", tmp_path)
-    assert ran.code == 2
-    assert "two scenarios are named 'paper_case'" in ran.err
-    assert len(list(tmp_path.iterdir())) == 1
-
-
-@pytest.mark.parametrize("name", ["..", "../..", ".", "/", "a/..", "a\0b", "x" * 300])
-def test_names_of_scenarios_do_not_lead_out_of_the_folder(
-    name: str, knotwork: Command, tmp_path: Path
-) -> None:
-    task = {"name": name, **yaml.safe_load((ROOT / "scenarios/paper_case.yaml").read_text())}
-    path = tmp_path / "odd.yaml"
-    path.write_text(json.dumps(task))
-    out = tmp_path / "deep" / "out"
-    ran = knotwork("plan", path, "paper_case", "--out", out)
-    assert ran.code in (0, 2)
-    assert "Traceback" not in ran.err
-    assert {entry.name for entry in tmp_path.iterdir()} <= {"odd.yaml", "deep"}
-    assert {entry.name for entry in (tmp_path / "deep").iterdir()} == {"out"}
-    assert all(entry.is_dir() for entry in out.iterdir())
 
 
 def test_json_is_alone_on_standard_output(knotwork: Command, tmp_path: Path) -> None:

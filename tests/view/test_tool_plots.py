@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -40,6 +42,41 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
     asked_time, asked = data(lines(figure.axes[0], "asked")[0])
     np.testing.assert_allclose(asked, [0, *[50] * 7, 0], atol=1e-9)
     np.testing.assert_array_equal(asked_time, deburring.scenario.times[1:])
+
+
+def test_a_long_piece_among_many_short_ones_is_drawn_as_finely(
+    deburring_by_waypoints: Plan,
+) -> None:
+    plan = deburring_by_waypoints
+    curve, robot = plan.trajectory.polynomial, plan.space.robot
+    assert robot is not None
+    end = float(curve.x[-1])
+    breaks = np.unique([*curve.x, *np.linspace(end - 0.5, end, 802)[1:-1]])
+    states = curve(breaks), curve(breaks, 1)
+    units = plan.trajectory.joint_units
+    same = kw.JointTrajectory.from_knots(robot.joint_names, breaks, *states, joint_units=units)
+    finer = replace(plan, trajectory=same)
+    (line,) = lines(plot_tool(finer).axes[0], "curve")
+    times = np.linspace(float(curve.x[0]), end - 0.5, 400)
+    states = zip(curve(times), curve(times, 1), strict=True)
+    speed = np.array([1e3 * np.linalg.norm(robot.twist(q, v).linear) for q, v in states])
+    np.testing.assert_allclose(np.interp(times, *data(line)), speed, atol=0.01 * speed.max())
+
+
+def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:
+    figure = plot_tool(deburring, size="slide")
+    assert len(figure.axes) >= 5
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        low, high = axis.get_ylim()
+        boxes = [
+            label.get_window_extent()
+            for label, at in zip(axis.get_yticklabels(), axis.get_yticks(), strict=True)
+            if low <= at <= high
+        ]
+        assert boxes
+        gaps = [above.y0 - below.y1 for below, above in pairwise(boxes)]
+        assert all(gap > 0.3 * boxes[0].height for gap in gaps)
 
 
 def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> None:

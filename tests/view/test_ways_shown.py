@@ -15,35 +15,19 @@ from drawn import scene
 from knotwork.timing import Progress
 from knotwork.verification import Finding
 from knotwork.view import plot_tool
+from walls import DOWN, past
 
-DOWN = [180, 0, 0]
 
-
-def past(*others: Any, **way: Any) -> dict[str, Any]:
-    """A UR5 from one side of a wall to the other."""
-    sides = [
-        {"name": name, "pose": {"position": [450, y, 100], "rpy": DOWN}, "stop": True}
-        for name, y in (("here", -250), ("there", 250))
-    ]
-    return {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "tool": {"offset": {"position": [0, 0, 120]}},
-        "limits": {"acceleration": 460, "jerk": 11500},
-        "scene": {
-            "margin": 5,
-            "objects": {
-                "wall": {"box": [500, 30, 400], "position": [450, 0, 190]},
-                "beam": {"box": [500, 30, 300], "position": [450, 0, 850]},
-            },
-        },
-        "waypoints": [sides[0], {**sides[1], "way": {"clear": True, "tries": 1, **way}}, *others],
-    }
+def once(*others: Any, tries: int = 1) -> dict[str, Any]:
+    """The task past the wall, with few tries."""
+    given = past(None, *others)
+    given["waypoints"][1]["way"] = {"clear": True, "tries": tries}
+    return given
 
 
 @cache
 def made() -> kw.Plan:
-    return kw.plan(past())
+    return kw.plan(once())
 
 
 def nearest(plan: kw.Plan) -> Finding:
@@ -64,7 +48,7 @@ def test_the_report_says_of_a_way_how_near_it_leads_past_what() -> None:
 
 def test_only_ways_are_told_as_ways() -> None:
     last = {"name": "on", "pose": {"position": [450, 250, 150], "rpy": DOWN}, "stop": True}
-    plan = kw.plan(past({**last, "after": "fastest"}))
+    plan = kw.plan(once({**last, "after": "fastest"}))
     (found,) = plan.report.select(quantity="way")
     assert found.interval == pytest.approx(plan.scenario.times[:2])
 
@@ -80,7 +64,7 @@ def test_the_strip_shows_the_clearance_that_the_check_finds() -> None:
 
 
 def test_without_objects_no_clearance_is_shown() -> None:
-    given = past()
+    given = once()
     del given["scene"]["objects"]
     plan = kw.plan(given)
     assert scene(plan.view())["strip"]["clearance"] is None
@@ -110,7 +94,7 @@ def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None
 
 def test_progress_says_what_exists_already_and_what_is_tried() -> None:
     told: list[Progress] = []
-    plan = kw.plan(past(tries=2), progress=told.append)
+    plan = kw.plan(once(tries=2), progress=told.append)
     assert told[0].trying == "way 1 of 2"
     assert told[0].duration is None
     exists = [one.duration for one in told if one.duration is not None]

@@ -230,8 +230,12 @@ def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     known(tab)
     count = len(kw.Task.load(served[1]).waypoints)
     tab.evaluate("knotwork.seek(1.5)")
+    said = "document.getElementById('add-where').textContent.endsWith(\"1.50 s, after 'start'\")"
+    tab.wait_for_function(said)
     tab.select_option("#part", '["waypoints",3]')
+    chosen = tab.locator("#part option:checked").inner_text()
     tab.click("#jog summary")
+    assert tab.inner_text("#jog-where") == f"a waypoint here comes after '{chosen}'"
     tab.wait_for_function("knotwork.edit.jog.handle")
     tab.locator("#sliders input").first.evaluate(
         "it => { it.value = 10; it.dispatchEvent(new Event('input')); }"

@@ -69,6 +69,10 @@ def test_nothing_hinders_people(
     tab = opened(tabs, tmp_path, name, size, color_scheme=scheme)
     assert tab.locator(".verdict").first.inner_text() == "FAILED"
     assert not barriers(tab)
+    if name == "scene":
+        panels_cover_none(tab, size)
+    elif size == UPRIGHT:
+        plots_are_moved(tab)
 
 
 def test_nothing_hinders_people_at_two_motions(
@@ -126,9 +130,13 @@ def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path:
         assert tab.get_attribute("#play", "aria-label") == ("play" if wish != "reduce" else "pause")
 
 
-@pytest.mark.parametrize("size", [DESK, UPRIGHT, ACROSS])
+@pytest.mark.parametrize("size", [UPRIGHT, ACROSS])
 def test_no_panel_covers_another(size: tuple[int, int], tabs: Any, tmp_path: Path) -> None:
-    tab = opened(tabs, tmp_path, "scene", size)
+    panels_cover_none(opened(tabs, tmp_path, "scene", size), size)
+
+
+def panels_cover_none(tab: Any, size: tuple[int, int]) -> None:
+    """No panel covers another one."""
     tab.evaluate(NEXT_FRAME)
     boxes = {
         one.get_attribute("id"): one.bounding_box() for one in tab.locator(".keep-clear").all()
@@ -151,8 +159,8 @@ def test_no_panel_covers_another(size: tuple[int, int], tabs: Any, tmp_path: Pat
     assert tab.locator("#legend .scale").first.is_visible() != open_first
 
 
-def test_plots_on_a_phone_are_moved_by_hand_and_keys(tabs: Any, tmp_path: Path) -> None:
-    tab = opened(tabs, tmp_path, "report", UPRIGHT)
+def plots_are_moved(tab: Any) -> None:
+    """On a phone, by hand and keys; on a wide screen they need not be."""
     plot = tab.locator("#plots figure").first
     sign = "one => getComputedStyle(one.querySelector('h2'), '::after').content"
     assert "↔" in plot.evaluate(sign)

@@ -80,7 +80,9 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             tab = tabs.new()
             tab.context.set_offline(False)
             tab.goto(f"{address}#paused")
-            tab.wait_for_selector("#live.wrong:text('waypoints')")  # wrong before there is a motion
+            tab.wait_for_selector(
+                "#live.wrong:text('waypoints'):text('mended in the file')"
+            )  # at first
             save(task, good)
             tab.wait_for_selector("html[data-ready=true]", state="attached")
             tab.evaluate("viewer.camera.position.x += 0.5; viewer.controls.update()")

@@ -10,35 +10,15 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from walls import DOWN, WALL, at, past
 
-DOWN = [180, 0, 0]
 ONE = "way: clear at 'there' lets the motion find its way (not tried)"
 
 
-def at(name: str, y: float, **more: Any) -> dict[str, Any]:
-    pose = {"position": [450, y, 100], "rpy": DOWN}
-    return {"name": name, "pose": pose, "stop": True, **more}
-
-
 def across(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
-    """The tool of a UR5 goes through a wall, to 'there' and wherever else."""
-    return {
-        "robot": "ur5",
-        "units": {"length": "mm", "angle": "deg"},
-        "limits": {"acceleration": 460, "jerk": 11500},
-        "tool": {
-            "offset": {"position": [0, 0, 120]},
-            "shape": {"cylinder": {"radius": 20, "length": 120}, "position": [0, 0, 60]},
-        },
-        "scene": {
-            "objects": {
-                "wall": {"box": [500, 30, 400], "position": [450, 0, 190]},
-                "beam": {"box": [500, 30, 300], "position": [450, 0, 850]},
-            }
-        },
-        "waypoints": [at("here", -250), at("there", 250, after=3), *others],
-        **more,
-    }
+    """The tool goes through the wall, to 'there' and wherever else."""
+    waypoints = [at("here", -250), at("there", 250, after=3), *others]
+    return past(waypoints=waypoints, scene={"objects": WALL}, **more)
 
 
 def told(given: dict[str, Any], **options: Any) -> list[str]:

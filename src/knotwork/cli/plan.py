@@ -37,8 +37,7 @@ from knotwork.storage import trajectory_to_dict
     "-o",
     metavar="DIR",
     type=NewPath(),
-    help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in one "
-    "subfolder for each.",
+    help="Write trajectory.json, samples.csv and report.json there, for one scenario.",
 )
 @planner_option
 @click.option(
@@ -73,10 +72,10 @@ def plan(
     SCENARIO is the name of a shipped scenario (listed by `knotwork scenarios`) or the path of a
     YAML file: `knotwork schema` prints its schema, and the shipped ones are examples.
     """
-    if freeze is not None and len(scenarios) > 1:
-        raise InputError(f"--freeze takes one scenario, not {len(scenarios)}")
+    for name, target in (("--freeze", freeze), ("--out", out)):
+        if target is not None and len(scenarios) > 1:
+            raise InputError(f"{name} takes one scenario, not {len(scenarios)}")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
-    taken: dict[str, str] = {}
     for i, reference in enumerate(scenarios):
         which = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
         try:
@@ -88,10 +87,7 @@ def plan(
             if freeze is not None:
                 written.append(planned.freeze(freeze))
             if out is not None:
-                folder = (
-                    out / _folder_name(planned, taken, reference) if len(scenarios) > 1 else out
-                )
-                written += planned.save(folder, rate=rate)
+                written += planned.save(out, rate=rate)
             results.append((reference, planned, written))
         except KnotworkError as error:
             results.append((reference, error, []))
@@ -127,23 +123,6 @@ def print_plan(
         echo(f"wrote {path}")
     if alone and not full:
         print_next(with_robot=result.report.robot is not None)
-
-
-def _folder_name(result: Plan, taken: dict[str, str], reference: str) -> str:
-    """Name of the scenario's folder, unique among several."""
-    name = Path(result.scenario.name).name
-    if name in ("", ".."):
-        raise InputError(
-            f"scenario name {result.scenario.name!r} can't be a folder name; plan it alone or "
-            "rename it"
-        )
-    if name in taken:
-        raise InputError(
-            f"two scenarios are named {name!r}, here and in {taken[name]}; their files would "
-            "overwrite each other: plan them one by one or rename one"
-        )
-    taken[name] = reference
-    return name
 
 
 def _verdict(result: Plan | KnotworkError) -> int:

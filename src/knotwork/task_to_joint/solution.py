@@ -75,7 +75,7 @@ class Infeasibility:
 
     @property
     def remedy(self) -> str:
-        """The end of the sentence, which says what is feasible."""
+        """Feasible values, from the end of the sentence."""
         return self.sentence.rpartition("; ")[2]
 
     def __str__(self) -> str:

@@ -33,6 +33,8 @@ MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS, MOST_REASON_LETTERS = 16,
 # Gap between names, in points; width of letters, as a fraction of the font size.
 GAP, LETTER, LINE = 4.0, 0.65, 1.3
 MARGIN = 0.012
+# Steps between numbers beside a panel, where it is high enough.
+MOST_NUMBERS = 5
 # Shortest drawn contact, as a fraction of the motion.
 LEAST_SPAN = 0.003
 SEGMENTS = ("tool path", "way", "wait")
@@ -111,7 +113,7 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
     """Mark tool paths, clear motions, waits and events on the upper edge of the first panels."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
     events = [one for one in motion.trajectory.events if start <= one.time <= end]
-    said = ", ".join(dict.fromkeys(one.said for one in events))
+    switched = ", ".join(dict.fromkeys(one.said for one in events))
     marked = {"event": [one.time for one in events]}
     for kind in SEGMENTS:
         spans = (
@@ -124,7 +126,7 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
         upright: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
         for kind, times in marked.items():
             if times:
-                gid = f"event:{said}" if kind == "event" else kind
+                gid = f"event:{switched}" if kind == "event" else kind
                 top.plot(times, [1.0] * len(times), gid=gid, **LOOKS[kind], **upright)
 
 
@@ -138,6 +140,9 @@ def mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
         span = [max(start - least, low), min(end + least, high)]
         upright = axis.get_xaxis_transform()
         axis.fill_between(span, 0.0, 1.0, transform=upright, gid="contact", **look)
+        for text in axis.texts:
+            if text.get_gid() == "note":
+                text.set_bbox(None)  # it would break the mark off
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
@@ -167,12 +172,14 @@ def curve_legend(
 
     handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
     names = shortened(curves, MOST_LEGEND_LETTERS)
-    told = [
+    reason_texts = [
         textwrap.shorten(printable(one), MOST_REASON_LETTERS, placeholder=" …") for one in reasons
     ] or [""] * len(names)
-    words = [f"{name}: {why}" if why else name for name, why in zip(names, told, strict=True)]
+    words = [
+        f"{name}: {why}" if why else name for name, why in zip(names, reason_texts, strict=True)
+    ]
     legend = add_legend(figure, handles, words, "upper", title)
-    for text, why in zip(legend.get_texts(), told, strict=True):
+    for text, why in zip(legend.get_texts(), reason_texts, strict=True):
         if why:
             text.set_color(WRONG)
 
@@ -291,4 +298,16 @@ def settle(figure: Figure, rows: int, *, grows: bool = True) -> None:
     if grows and height < least:
         figure.set_figheight(figure.get_figheight() + rows * (least - height))
         figure.draw_without_rendering()
+    for axis in figure.axes:
+        _thin_numbers(axis, axis.get_window_extent().height * 72.0 / figure.dpi)
     figure.set_layout_engine("none")
+
+
+def _thin_numbers(axis: Axes, height: float) -> None:
+    """Leave as many numbers beside a panel of a height, in points, as can be read."""
+    from matplotlib.ticker import MaxNLocator
+
+    sizes = [float(label.get_fontsize()) for label in axis.get_yticklabels()]
+    most = int(height / (1.5 * max(sizes, default=SMALL)))
+    if isinstance(axis.yaxis.get_major_locator(), MaxNLocator) and most < MOST_NUMBERS:
+        axis.yaxis.set_major_locator(MaxNLocator(max(most, 1)))

@@ -18,6 +18,7 @@ from knotwork.metrics.deviation import (
 )
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
+from knotwork.polynomial.refined import refined
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.view.clearance_curve import clearance_curve
@@ -124,6 +125,7 @@ def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iter
     """
     curve = motion.curve
     count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
+    curve = _cut(curve, count * float(curve.x[-1] - curve.x[0]) / POINTS)
     (time, q), (_, v), (_, a) = (piecewise_values(curve, order, count) for order in range(3))
     jumps = [measured_jumps(curve, order) for order in orders]
     places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
@@ -136,6 +138,13 @@ def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iter
     index = np.searchsorted(time, also, side="right")
     found = measured(*(curve(also, order) for order in range(3)))
     return np.insert(time, index, also), np.insert(values, index, found, axis=0)
+
+
+def _cut(curve: PiecewisePolynomial, span: float) -> PiecewisePolynomial:
+    """The same curve with long pieces cut into ones of about a span [s]."""
+    ends = zip(curve.x[:-1], curve.x[1:], strict=True)
+    times = [np.linspace(a, b, int((b - a) / span) + 1)[1:-1] for a, b in ends]
+    return refined(curve, np.concatenate(times))
 
 
 def speed_errors(motion: Motion) -> Curve:

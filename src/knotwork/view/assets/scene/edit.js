@@ -7,6 +7,7 @@ const KEYS = {
 };
 const GROUPS = [["waypoints", ["waypoints"]], ["objects", ["scene", "objects"]], ["frames", ["frames"]], ["task", []]];
 const PARTS = ["limits", "tolerances", "tool", "collisions"];
+const quoted = (name) => (/^waypoint \d+$/.test(name) ? name : `'${name}'`); // as messages have it
 const within = (data, at) => at.reduce((part, key) => part?.[key], data);
 
 class Editing {
@@ -47,7 +48,8 @@ class Editing {
           button("remove", "remove", "take this part out of the task", () => this.remove())),
         made("div", { className: "tools" },
           button("add-here", "+ waypoint", "a waypoint where the arm is at the time shown", () => this.add("pose")),
-          button("add-box", "+ box", "an object to be placed", () => this.add("box")))));
+          button("add-box", "+ box", "an object to be placed", () => this.add("box"))),
+        made("p", { id: "add-where", className: "where" })));
     this.panel.addEventListener("keydown", (event) => event.stopPropagation());
     byId("bar").before(this.panel);
     // What is seen keeps clear of the panel.
@@ -99,6 +101,23 @@ class Editing {
 
   arrange() {
     this.gizmo.arrange();
+    this.where();
+  }
+
+  // Where waypoints that are added will be
+  where() {
+    const { player, data } = this.stage;
+    if (!this.draft?.data) return;
+    const time = player.start + player.time;
+    const before = data.waypoints.filter((one) => one.time <= time + AT_FRAME).at(-1);
+    const named = (at) => within(this.draft.data, at).name ?? this.called(at);
+    byId("add-where").textContent = `+ waypoint: at ${time.toFixed(2)} s${before ? `, after ${quoted(before.name)}` : ""}`;
+    byId("jog-where").textContent = `a waypoint here comes after ${quoted(named(this.after()))}`;
+  }
+
+  // The waypoint that is chosen, or the last one
+  after() {
+    return this.part?.[0] === "waypoints" ? this.part : ["waypoints", this.draft.data.waypoints.length - 1];
   }
 
   // Ask for an action; errors are shown until the next one.
@@ -241,6 +260,7 @@ class Editing {
     };
     byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: typeof one.value === "string" ? "" : this.draft.units[JSON.stringify(one.at)] }, this.part?.length, uses)));
     if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
+    this.where();
   }
 
   // A key that the part does not have yet
@@ -260,7 +280,8 @@ class Jog {
       made("div", { id: "sliders" }),
       made("div", { className: "tools" },
         button("jog-pose", "waypoint here", "after the chosen waypoint, where the tool is", () => this.add("pose")),
-        button("jog-joints", "as joints", "the same, given by joint values", () => this.add("joints"))));
+        button("jog-joints", "as joints", "the same, given by joint values", () => this.add("joints"))),
+      made("p", { id: "jog-where", className: "where" }));
     editing.panel.append(this.panel);
     this.panel.addEventListener("toggle", () => (this.panel.open ? this.begin() : this.end()));
   }
@@ -357,8 +378,6 @@ class Jog {
   }
 
   add(what) {
-    const { part } = this.editing;
-    const after = part?.[0] === "waypoints" ? part : ["waypoints", this.editing.draft.data.waypoints.length - 1];
-    return this.editing.add(what, { q: this.q, after });
+    return this.editing.add(what, { q: this.q, after: this.editing.after() });
   }
 }

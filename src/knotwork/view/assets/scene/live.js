@@ -52,6 +52,6 @@ function awaitFirst() {
     const state = JSON.parse(event.data);
     if (state.version > 0) location.reload();
     byId("live").className = state.error ? "wrong panel" : "panel";
-    byId("live").textContent = state.error || "planning …";
+    byId("live").textContent = state.error ? `${state.error}. This page goes on when that is mended in the file.` : "planning …";
   };
 }
