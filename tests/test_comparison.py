@@ -138,7 +138,7 @@ def test_a_rule_after_a_colon_makes_a_row_of_its_own() -> None:
         (["quintic:balanced"], "balanced"),
         (["quintic:"], "quintic"),
         (["quintik"], "did you mean 'quintic'"),
-        ([], "no planner to compare.*modified-hermite"),
+        ([], "no planner is given.*modified-hermite"),
     ],
 )
 def test_wrong_planners_are_an_error_before_any_work(names: list[str], says: str) -> None:

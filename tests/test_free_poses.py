@@ -313,7 +313,7 @@ def test_normals_of_points_give_the_axis_and_free_the_turn(tmp_path: Path) -> No
 def test_normals_need_a_free_turn_and_an_axis_that_begins_along_them(tmp_path: Path) -> None:
     task = dome(tmp_path)
     task["waypoints"][1]["free"] = "none"
-    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*normals do not say"):
+    with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*normals leave the turn"):
         kw.load_scenario(written(task, tmp_path))
     task = dome(tmp_path)
     task["waypoints"][0]["pose"] = {"position": task["waypoints"][0]["pose"]["position"], **DOWN}

@@ -109,7 +109,7 @@ def test_points_are_points_of_themselves() -> None:
             motion_points(points, **options)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="options already"):
         to_csv(table, rate=10.0)
-    with pytest.raises(InputError, match="no motion to sample"):
+    with pytest.raises(InputError, match="points can't be sampled"):
         to_csv(points)
 
 

@@ -217,4 +217,4 @@ def test_pictures_are_taken_from_the_package_alone(
     urdf = path.with_name("arm.urdf")
     urdf.write_text(tower(mesh_visuals(["a.dae"])), encoding="utf-8")
     said = "".join(shape_warnings(kw.load_robot(urdf).with_tool("c")))
-    assert ("it colours is drawn grey" in said) == (not taken)
+    assert ("surfaces are drawn grey" in said) == (not taken)

@@ -226,7 +226,7 @@ def test_what_can_not_carry_poses_is_refused() -> None:
     axes["waypoints"][0]["velocity"]["in"] = "base"
     assert "velocity.in: frame 'base' is in the base, and the pose on link 'plate'" in refused(axes)
     floor = {"objects": {"floor": {"half_space": {"normal": [0, 0, 1], "offset": -0.1}}}}
-    assert "moves with frame 'base', seen from the poses" in refused(on_table(scene=floor))
+    assert "moves with frame 'base' relative to the poses" in refused(on_table(scene=floor))
     robot = kw.load_robot(CELL).with_base("plate")
     with pytest.raises(kw.errors.RobotError, match="efforts are not known where 'plate' moves"):
         robot.torque(*np.zeros((3, 8)))

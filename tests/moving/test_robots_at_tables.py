@@ -92,4 +92,4 @@ def test_another_robot_beside_a_task_on_a_table(
 def test_it_does_not_stand_on_the_table(folder: Path) -> None:
     left = {"scenario": str(write(folder / "left.yaml", LEFT)), "in": "part"}
     said = refused(task(folder, scene={"robots": {"left": left}}))
-    assert "scene.robots.left.in: frame 'part' moves, and the robot's base can't" in said
+    assert "scene.robots.left.in: frame 'part' moves; the robot's base must not" in said

@@ -142,9 +142,9 @@ TORSO = """<link name="torso"/><joint name="torso turn" type="revolute"><parent 
 @pytest.mark.parametrize(
     ("left", "right", "words"),
     [
-        (None, 0.0, "joint 'torso turn', which the motion of .* moves, carries the arm of"),
-        (0.0, None, "joint 'torso turn', which the motion of .* moves, carries the arm of"),
-        (0.0, 0.5, "joint 'torso turn' stands at 0 for .* and at 0.5 for"),
+        (None, 0.0, "joint 'torso turn' is moved by the motion of .* and carries the arm of"),
+        (0.0, None, "joint 'torso turn' is moved by the motion of .* and carries the arm of"),
+        (0.0, 0.5, "joint 'torso turn' is at 0 for .* and at 0.5 for"),
         (0.5, 0.5, None),
     ],
 )

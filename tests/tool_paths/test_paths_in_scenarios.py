@@ -191,8 +191,8 @@ def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None
     with pytest.raises(InputError) as error:
         kw.plan(task(FIRST, seam, UP))
     said = str(error.value)
-    assert "waypoints[1].along: the first point is 80 mm from waypoints[0]" in said
-    assert "no farther from them than 60 mm" in said
+    assert "waypoints[1].along: its first point is 80 mm from waypoints[0]" in said
+    assert "at most this far from them: 60 mm" in said
 
 
 def test_the_least_wait_is_one() -> None:
@@ -205,7 +205,7 @@ def test_the_least_wait_is_one() -> None:
 @pytest.mark.parametrize(("speed", "stop"), [(1e-6, {"stop": True}), (1e-9, {})])
 def test_the_least_speed_whose_ramps_times_resolve_is_named(speed: float, stop: Any) -> None:
     first, line = {**FIRST, "stop": True}, {**LINE, "speed": speed, **stop}
-    words = r"waypoints\[1\]\.speed: is so slow that times.*at least ([0-9.e-]+) mm/s"
+    words = r"waypoints\[1\]\.speed: is too slow to resolve.*at least ([0-9.e-]+) mm/s"
     with pytest.raises(InputError, match=words) as error:
         kw.load_scenario(task(first, line, UP))
     least = float(re.search(words, str(error.value))[1])  # type: ignore[index]

@@ -104,7 +104,7 @@ def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
     tab.goto(page.save(tmp_path / "report.html").as_uri())
     said = tab.inner_text("#view")
     assert "names no robot" in said
-    assert "plots of the joints only" in said
+    assert "only joint plots" in said
     assert "names no robot" in page.warnings[0]
     assert tab.locator("iframe").count() == 0
     assert tab.locator("#still").count() == 0

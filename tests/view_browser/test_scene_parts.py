@@ -23,7 +23,7 @@ LEAST_RATE = 60.0  # frames a second
 
 def shape_warnings(page: Page) -> list[str]:
     """What a page warns of but the tool, which a motion alone does not name."""
-    return [said for said in page.warnings if "does not name the tool" not in said]
+    return [said for said in page.warnings if "does not name its tool" not in said]
 
 
 ONE_SHAPE = """<robot name="one">
@@ -197,7 +197,7 @@ def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
     trajectory = kw.plan("planar2_closed_form").trajectory
     robot = kw.load_robot("planar2")
     (warning,) = view_trajectory(robot, trajectory).warnings
-    assert "does not name the tool" in warning
+    assert "does not name its tool" in warning
     assert f"frame {robot.tool_frame!r}" in warning
     offset = pin.SE3(np.eye(3), np.array([0, 0, 0.1]))
     assert not view_trajectory(robot.with_tool(robot.tool_frame, offset), trajectory).warnings

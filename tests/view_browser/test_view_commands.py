@@ -39,7 +39,7 @@ def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(run: Any, tmp_p
         assert (ran.code, ran.out.strip()) == (0, "wrote a.html"), ran.err
         text = (tmp_path / "a.html").read_text(encoding="utf-8")
         for said in (ran.err, text):
-            assert ("does not name the tool" in said) == (option[0] == "--robot")
+            assert ("does not name its tool" in said) == (option[0] == "--robot")
         (tmp_path / "a.html").unlink()
     for options, words in (
         ((), "--scenario"),

@@ -30,9 +30,9 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
     message = f"no motion {what} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    said = _duration(chosen)
-    brief = said.removeprefix("times chosen: ")
-    yield replace(_of_motion("chosen_times", said, verdict=verdict), brief=brief)
+    message = _duration(chosen)
+    brief = message.removeprefix("times chosen: ")
+    yield replace(_of_motion("chosen_times", message, verdict=verdict), brief=brief)
     unlimited = _unlimited(space)
     if unlimited:
         yield _of_motion("acceleration_limit", unlimited, verdict="warning")
@@ -119,10 +119,10 @@ def _assumed(chosen: ChosenTimes) -> str:
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
     for name, bound in chosen.assumed_jerk.items():
-        said = chosen.scenario.units.text(bound, rate_unit(units[name], 3))
-        joints.setdefault(said, []).append(name)
-    said = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
-    return f"no jerk limit is given, so one is assumed: {said}"
+        text = chosen.scenario.units.text(bound, rate_unit(units[name], 3))
+        joints.setdefault(text, []).append(name)
+    text = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
+    return f"no jerk limit is given, so one is assumed: {text}"
 
 
 def _how_long(share: float | None) -> str:

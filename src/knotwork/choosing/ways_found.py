@@ -46,21 +46,21 @@ def ways_found(
         count = run.way
         start, end = (scenario.waypoints[found[k]] for k in (0, -1))
         tries = "1 try" if count == 1 else f"{count} tries"
-        said = f"{start.name} to {end.name}: clear motion found in {tries}"
+        message = f"{start.name} to {end.name}: clear motion found in {tries}"
         room = ""
         if run.room is not None:
             room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
-        said += room
+        message += room
         interval = (start.time, end.time)
         way = part(motion.curve, *interval), resolution, SHOWN
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None
-        brief = said
+        brief = message
         if least is not None:
             value, time = least.distance, least.time
             clearance = f"minimum clearance {scenario.units.text(value, 'm', '.3g')}"
-            said += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
+            message += f", {clearance} ({least.second.name}, {least.first.name}) at {time:.2f} s"
             brief = f"{start.name} to {end.name}:{room}{',' if room else ''} {clearance}"
         yield Finding(
             group=GROUP,
@@ -68,7 +68,7 @@ def ways_found(
             name=end.name,
             quantity="way",
             verdict="information",
-            message=said,
+            message=message,
             value=value,
             unit="m" if value is not None else "",
             time=time,

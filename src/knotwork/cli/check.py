@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from knotwork import pipeline
+from knotwork.cli.clearance_check import check_together, with_options
 from knotwork.cli.logs import (
     LogOptions,
     log_beside_plan,
@@ -36,7 +37,6 @@ from knotwork.cli.parameters import (
 from knotwork.cli.short_report import print_next, print_short
 from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
-from knotwork.cli.together import check_together, with_options
 from knotwork.errors import DocumentError, InputError
 from knotwork.recording import compare_log
 from knotwork.scenario import Scenario

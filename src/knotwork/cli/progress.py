@@ -38,14 +38,14 @@ def shown_progress(name: str, quiet: bool = False) -> Iterator[Callable[[Progres
         name: Name of the scenario.
         quiet: Show nothing.
     """
-    begun, told = time.monotonic(), list["Progress"]()
+    begun, updates = time.monotonic(), list["Progress"]()
 
     def state() -> State:
-        share, known = plan_state(told[-1]) if told else (None, "planning")
+        share, known = plan_state(updates[-1]) if updates else (None, "planning")
         return share, f"{name}: {time.monotonic() - begun:.0f} s, {known}"
 
     with _shown(state, quiet, PLAN_INTERVAL):
-        yield None if quiet else lambda at: told.__setitem__(slice(None), [at])
+        yield None if quiet else lambda at: updates.__setitem__(slice(None), [at])
 
 
 def plan_state(at: Progress) -> State:
@@ -63,15 +63,15 @@ def plan_state(at: Progress) -> State:
 @contextmanager
 def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
     """Show rows, rate, time left and how many pass."""
-    told = list["SweepProgress"]()
+    updates = list["SweepProgress"]()
 
     def state() -> State:
-        if not told:
+        if not updates:
             return None, "planning"
-        return told[-1].done / max(told[-1].total, 1), progress_line(told[-1])
+        return updates[-1].done / max(updates[-1].total, 1), progress_line(updates[-1])
 
     with _shown(state, quiet, SWEEP_INTERVAL):
-        yield None if quiet else lambda at: told.__setitem__(slice(None), [at])
+        yield None if quiet else lambda at: updates.__setitem__(slice(None), [at])
 
 
 @contextmanager

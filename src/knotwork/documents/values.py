@@ -130,8 +130,10 @@ class Forms:
             return None if unknown else _kind(value)
 
         tagged: Any = Union[tuple(Annotated[part, Tag(kind)] for part, kind, _ in parts)]  # noqa: UP007 - of parts
-        told = Discriminator(kind_of, custom_error_type="kind", custom_error_message=self.accepted)
-        return handler.generate_schema(Annotated[tagged, told])
+        discriminator = Discriminator(
+            kind_of, custom_error_type="kind", custom_error_message=self.accepted
+        )
+        return handler.generate_schema(Annotated[tagged, discriminator])
 
 
 def _form(part: Any) -> tuple[str, tuple[Any, ...]]:

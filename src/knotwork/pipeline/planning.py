@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.pipeline.avoidance import best_of_sequences
+from knotwork.pipeline.execution import ExecutionMixin
 from knotwork.pipeline.infeasibility import infeasible
 from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import Interpolation, Knots
 from knotwork.pipeline.replanning import scenario_from
-from knotwork.pipeline.under_way import UnderWay
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.scenario.events import found_ways, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
@@ -38,7 +38,7 @@ MOST_TIMED = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(UnderWay, PlanFiles):
+class Plan(ExecutionMixin, PlanFiles):
     """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
 
     Attributes:

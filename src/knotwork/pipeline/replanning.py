@@ -9,7 +9,7 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import nameless
-from knotwork.pipeline.scene_then import by_joint, held_at
+from knotwork.pipeline.remaining_scene import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.events import action_of
 from knotwork.scenario.joint_space import moved_robot

@@ -14,7 +14,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import raised
 from knotwork.polynomial.refined import part, refined
 from knotwork.recording.alignment import Alignment
-from knotwork.recording.lateness import said
+from knotwork.recording.lateness import delay_text
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
@@ -76,7 +76,7 @@ def deviation_findings(
         f"{one.name or 'tool'} up to {units.text(_size(one), one.unit, '.3g')} off at {one.when} s"
         for one in worst
     )
-    late = said(alignment.delays)
+    late = delay_text(alignment.delays)
     sentence = (
         f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"

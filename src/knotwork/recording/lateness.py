@@ -126,7 +126,7 @@ def _squares(curve: Smoothed, plan: JointTrajectory, shift: float, spans: list[D
     return sum(float((_samples(curve, plan, shift, one)[1] ** 2).sum()) for one in spans)
 
 
-def said(spans: tuple[Delay, ...]) -> str:
+def delay_text(spans: tuple[Delay, ...]) -> str:
     """Delays in words, such as "0.4 s late from 29.3 s on"; empty without any."""
     worst = max(spans, key=lambda one: abs(one.late))
     if worst.late == 0.0:

@@ -72,28 +72,28 @@ class Carriers:
                 )
         return found
 
-    def stands(self, i: int) -> bool:
+    def is_fixed(self, i: int) -> bool:
         """Whether the pose of a waypoint is fixed in the base while joints move other poses."""
         if i < 0 or not self.link or isinstance(self.file.waypoints[i], JointWaypoint):
             return False
         return not self.frames.moving[self._frame(i, self.file.waypoints[i])].link
 
-    def of(self, i: int) -> MovingFrame | None:
+    def frame_of(self, i: int) -> MovingFrame | None:
         """The moving frame of a waypoint's pose; `None` for a fixed pose or joint values."""
         if not self.any or i < 0 or isinstance(self.file.waypoints[i], JointWaypoint):
             return None
         frame = self.frames.moving[self._frame(i, self.file.waypoints[i])]
         return replace(frame, link="") if frame.moves else None
 
-    def of_path(self, first: int, last: int) -> MovingFrame | None:
+    def frame_of_path(self, first: int, last: int) -> MovingFrame | None:
         """The moving frame of a path.
 
         Raises:
             DocumentError: The waypoints do not move together.
         """
-        found = self.of(last)
+        found = self.frame_of(last)
         for i in range(first, last):
-            if _joints(self.of(i)) != _joints(found):
+            if _joints(self.frame_of(i)) != _joints(found):
                 raise self.places.error(
                     ("waypoints", i),
                     f"does not move with waypoint {last + 1}, the next one of the path",
@@ -132,16 +132,16 @@ class Carriers:
                     "covers the whole path; or a path before or after that time",
                 )
 
-    def then(self, i: int, time: float, length: float) -> str:
+    def position_note(self, i: int, time: float, length: float) -> str:
         """A note on the position of a waypoint's frame at its time [s], in a unit of length."""
-        frame = self.of(i)
+        frame = self.frame_of(i)
         if frame is None:
             return ""
         x, y, z = frame.at(time).translation / length
         name = self._frame(i, self.file.waypoints[i])
         return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
 
-    def alongside(
+    def neighbours_in_frame(
         self, i: int, poses: Mapping[int, pin.SE3], times: Sequence[float]
     ) -> Mapping[int, pin.SE3]:
         """Poses near a waypoint, each at its time, relative to its moving frame.
@@ -153,19 +153,19 @@ class Carriers:
         """
         if not self.any:
             return poses
-        own, seen = self.of(i), {}
+        own, seen = self.frame_of(i), {}
         for k in range(i - 2, i + 3):
             if k not in poses:
                 continue
-            other, seen[k] = self.of(k), poses[k]
+            other, seen[k] = self.frame_of(k), poses[k]
             if _joints(other) != _joints(own):
                 seen[k] = seen[k] if other is None else other.carried(seen[k], times[k])
                 seen[k] = seen[k] if own is None else own.uncarried(seen[k], times[k])
         return seen
 
-    def axes(self, i: int, name: str, time: float) -> FloatArray:
+    def frame_axes(self, i: int, name: str, time: float) -> FloatArray:
         """Axes of a frame at a time [s], relative to the moving frame of a waypoint."""
-        own, other = self.of(i), self.frames.moving[name]
+        own, other = self.frame_of(i), self.frames.moving[name]
         if _joints(own) == other.joints:
             return np.array(self.frames[name].rotation)
         turn = np.array(other.at(time).rotation)
@@ -178,16 +178,16 @@ class Carriers:
             DocumentError: A chosen speed, or an orientation relative to another motion.
         """
         place: Location = ("waypoints", i)
-        own, asked = self.of(i), waypoint.orientation_in
+        own, asked = self.frame_of(i), waypoint.orientation_in
         link = self.frames.moving[self._frame(i, waypoint)].link
-        if self.stands(i) and own is not None:
+        if self.is_fixed(i) and own is not None:
             raise self.places.error(
                 place,
                 f"is in frame {self._frame(i, waypoint)!r}, which moves, and other poses are "
                 f"{_on(self.link)}",
                 "a fixed frame, or a task without the other poses",
             )
-        if isinstance(waypoint, PathWaypoint) and (self.stands(i) or self.stands(i - 1)):
+        if isinstance(waypoint, PathWaypoint) and (self.is_fixed(i) or self.is_fixed(i - 1)):
             raise self.places.error(
                 place,
                 f"ends a path with poses in the base, and other poses are {_on(self.link)}",
@@ -223,7 +223,7 @@ class Carriers:
                 "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
             )
 
-    def met(self, free: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
+    def mark_arrivals(self, free: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
         """The unknowns, with the waypoints whose pose depends on their time.
 
         Args:
@@ -235,7 +235,9 @@ class Carriers:
         """
         if free is None or not self.any:
             return free
-        late = [i for i in range(free.first_untimed, len(index)) if self.of(index[i]) is not None]
+        late = [
+            i for i in range(free.first_untimed, len(index)) if self.frame_of(index[i]) is not None
+        ]
         meets = tuple(sorted({*late, *free.meets}))
         if late and free.total is not None:
             i = index[late[0]]

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 class JointValues:
     """Values by joint name as given in the file, in its units.
 
-    Angles and lengths are told apart by the joint: `joint_space` converts them to SI.
+    The joint decides between angle and length: `joint_space` converts them to SI.
 
     Attributes:
         values: Numbers by joint name, or pairs for position limits; or one number for every

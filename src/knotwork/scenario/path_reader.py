@@ -98,7 +98,7 @@ class PathReader:
                 )
 
     def _path(self, first: int, last: int, start: float) -> ScenarioPath:
-        carrier = self.carriers.of_path(first, last)
+        carrier = self.carriers.frame_of_path(first, last)
         given = [self.curves.waypoint(i) for i in range(first + 1, last + 1)]
         curves = [self.curves.curve(i) for i in range(first + 1, last + 1)]
         turns = [

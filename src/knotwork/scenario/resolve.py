@@ -101,7 +101,7 @@ class _Resolver:
         waypoints, paths = self.reader.waypoints()
         free = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
-            free = self.reader.carriers.met(free, self.reader.indices)
+            free = self.reader.carriers.mark_arrivals(free, self.reader.indices)
         units = Units(file.units.length, file.units.angle)
         events = EventReader(file, self.places, units, waypoints, paths, self.reader.indices)
         return Scenario(

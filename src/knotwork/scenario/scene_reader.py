@@ -118,7 +118,9 @@ def _held(
     shape = _shape(reader, given, place, moves=True)
     ends = (reader.indices[names.index(one)] for one in (given.take, given.leave))
     still = replace(reader.frames.moving["base"], link=STANDING)
-    taken, left = (still if reader.carriers.stands(i) else reader.carriers.of(i) for i in ends)
+    taken, left = (
+        still if reader.carriers.is_fixed(i) else reader.carriers.frame_of(i) for i in ends
+    )
     payload = read_payload(given, reader.places, place)
     return HeldObject(
         name, shape, given.take, given.leave, tuple(given.allow), (taken, left), appears, payload

@@ -106,7 +106,7 @@ class WaypointReader:
             if waypoint.wait is not None:
                 end = times[i] + waypoint.wait
                 over = replace(made, name=WAITED.format(names[i]), time=end)
-                carrier = self.carriers.of(i)
+                carrier = self.carriers.frame_of(i)
                 if carrier is not None and isinstance(made, CartesianWaypoint):
                     from knotwork.scenario.path_reader import wait_on
 
@@ -137,15 +137,15 @@ class WaypointReader:
             joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
             return JointTarget(name, times[i], joints, velocity, where)
         pose, twist = self._state(i, waypoint, poses, times, motion)
-        where += self.carriers.then(i, times[i], self.length)
-        rides = waypoint.wait is not None and self.carriers.of(i) is not None
+        where += self.carriers.position_note(i, times[i], self.length)
+        rides = waypoint.wait is not None and self.carriers.frame_of(i) is not None
         if freedom is not None and freedom.moves and (rides or twist.vector.any()):
             raise self.places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        stands = bool(self.file.frames) and self.carriers.stands(i)
+        stands = bool(self.file.frames) and self.carriers.is_fixed(i)
         return CartesianWaypoint(name, times[i], pose, twist, where, freedom, stands)
 
     def _state(
@@ -159,7 +159,7 @@ class WaypointReader:
         """Pose and velocity of a waypoint in the base; a frame that moves carries both."""
         import pinocchio as pin
 
-        frame = self.carriers.of(i)
+        frame = self.carriers.frame_of(i)
         if motion is not None and not self._stops(i):
             twist = motion.twist(times[i])
             if motion.carrier is not None:
@@ -167,7 +167,7 @@ class WaypointReader:
         else:
             twist = pin.Motion.Zero()
             if isinstance(waypoint, PoseWaypoint):
-                near = self.carriers.alongside(i, poses, times)
+                near = self.carriers.neighbours_in_frame(i, poses, times)
                 twist = self._twist(i, waypoint, near, times[i])
             if frame is not None:
                 twist = frame.carried_twist(poses[i], twist, times[i])
@@ -320,7 +320,7 @@ class WaypointReader:
         if isinstance(velocity, Velocity):
             axes = velocity.axes or self.frame(i, waypoint)
             self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-            turn = poses[i].rotation if axes == "tool" else self.carriers.axes(i, axes, time)
+            turn = poses[i].rotation if axes == "tool" else self.carriers.frame_axes(i, axes, time)
             linear, angular = np.array(velocity.linear), np.array(velocity.angular)
             return pin.Motion(turn @ linear, turn @ angular)
         if velocity is None and speed is not None:

@@ -91,11 +91,11 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
 
 
 def in_one_cell(own: Robot, theirs: Robot) -> bool:
-    """Whether two robots are arms of one URDF, which says how they stand to one another.
+    """Whether two robots are arms of one URDF, which defines their relative placement.
 
     Raises:
-        InputError: They are, but a joint carries an arm that only the other one's motion moves, or
-            that stands at two places.
+        InputError: A joint carries an arm but only moves in the other one's motion, or is at two
+            places.
     """
     if own.urdf != theirs.urdf or {*own.joint_names} & {*theirs.joint_names}:
         return False
@@ -104,15 +104,15 @@ def in_one_cell(own: Robot, theirs: Robot) -> bool:
         carrying = frozenset().union(*(carriers[name] for name in other.joint_names))
         for joint in sorted(carrying & {*one.joint_names, *one.followers}):
             raise InputError(
-                f"joint {joint!r}, which the motion of {one.name!r} moves, carries the arm of "
-                f"{other.name!r}, whose motion has it standing; accepted: arms of one URDF on what "
-                f"stands, {joint!r} locked in both robot files"
+                f"joint {joint!r} is moved by the motion of {one.name!r} and carries the arm of "
+                f"{other.name!r}, whose motion keeps it fixed; accepted: arms of one URDF on a "
+                f"fixed base, {joint!r} locked in both robot files"
             )
         for joint in sorted(carrying & own.locked.keys() & theirs.locked.keys()):
             places = own.locked[joint], theirs.locked[joint]
             if abs(places[0] - places[1]) > SAME_PLACE:
                 raise InputError(
-                    f"joint {joint!r} stands at {places[0]:.6g} for {own.name!r} and at "
+                    f"joint {joint!r} is at {places[0]:.6g} for {own.name!r} and at "
                     f"{places[1]:.6g} for {theirs.name!r}, and carries the arm of {other.name!r}; "
                     "accepted: one place, in the `locked` of both robot files"
                 )

@@ -16,7 +16,7 @@ from pydantic import (
 from knotwork.documents.values import LARGEST, Forms, Number, Positive, Several, optional
 from knotwork.task.part import TaskPart
 
-# Shorter waits could not be told from rounding of times.
+# Shorter waits are indistinguishable from rounding of times.
 Wait = Annotated[Positive, Field(ge=1e-3)]
 
 

@@ -75,7 +75,7 @@ class Infeasibility:
 
     @property
     def remedy(self) -> str:
-        """What is feasible: the sentence ends with it."""
+        """Feasible values, from the end of the sentence."""
         return self.sentence.rpartition("; ")[2]
 
     def __str__(self) -> str:

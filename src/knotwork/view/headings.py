@@ -113,7 +113,7 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
     """Mark tool paths, clear motions, waits and events on the upper edge of the first panels."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
     events = [one for one in motion.trajectory.events if start <= one.time <= end]
-    said = ", ".join(dict.fromkeys(one.said for one in events))
+    switched = ", ".join(dict.fromkeys(one.said for one in events))
     marked = {"event": [one.time for one in events]}
     for kind in SEGMENTS:
         spans = (
@@ -126,7 +126,7 @@ def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
         upright: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
         for kind, times in marked.items():
             if times:
-                gid = f"event:{said}" if kind == "event" else kind
+                gid = f"event:{switched}" if kind == "event" else kind
                 top.plot(times, [1.0] * len(times), gid=gid, **LOOKS[kind], **upright)
 
 
@@ -172,12 +172,14 @@ def curve_legend(
 
     handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
     names = shortened(curves, MOST_LEGEND_LETTERS)
-    told = [
+    reason_texts = [
         textwrap.shorten(printable(one), MOST_REASON_LETTERS, placeholder=" …") for one in reasons
     ] or [""] * len(names)
-    words = [f"{name}: {why}" if why else name for name, why in zip(names, told, strict=True)]
+    words = [
+        f"{name}: {why}" if why else name for name, why in zip(names, reason_texts, strict=True)
+    ]
     legend = add_legend(figure, handles, words, "upper", title)
-    for text, why in zip(legend.get_texts(), told, strict=True):
+    for text, why in zip(legend.get_texts(), reason_texts, strict=True):
         if why:
             text.set_color(WRONG)
 

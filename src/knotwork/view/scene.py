@@ -96,7 +96,7 @@ def make_scene(
     same = before is not None and still["joints"] is before["joints"]
     objects, around = scene_objects(shown, size), other_robots(shown, size)
     things, labels, legend = _task_data(shown, motions, size)
-    feet, said = footing(shown.robot), [*warnings, *shown.shapes.warnings]
+    feet, notes = footing(shown.robot), [*warnings, *shown.shapes.warnings]
     return {
         **_description(shown),
         **still,
@@ -119,7 +119,7 @@ def make_scene(
             {"name": name, "failures": list(map(str, shown.judged(one).failures))}
             for name, one in (others or {}).items()
         ],
-        "warnings": [*said, *objects.warnings, *around.warnings, *unread],
+        "warnings": [*notes, *objects.warnings, *around.warnings, *unread],
     }
 
 

@@ -35,20 +35,22 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     """All that fails: the worst of each kind first, then the others in order of time.
 
     Each has its `line`, its `remedy`, all that is known of it in `fact`, the time to look `at`
-    [s], and what it does at other times in `also`. What was tried is said of the first collision.
+    [s], and what it does at other times in `also`. The first collision lists the tried remedies.
     """
     kinds = alike(report.failures)
     others = sorted((one for _, *more in kinds for one in more), key=lambda one: one.at or 0.0)
     found = [*(worst for worst, *_ in kinds), *others]
-    told = [_failure(one, report.units, scenario) for one in found]
+    failure_texts = [_failure(one, report.units, scenario) for one in found]
     first = next((i for i, one in enumerate(found) if one.bodies and not one.remedy), 0)
-    for one in map(str, report.tried if told else ()):
+    for one in map(str, report.tried if failure_texts else ()):
         advice, _, tried = one.partition("; tried: ")
         if advice.startswith("tried: "):
             advice, tried = "", advice.removeprefix("tried: ")
-        told[first]["remedy"] = "; ".join(filter(None, (told[first]["remedy"], advice)))
-        told[first]["fact"] += f"; tried: {tried}" if tried else ""
-    return told
+        failure_texts[first]["remedy"] = "; ".join(
+            filter(None, (failure_texts[first]["remedy"], advice))
+        )
+        failure_texts[first]["fact"] += f"; tried: {tried}" if tried else ""
+    return failure_texts
 
 
 def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:

@@ -30,7 +30,7 @@ CAPS, STRETCHES = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
 """Maximum overrides, and factors of the durations of changes, tried where limits are exceeded."""
 
 
-def run_by(
+def retimed(
     profile: Mapping[float, float],
     trajectory: JointTrajectory,
     times: FloatArray,
@@ -50,22 +50,22 @@ def run_by(
     Raises:
         InputError: The profile is invalid.
     """
-    curve, asked = trajectory.polynomial, checked_profile(profile)
+    curve, requested = trajectory.polynomial, checked_profile(profile)
 
-    def run(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
+    def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
         clock = profile.clock(trajectory.start_time, trajectory.duration)
-        through = inverse_time(clock, passed_times(times, clock)).tolist()
-        return cubic_through(composed(curve, clock), TOLERANCE, through)[0], clock
+        reached = inverse_time(clock, passed_times(times, clock)).tolist()
+        return cubic_through(composed(curve, clock), TOLERANCE, reached)[0], clock
 
-    motion, clock = run(asked)
-    if asked.rates.max() > 1.0 or keeps_limits(motion, curve, *limits):
+    motion, clock = execute(requested)
+    if requested.rates.max() > 1.0 or keeps_limits(motion, curve, *limits):
         return motion, clock, []
     tried = sorted(product(CAPS, STRETCHES), key=lambda one: 20.0 * (1.0 - one[0]) + one[1])
     for cap, stretch in tried:  # a lower override counts more than a slower change of it
-        found = _slower(asked, cap, stretch)
-        other, slower = run(found)
+        feasible = _slower(requested, cap, stretch)
+        other, slower = execute(feasible)
         if keeps_limits(other, curve, *limits):
-            return other, slower, [_told(asked, found, float(slower.x[-1]))]
+            return other, slower, [_override_finding(requested, feasible, float(slower.x[-1]))]
     return motion, clock, []
 
 
@@ -90,10 +90,10 @@ def passed_times(times: FloatArray, clock: PiecewisePolynomial) -> FloatArray:
     return passed
 
 
-def _told(asked: Profile, found: Profile, end: float) -> Finding:
+def _override_finding(requested: Profile, executed: Profile, end: float) -> Finding:
     """Finding on the override executed until a time, in place of the requested one."""
 
-    def said(profile: Profile) -> str:
+    def text(profile: Profile) -> str:
         count = int(np.searchsorted(profile.times, end)) + 1  # with the end of its last change
         pairs = zip(profile.times[:count], profile.rates[:count], strict=True)
         return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)
@@ -104,6 +104,6 @@ def _told(asked: Profile, found: Profile, end: float) -> Finding:
         "",
         "override",
         "warning",
-        f"the override {{{said(asked)}}} changes faster than limits of acceleration and jerk "
-        f"allow; executed instead: {{{said(found)}}}",
+        f"the override {{{text(requested)}}} changes faster than limits of acceleration and jerk "
+        f"allow; executed instead: {{{text(executed)}}}",
     )

@@ -11,8 +11,8 @@ import numpy as np
 
 from knotwork.documents import Document, edited
 from knotwork.errors import InputError
-from knotwork.pipeline.overrides import NEAR, TOLERANCE, passed_times, run_by
-from knotwork.pipeline.scene_then import by_joint, on_moving_frames, scene_from
+from knotwork.pipeline.remaining_scene import by_joint, on_moving_frames, scene_from
+from knotwork.pipeline.speed_override import NEAR, TOLERANCE, passed_times, retimed
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import first_rest, inverse_time, joint_stop, stop_on_path
 from knotwork.scenario import Scenario, resolved
@@ -39,7 +39,7 @@ CHOICES = (
 """Planning options of a task, of no use for a given motion."""
 
 
-class UnderWay:
+class ExecutionMixin:
     """Changes to a running plan."""
 
     if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class UnderWay:
                 ("waypoints", i), "is in a moving frame, which keeps its own speed"
             )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
-        motion, clock, known = run_by(profile, self.trajectory, self.scenario.times, limits)
+        motion, clock, known = retimed(profile, self.trajectory, self.scenario.times, limits)
         span = self.trajectory.start_time, float(clock(clock.x[-1]))
         return self._with_motion(motion, clock, span, (START, "end"), known)
 

@@ -12,7 +12,7 @@ from knotwork import documents
 from knotwork.documents import Document, Places, validate
 from knotwork.errors import InputError
 from knotwork.foreign import read_trajectory
-from knotwork.pipeline.scene_then import by_joint
+from knotwork.pipeline.remaining_scene import by_joint
 from knotwork.robot import load_robot
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import JointSpace, joint_space
