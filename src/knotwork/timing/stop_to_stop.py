@@ -74,12 +74,12 @@ def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -
     return resting_knots(replace(problem, duration=durations, total=None), slower, braking)
 
 
-def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
-    """The minimum-time problem, with fractions of given durations as lower bounds."""
+def with_longer(problem: TimingProblem) -> TimingProblem:
+    """The minimum-time problem, with given durations as lower bounds."""
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        at_least=np.where(problem.free, problem.at_least, part * problem.duration),
+        at_least=np.where(problem.free, problem.at_least, problem.duration),
         total=None,
         objective=Objective(),
     )
