@@ -11,7 +11,8 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
 ROOMS = (
-    *("choosing", "cli", "comparison", "documents", "editing", "errors", "foreign", "kinematics"),
+    *("choosing", "cli", "comparison", "documents", "editing", "errors", "export"),
+    *("foreign", "kinematics"),
     *("pytest_plugin.py", "recording", "scenario", "scene", "storage", "sweeps", "task"),
     *("task_to_joint", "tool_paths", "view"),
 )
