@@ -177,7 +177,7 @@ ROWS = {
         ("{file: nan.csv, resolution: 10}", "point 2 of 2 is [1.0, nan, 3.0], not finite"),
         ("{file: small.csv, resolution: 10}", "less than a cell of 0.01 m; give a smaller"),
         ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),
-        ("{file: many.csv, resolution: 1}", "cells of 0.001 m, and at most 100000 are taken"),
+        ("{file: many.csv, resolution: 1}", "cells of 0.001 m, and at most 100000 are accepted"),
         ("{file: cut.ply, resolution: 10}", "counts 9 of 'vertex', a line each, and it has 0"),
         ("{file: short.ply, resolution: 10}", "counts 3 of 'vertex', and it is cut off"),
         ("{file: none.ply, resolution: 10}", "it has no points"),
