@@ -96,7 +96,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
     (r"py:.*", r"(knotwork\.robot\.description\.)?(Description|VirtualJoint)"),
     (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
-    (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?MovingFrame"),
+    (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?(MovingFrame|ToolMotion)"),
     (r"py:.*", r"(knotwork\.polynomial\.endless\.)?EndlessCurve"),
     (r"py:.*", r"(knotwork\.waypoints\.)?TorchRanges"),
     (r"py:.*", r"(knotwork\.task_to_joint\.solution\.)?PathStart"),

@@ -144,7 +144,7 @@ def test_a_frame_that_moves_nothing_is_in_no_way() -> None:
     }
     assert kw.plan(task).report.ok
     task["scene"]["objects"]["wall"] = {**wall, "in": "belt", "position": [0.5, -2.0, 0.1]}
-    assert "and that does wall; accepted: no way here" in refused(task)
+    assert "does not support moving obstacles (wall); accepted: no way here" in refused(task)
     task["waypoints"][1] = {"pose": there, "after": 3}
     report = kw.plan(task).report
     assert not report.ok

@@ -54,8 +54,8 @@ def test_files_that_can_not_be_written_are_errors(figure: Figure, tmp_path: Path
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.png").mkdir()
     for path, says in (
-        (tmp_path / "file" / "a.png", "is no folder"),
-        (tmp_path / "file" / "deeper" / "a.png", "is no folder"),
+        (tmp_path / "file" / "a.png", "is not a folder"),
+        (tmp_path / "file" / "deeper" / "a.png", "is not a folder"),
         (tmp_path / "folder.png", "it is a folder"),
         (tmp_path / "a\0b.png", "can't write a picture"),
     ):

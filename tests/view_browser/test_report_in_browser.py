@@ -215,3 +215,6 @@ def test_labels_of_failures_are_beside_panels_and_each_other(tabs: Any, tmp_path
         drawn = view.evaluate(OVERLAPS)
         assert drawn["count"] >= 2
         assert not drawn["found"], at
+    view.click("#legend summary")  # a panel that grows is kept clear of, too
+    view.evaluate("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 50))")
+    assert not view.evaluate(OVERLAPS)["found"]

@@ -45,12 +45,6 @@ class Profile(NamedTuple):
     times: FloatArray
     rates: FloatArray
 
-    def __call__(self, times: FloatArray) -> FloatArray:
-        """The override at times from 0 on."""
-        end = max(self.times[-1], times.max(initial=0.0)) + 1.0
-        held = rate_curve(np.append(self.times, end), np.append(self.rates, self.rates[-1]))
-        return held(times)
-
     def clock(self, start: float, duration: float) -> PiecewisePolynomial:
         """The time of a motion over time (C2 smooth).
 

@@ -75,12 +75,12 @@ def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -
     return resting_knots(replace(problem, duration=durations, total=None), slower, braking)
 
 
-def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
-    """The problem of the least time, with durations no shorter than parts of those given."""
+def with_longer(problem: TimingProblem) -> TimingProblem:
+    """The problem of the least time, with durations no shorter than those given."""
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        at_least=np.where(problem.free, problem.at_least, part * problem.duration),
+        at_least=np.where(problem.free, problem.at_least, problem.duration),
         total=None,
         objective=Objective(),
     )

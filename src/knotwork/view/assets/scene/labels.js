@@ -135,13 +135,13 @@ class Labels {
     const moved = this.labels.filter((label) => label.moves).flatMap((label) => label.point().toArray());
     const misses = this.near(time, duration);
     const chosen = this.labels.map((label, i) => (misses.includes(label) ? i : -1)).filter((i) => i >= 0);
-    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen, misses.length ? time : ""].join();
+    const taken = panels(pane);
+    const view = [size, ...taken.flat().map(Math.round), ";", ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen, misses.length ? time : ""].join();
     if (view === this.view && !this.again) return;
     this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
     if (!this.view.startsWith(`${size},`)) for (const label of this.labels) label.at = -1;
     this.view = view;
-    const taken = panels(pane);
     for (const label of this.labels) {
       const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
       const p = label.point().project(camera);
