@@ -10,30 +10,8 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
-ROOMS = (
-    *("choosing", "cli", "comparison", "documents", "editing", "errors", "foreign"),
-    *("interpolation", "joint_quantities.py", "kinematics", "metrics", "polynomial"),
-    *(
-        "pytest_plugin.py",
-        "recording",
-        "retiming",
-        "robot",
-        "scenario",
-        "scene",
-        "storage",
-        "sweeps",
-    ),
-    *(
-        "task",
-        "task_to_joint",
-        "timing",
-        "tool_paths",
-        "trajectory",
-        "units.py",
-        "verification",
-        "view",
-    ),
-    *("waypoints.py", "ways"),
+ROOMS = sorted(
+    path.name for path in SOURCE.iterdir() if path.suffix in {"", ".py"} and path.name != "pipeline"
 )
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(

@@ -1,6 +1,6 @@
 """The table of export formats, and motions written in them.
 
-What writes a format is loaded when it is needed.
+Writers of formats are loaded on demand.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Format:
-    """One format.
+    """An export format.
 
     Attributes:
-        name: Its name; `to_` and the name is the function that returns the text, bytes or object.
-        summary: What it is.
-        suffix: What its files end in; empty if it has no file.
-        module: Module of `knotwork.export` that writes it.
-        takes: The keyword arguments that its function takes, as a `TypedDict`.
-        binary: Its files are no text.
-        events: It holds what is switched on the way; else a file beside it does.
+        name: Name; the function `to_` plus this name returns the text, bytes or object.
+        summary: Short description.
+        suffix: Suffix of its files; empty without a file.
+        module: Its module in `knotwork.export`.
+        takes: Keyword arguments of its function, as a `TypedDict`.
+        binary: Whether its files are binary.
+        events: Whether it contains events; otherwise a second file does.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Format:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """Names of the keyword arguments that its function takes."""
+        """Names of the keyword arguments of its function."""
         return tuple(self.takes.__annotations__) if self.takes is not None else ()
 
     @property
@@ -64,12 +64,12 @@ class Format:
         return self.takes is TableOptions
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
-        """Whether the format, with these options, holds points of the motion."""
+        """Whether the format, with these options, consists of points of the motion."""
         return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
     @property
     def straight(self) -> bool:
-        """Whether the format holds positions alone, which receivers join by straight lines."""
+        """Whether the format has only positions, which receivers interpolate by straight lines."""
         return self.module in ("programs", "streams", "franka")
 
     def make(self, motion: Any, *, file: bool = False, **options: Any) -> Any:
@@ -124,7 +124,7 @@ def get_format(name: str) -> Format:
     ('.csv', ('degrees', 'scale', 'offset', 'incremental', 'fit'))
 
     Raises:
-        UnknownNameError: There is none.
+        UnknownNameError: The name is unknown.
     """
     if not isinstance(name, str) or name not in FORMATS:
         raise UnknownNameError("format", name, FORMATS)
@@ -138,8 +138,8 @@ def file_format(name: str) -> Format:
     '.npz'
 
     Raises:
-        UnknownNameError: There is none of this name.
-        InputError: It is an object in memory.
+        UnknownNameError: The name is unknown.
+        InputError: The format is an object in memory.
     """
     form = get_format(name)
     if not form.suffix:
@@ -151,13 +151,13 @@ def file_format(name: str) -> Format:
 
 
 def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options if the format takes all of them.
+    """Return the options if the format accepts all of them.
 
     >>> checked_options(get_format("csv"), {"rate": 50})
     {'rate': 50}
 
     Raises:
-        InputError: One would be ignored.
+        InputError: An option would be ignored.
     """
     for name in options:
         if name not in form.options:
@@ -176,14 +176,14 @@ def export(motion: JointTrajectory | Points | MotionTable, name: str, **options:
     'time_s'
 
     Args:
-        motion: The motion. Formats of points also take points as `motion_points` makes them, and
-            tables a table as `motion_table` makes it.
+        motion: The motion. Formats of points also accept points from `motion_points`, and
+            tables a table from `motion_table`.
         name: Name of the format.
         options: Options of the format.
 
     Raises:
-        UnknownNameError: There is no such format.
-        InputError: The format takes no such option, or can't hold the motion.
+        UnknownNameError: The format is unknown.
+        InputError: The format does not accept an option, or can't represent the motion.
     """
     return get_format(name).make(motion, **options)
 
@@ -191,7 +191,7 @@ def export(motion: JointTrajectory | Points | MotionTable, name: str, **options:
 def content(
     motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
 ) -> str | bytes:
-    """Give the content of a file in a format, of what `export` takes.
+    """Give the content of a file in a format; arguments as for `export`.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> content(lift, "csv", rate=2).splitlines()[1]
@@ -205,7 +205,7 @@ def content(
 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:
-    """Return the file that a path means, links followed, if it may be written.
+    """Return the resolved file of a path if it may be written.
 
     >>> checked_target("motion.csv").name
     'motion.csv'
@@ -215,7 +215,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
         force: Replace it if it exists.
 
     Raises:
-        InputError: It exists, or is no file.
+        InputError: The file exists, or the path is not a file.
     """
     if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
         raise InputError(f"can't write to {path!r}: give the path of a file")
@@ -243,7 +243,7 @@ def save(
 ) -> Path:
     """Write a motion to a file in a format, whole or not at all.
 
-    Where the format can't hold the events of the motion, a file beside it does: next to
+    If the format has no events, a second file has the events of the motion: next to
     `motion.yaml` it is `motion.events.json`.
 
     >>> import knotwork as kw
@@ -254,7 +254,7 @@ def save(
     Args:
         trajectory: The motion.
         name: Name of the format.
-        path: Path of the file; its folder is made if it does not exist.
+        path: Path of the file; its folder is created if it does not exist.
         force: Replace the file if it exists.
         options: Options of the format.
 
@@ -262,8 +262,8 @@ def save(
         Path of the file.
 
     Raises:
-        UnknownNameError: There is no such format.
-        InputError: The file exists or can't be written, or the format can't hold the motion.
+        UnknownNameError: The format is unknown.
+        InputError: The file exists or can't be written, or the format can't represent the motion.
     """
     checked_target(path, force=force)
     held = get_format(name).events or not trajectory.events
@@ -280,10 +280,10 @@ def write(
     'time,lift'
 
     Args:
-        path: Path of the file; its folder is made if it does not exist.
-        made: What to write.
+        path: Path of the file; its folder is created if it does not exist.
+        made: Content of the file.
         force: Replace the file if it exists.
-        beside: What to write into the file beside it, if anything.
+        beside: Content of the second file, if any.
 
     Raises:
         InputError: The file exists or can't be written.

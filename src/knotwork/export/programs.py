@@ -1,12 +1,12 @@
 """Programs of points for controllers of KUKA, ABB and FANUC.
 
-Such a controller makes its own motion between the points of a program: it takes positions and
-times, and no velocities. So the points are so near to one another that straight lines between them
-are within a tolerance of the motion, and the program says how far off they are. How a controller
-rounds the corners between two lines is not published.
+Such a controller plans its own motion between the points of a program, from positions and times,
+without velocities. The points are so close that straight lines between them are within a tolerance
+of the motion, and the program states the error. The rounding of corners by a controller
+is not published.
 
-Where the arm stands the program waits. Outputs are switched at points of their own, by what the
-controller has for that on the way: TRIGGER, TriggAbsJ, TB.
+At rests of the arm the program waits. Outputs are switched at separate points, by the
+controller's function for switching in motion: TRIGGER, TriggAbsJ, TB.
 
 Angles are those of the URDF, in deg, and lengths in mm. URDFs of ROS-Industrial count axes as the
 controllers do. FANUC counts J3 from the horizontal.
@@ -42,22 +42,22 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 REMARK = 32
-"""Characters of a remark of FANUC."""
+"""Number of characters of a remark of FANUC."""
 MOST_TRIGGERS = 8
-"""Of one move of ABB."""
+"""Largest number of triggers of one move of ABB."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """From one point to the next.
+    """The step from one point to the next.
 
     Attributes:
         to: Index of the point.
-        time: [s].
-        stands: The arm does not move.
-        first, last: It begins to move, or stands at the end.
-        notes: What begins at its start.
-        switched: At its end.
+        time: Duration [s].
+        stands: Whether the arm is at rest.
+        first, last: Whether the arm starts to move, or comes to rest at the end.
+        notes: Names of segments that begin at its start.
+        switched: Events at its end.
     """
 
     to: int
@@ -74,22 +74,22 @@ def to_krl(
 ) -> str:
     """Write a program for a controller of KUKA: spline blocks of axis positions, with times.
 
-    The controller draws a spline through the points (KSS 8.3 and later). How it does so is not
-    published; the points are near enough for straight lines.
+    The controller draws a spline through the points (KSS 8.3 and later). Its algorithm is not
+    published; the points are close enough for straight lines.
 
     >>> import knotwork as kw
     >>> to_krl(kw.plan("ur5_deburring").trajectory).count("SPTP {")
     69
 
     Args:
-        motion: From rest to rest, of an arm with six turning axes, base first; sliding joints are
-            external axes. Or points of it, as `knotwork.export.straight_points` makes them.
-        fit: How far straight lines between points may be off the motion [rad or m]; by default
+        motion: From rest to rest, of an arm with six revolute axes, base first; sliding joints are
+            external axes. Or points of it from `knotwork.export.straight_points`.
+        fit: Largest error of straight lines between points [rad or m]; by default
             1e-3.
-        robot: Says which turning joints are external axes, those of tables and positioners.
+        robot: Robot with the revolute external axes, those of tables and positioners.
 
     Raises:
-        ExportError: The motion moves at an end, the arm has other axes, or an event switches no
+        ExportError: The motion moves at an end, the arm has other axes, or an event has no
             output.
         InputError: The tolerance is out of range.
     """
@@ -135,8 +135,8 @@ def to_rapid(
 ) -> str:
     """Write a module for a controller of ABB: moves between axis positions, with times.
 
-    Arguments and errors are those of `to_krl`. A signal has its own name, `do3` if it has only the
-    number of an output.
+    Arguments and errors are those of `to_krl`. A signal keeps its name, or is `do3` for output 3
+    without a name.
 
     >>> import knotwork as kw
     >>> to_rapid(kw.plan("ur5_deburring").trajectory).count("MoveAbsJ kw_q")
@@ -231,7 +231,7 @@ def to_ls(
 def _axes(
     points: Positions, q: FloatArray, robot: Robot | None
 ) -> tuple[FloatArray, FloatArray, dict[str, str]]:
-    """Angles of the arm [deg], shape (n, 6), external axes, and in what each is: deg or mm."""
+    """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
     units = points.trajectory.joint_units
     arm = arm_joints(points.trajectory, robot)
     outer = [i for i in range(len(units)) if i not in arm]
@@ -244,7 +244,7 @@ def _axes(
 
 
 def _steps(points: Positions) -> Iterator[Step]:
-    """The steps between the points, with what is switched at their ends."""
+    """The steps between the points, with the events at their ends."""
     motion, time = points.trajectory, points.time
     switched: list[list[Event]] = [[] for _ in time]
     for event, i in _indexed(points):
@@ -269,7 +269,7 @@ def _steps(points: Positions) -> Iterator[Step]:
 
 
 def _stands(points: Positions) -> Iterator[bool]:
-    """Whether the arm stands between two points; their times are rounded by half a tick at most."""
+    """Whether the arm is at rest between two points; times are rounded by half a tick."""
     motion = points.trajectory
     for start, end in zip(points.time[:-1], points.time[1:], strict=True):
         inside = np.array([start + 0.5 * TICK, 0.5 * (start + end), end - 0.5 * TICK])
@@ -278,7 +278,7 @@ def _stands(points: Positions) -> Iterator[bool]:
 
 
 def _indexed(points: Positions) -> Iterator[tuple[Event, int]]:
-    """Events and the points that they are at."""
+    """Events with the indices of their points."""
     for event in points.trajectory.events:
         time = event.time - points.trajectory.start_time
         yield event, int(np.abs(points.time - time).argmin())
@@ -292,7 +292,7 @@ def _signal(event: Event) -> str:
     """The name of an event's signal in RAPID.
 
     Raises:
-        ExportError: It is none, or no on or off.
+        ExportError: The event has no valid name, or another value than on or off.
     """
     name = f"do{event.output}" if event.name.startswith("output ") else event.name
     if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
@@ -305,10 +305,10 @@ def _set_output(event: Event) -> str:
 
 
 def _number(event: Event, maker: str) -> int:
-    """The output that an event switches on or off.
+    """The output of an event.
 
     Raises:
-        ExportError: It switches none.
+        ExportError: The event has no output.
     """
     if not event.output or not isinstance(event.value, bool):
         known = f"the number of an output from 1 on, given by outputs: {{{event.name}: number}}"
@@ -337,7 +337,7 @@ def _about(points: Positions, maker: str, further: Mapping[str, str]) -> Iterato
 
 
 def _ascii(name: str) -> str:
-    """A name in one line of ASCII: behind a line break it would be a part of the program."""
+    """A name in one line of ASCII: text after a line break would be a part of the program."""
     return ascii(name)[1:-1]
 
 

@@ -1,4 +1,4 @@
-"""Joint positions alone, which a receiver joins by straight lines, and how far that is off."""
+"""Joint positions for receivers that interpolate by straight lines, and their error."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 AXES = 6
-"""Turning axes of an arm that controllers of KUKA, ABB and FANUC move."""
+"""Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
 OTHERS = (
     f"turning joints of an arm; accepted: {AXES}, and up to {AXES} external axes, which slide or "
     "are `external_axes` of the robot (in Python robot=plan.space.robot)"
 )
 TOLERANCE = 1e-3
-"""Of straight lines between points, by default [rad or m]."""
+"""Default error of straight lines between points [rad or m]."""
 TICK = 1e-3
 """Programs have times in whole milliseconds [s]."""
-GOES_ON = "; to go on from another motion, stop that first (plan.stop), and begin where it stops"
+GOES_ON = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
 _DIGIT = np.radians(0.5e-6)
 STRAIGHT: Mapping[str, Any] = {
     "krl": {"written": _DIGIT},
@@ -42,14 +42,14 @@ STRAIGHT: Mapping[str, Any] = {
     "j519": {"cycle": 0.008},
     "franka": {"cycle": 0.001},
 }
-"""What formats of positions alone ask of `straight_points`."""
+"""Options of `straight_points` for formats of positions."""
 STANDING = 1e-9
-"""Slower than this a joint stands [rad/s or m/s]."""
+"""Speed below which a joint is at rest [rad/s or m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Positions of a motion at some times.
+    """Positions of a motion at given times.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> points = straight_points(lift, cycle=0.25)
@@ -58,9 +58,9 @@ class Positions:
 
     Attributes:
         trajectory: The motion.
-        time: Since the start of the motion [s], shape (n,); the last one may be after its end.
-        position: Shape (n, d) [rad or m].
-        error: How far straight lines between them are off the motion at most [rad or m].
+        time: Times since the motion's start [s], shape (n,); the last one may be after its end.
+        position: Positions [rad or m], shape (n, d).
+        error: Largest error of straight lines between them [rad or m].
     """
 
     trajectory: JointTrajectory
@@ -69,7 +69,7 @@ class Positions:
     error: float
 
     def describe(self) -> str:
-        """Say how many there are and how far off they are."""
+        """Describe their number and error."""
         return (
             f"{self.time.size} points; straight lines between them are off the motion by at most "
             f"{bound_text(self.error)} [rad or m]"
@@ -89,19 +89,19 @@ def bound_text(value: float, digits: int = 3) -> str:
 
 
 def arm_joints(trajectory: JointTrajectory, robot: Robot | None) -> list[int]:
-    """The turning joints of an arm, by index: without its external axes, if the robot is known."""
+    """Indices of an arm's revolute joints, without external axes of a given robot."""
     outer = robot.external_axes if robot is not None else ()
     joints = zip(trajectory.joint_names, trajectory.joint_units, strict=True)
     return [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in outer]
 
 
 def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray:
-    """Positions as FANUC counts them: J3 from the horizontal, shape (n, d).
+    """Positions with FANUC's J3, which counts from the horizontal, shape (n, d).
 
     It is joint 3 less joint 2 of a URDF of ROS-Industrial.
 
     Raises:
-        ExportError: It is not known which joints of more than six are those of the arm.
+        ExportError: There are more than six joints, and the arm's are unknown.
     """
     q = points.position.copy()
     arm = arm_joints(points.trajectory, robot)
@@ -119,7 +119,7 @@ def straight_points(
     fit: float | None = None,
     written: float = 0.0,
 ) -> Positions:
-    """Positions of a motion from rest to rest, and what straight lines between them are off.
+    """Positions of a motion from rest to rest, and the error of straight lines between them.
 
     >>> import knotwork as kw
     >>> motion = kw.plan("ur5_deburring").trajectory
@@ -128,15 +128,15 @@ def straight_points(
     (True, True)
 
     Args:
-        motion: The motion; points of it are returned as they are.
+        motion: The motion; points of it are returned unchanged.
         cycle: Time between two positions [s], the last one at the end or just beyond it; by default
             as many as the tolerance needs, at whole milliseconds, and one at each event.
-        fit: How far the lines may be off in each joint [rad or m]; by default 1e-3.
-        written: How far a position may be off by the digits that it is written with [rad or m].
+        fit: Tolerance of the lines in each joint [rad or m]; by default 1e-3.
+        written: Rounding error of a position as written [rad or m].
 
     Raises:
-        ExportError: A joint moves at an end; says which, and what to do.
-        InputError: The tolerance is not positive, is not kept by a point each millisecond, or takes
+        ExportError: A joint moves at an end; the message has a remedy.
+        InputError: The tolerance is not positive, infeasible with a point per millisecond, or takes
             more than a million points.
     """
     if isinstance(motion, Positions):
@@ -163,9 +163,9 @@ def straight_points(
 
 
 def _joined(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
-    """Positions at times since the start, and how far lines between them are off."""
+    """Positions at times since the start, and the error of lines between them."""
     if time.size > MOST_POINTS:
-        raise InputError(f"the motion takes {time.size} points; at most {MOST_POINTS} are taken")
+        raise InputError(f"the motion takes {time.size} points; at most {MOST_POINTS} are accepted")
     own = np.minimum(motion.start_time + time, motion.end_time)
     position = motion.position(own)
     # the lines in pieces between the breaks of the motion
@@ -179,8 +179,8 @@ def _joined(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> 
 def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
     """Times since the start between which straight lines are within a tolerance [s].
 
-    A line over the length h is off by at most h² max|a| / 8, so each piece of the motion is divided
-    evenly into as many parts as its largest acceleration needs.
+    A line over the length h has an error up to h² max|a| / 8, so each piece of the motion is
+    split evenly into as many parts as its largest acceleration requires.
     """
     breaks = motion.breaks - motion.start_time
     h = np.diff(breaks)
@@ -201,7 +201,7 @@ def refuse_moving(trajectory: JointTrajectory) -> None:
     """Refuse a motion that does not begin and end at rest.
 
     Raises:
-        ExportError: A joint moves there; says which, and what to do.
+        ExportError: A joint moves there; the message has a remedy.
     """
     for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
         speeds = np.abs(trajectory.velocity(time))

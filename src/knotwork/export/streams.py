@@ -1,7 +1,7 @@
-"""Positions for controllers that take one each cycle: RSI, EGM, FANUC's stream motion.
+"""Positions for controllers with cyclic input: RSI, EGM, FANUC's stream motion.
 
-The file is a CSV with a comment for each fact; a program of yours sends a row each cycle. Between
-two rows the controller is taken to go straight, and the file says how far that is off the motion.
+The file is a CSV with comments; a program of yours sends one row per cycle. Between
+rows the controller is assumed to move straight, and the file states the error of that.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _UNITS = {"rad": ("deg", 180.0 / np.pi), "m": ("mm", 1e3)}
 
 
 def to_rsi(motion: JointTrajectory | Positions) -> str:
-    """Write axis angles for KUKA's RSI, a row each 4 ms.
+    """Write axis angles for KUKA's RSI, one row per 4 ms.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> to_rsi(lift).splitlines()[3:5]
@@ -39,7 +39,7 @@ def to_rsi(motion: JointTrajectory | Positions) -> str:
 
 
 def to_egm(motion: JointTrajectory | Positions) -> str:
-    """Write joint angles for ABB's EGM, a row each 4 ms; as `to_rsi`.
+    """Write joint angles for ABB's EGM, one row per 4 ms; as for `to_rsi`.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> len(to_egm(lift).splitlines())
@@ -49,7 +49,7 @@ def to_egm(motion: JointTrajectory | Positions) -> str:
 
 
 def to_j519(motion: JointTrajectory | Positions, *, robot: Robot | None = None) -> str:
-    """Write joint angles for FANUC's stream motion, a row each 8 ms; as `to_rsi`.
+    """Write joint angles for FANUC's stream motion, one row per 8 ms; as for `to_rsi`.
 
     J3 counts from the horizontal: it is joint 3 less joint 2 of a URDF of ROS-Industrial, external
     axes of the robot aside.
