@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -127,6 +128,34 @@ def test_a_speed_that_is_chosen_before_a_belt_is_met() -> None:
         {"frame": "base", "along": "line", "pose": b, "speed": "fastest", "stop": True},
     ]
     check_places(kw.plan(task))
+
+
+def test_a_long_move_after_a_short_one_does_not_swing() -> None:
+    """The short one ends with its largest acceleration, from which the arm does not swing on."""
+    ends = [([0.5, 0.0, 0.2], 3.0), ([0.5, 0.0, 0.3], "fastest")]
+    stops = [{"after": after, "pose": {"position": p, **DOWN}, "stop": True} for p, after in ends]
+    aside = {"time": 9, "pose": {"position": [0.4, 0.2, 0.3], **DOWN}, "stop": True}
+    plan = kw.plan({"robot": "ur5", "start": "home", "waypoints": [*stops, aside]})
+    assert plan.report.ok, plan.report
+    *_, (start, end) = pairwise(plan.joint_waypoints.time)
+    moved = np.ptp(plan.trajectory.position(np.linspace(start, end, 500)), axis=0)
+    direct = np.abs(np.diff(plan.joint_waypoints.position[-2:], axis=0)[0])
+    assert (moved < direct + 0.3).all()
+
+
+def test_a_redundant_arm_keeps_its_solution_where_it_waits() -> None:
+    above, low, up = ({"pose": {"position": [0, 0, z], **DOWN}} for z in (0.16, 0.06, 0.2))
+    stop = {"after": "fastest", "stop": True}
+    task = {
+        "robot": "xarm7",
+        "tool": {"offset": {"position": [0, 0, 0.12]}},
+        "frames": {"belt": {"position": [0.35, -0.4, 0.06], "moves": {"linear": [0, 0.06, 0]}}},
+        "frame": "belt",
+        "start": "home",
+        "waypoints": [{**above, **stop}, {**low, **stop, "wait": 0.5}, {**up, **stop}],
+    }
+    plan = kw.plan(task)
+    assert plan.report.ok, plan.report
 
 
 def test_what_is_written_with_numbers_is_the_same_motion() -> None:

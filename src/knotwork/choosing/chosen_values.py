@@ -78,8 +78,10 @@ def _solutions(
 ) -> Iterator[tuple[int, dict[str, float]]]:
     """The solutions of the poses, by waypoint of the task, to select them again."""
     index, paths = task.scenario.index, task.scenario.paths
-    # in the task, the end of a path and of the wait there are one waypoint
-    done = {index[i] for path in paths for i in range(path.first + 1, path.last + 1)}
+    # in the task, the end of a path and of the wait there are one waypoint; a wait on a frame that
+    # moves is a path as well, but a pose without another path to it has a solution of its own
+    along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
+    done = {index[i] for first, i in along if index[i] != index[first]}
     for i, waypoint in enumerate(task.scenario.waypoints):
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in done:
             done.add(index[i])

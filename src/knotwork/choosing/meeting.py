@@ -187,5 +187,7 @@ def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     whole: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
         whole = {"times": None, "objective": None}
-        whole |= {"knots": "optimal"} if free.optimal_knots else {}
+        if free.optimal_knots:  # short moves end with accelerations that least jerk would keep up
+            terms = {name: value for name, value in free.objective.items() if name != "time"}
+            whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     return _expected(scenario, task.with_waypoints(changes).replace(**whole), {})
