@@ -142,8 +142,7 @@ class DependentWaypoints:
         self._softened.update((path.first, self.chain(path).softened) for path in hard)
         if hard and isinstance(soft := self._continue_group(group, first), list):
             return soft
-        for path in hard:
-            del self._softened[path.first]
+        self._softened.clear()
         raise led()
 
     def _continue_guided(
@@ -251,11 +250,13 @@ class DependentWaypoints:
         self, found: Continuation, contacts: Mapping[int, int]
     ) -> dict[int, LimitingConstraint]:
         """Collisions as limiting constraints, by start."""
-        result: dict[int, LimitingConstraint] = {}
-        for b, step in contacts.items() if (model := self.obstacles) else ():
-            time, text = model.describe_contact(found, b, step)
-            result[b] = LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
-        return result
+        if self.obstacles is None:
+            return {}
+        found_at = {b: self.obstacles.describe_contact(found, b, k) for b, k in contacts.items()}
+        return {
+            b: LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
+            for b, (time, text) in found_at.items()
+        }
 
     def _candidates(
         self,
