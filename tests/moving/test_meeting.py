@@ -144,7 +144,7 @@ def test_a_long_move_after_a_short_one_does_not_swing() -> None:
 
 
 def redundant(robot: str, belt: dict[str, Any], free: Any, heights: list[float]) -> kw.Plan:
-    """A redundant arm comes to rest above a belt at each height as soon as it can, and waits once."""
+    """A redundant arm rests above a belt at each height as soon as it can, and waits once."""
     poses = [{"position": [0, 0, z], **DOWN} for z in heights]
     stops = [{"pose": pose, "after": "fastest", "stop": True} for pose in poses]
     task = {
