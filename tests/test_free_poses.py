@@ -576,3 +576,29 @@ def test_a_tilt_that_comes_to_its_limit_on_the_way_does_not_stop_hard() -> None:
     assert plan.report.ok, plan.report
     uses = [one.use for one in plan.report.select(subject="joint") if one.use is not None]
     assert max(uses) < 0.95
+
+
+@pytest.mark.parametrize("turn", [[-360, 20], [-350, 350]])
+def test_a_wide_range_of_a_turn_is_no_obstacle_where_none_at_all_is_possible(turn: Any) -> None:
+    """Self-motion of least norm goes straight into the bound on this circle."""
+    centre = {"centre": [400, 250, 300], "normal": [0, 0, 1]}
+    begin = {"position": [400, 200, 300], "rpy": [180, 0, 30]}
+    task = {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "xarm7",
+        "tool": {"offset": {"position": [0, 0, 80]}},
+        "start": "home",
+        "waypoints": [
+            {"name": "b", "after": 3, "free": "none", "pose": begin, "stop": True},
+            {
+                "name": "c",
+                "along": {"arc": centre},
+                "orientation": "tangent",
+                "speed": 60,
+                "free": {"turn": turn},
+                "pose": {"position": [400, 200, 300]},
+                "stop": True,
+            },
+        ],
+    }
+    kw.plan(task).report.raise_if_failed()

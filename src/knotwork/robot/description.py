@@ -27,6 +27,7 @@ class VirtualJoint:
         unit: `"rad"`, or `"m"` if prismatic.
         axes: Rotation of its axes relative to the TCP, or `None`.
         ease: Factor on its mobility in the minimum norm of joint velocities.
+        soft: Whether its mobility decreases towards its limits.
     """
 
     name: str
@@ -36,6 +37,7 @@ class VirtualJoint:
     unit: str = "rad"
     axes: Any = None
     ease: float = 30.0
+    soft: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,6 +56,7 @@ class DependentWaypoints:
     obstacles: Obstacles | None = None
     _continuations: dict[int, Continuation] = field(default_factory=dict, repr=False)
     _guides: dict[int, list[Guide]] = field(default_factory=dict, repr=False)
+    _softened: dict[int, Chain] = field(default_factory=dict, repr=False)
 
     def pull(self, path: ScenarioPath, time: float, q: FloatArray) -> Pull:
         """Target of the self-motion along a path, for given joint positions at a time.
@@ -72,9 +73,13 @@ class DependentWaypoints:
         nearest = int(np.abs(gaps - whole_turns(gaps)).max(axis=1).argmin())
         return guides[nearest].turned(whole_turns(gaps[nearest]))
 
+    def chain(self, path: ScenarioPath) -> Chain:
+        """Arm with the virtual joints of a path's freedom."""
+        return self._softened.get(path.first) or self.chains.of(path.freedom)
+
     def start(self, path: ScenarioPath, q: FloatArray) -> PathStart:
         """Start of a path, from the positions of all joints [rad or m]."""
-        chain = self.chains.of(path.freedom)
+        chain = self.chain(path)
         own = q[chain.columns]
         return PathStart(chain.robot, own, self.pull(path, path.motion.start_time, own))
 
@@ -121,18 +126,24 @@ class DependentWaypoints:
         led = self._continue_group(group, first)
         if isinstance(led, list):
             return led
-        found = []
-        moves = (one for one in self.scenario.paths if not one.motion.stands)
-        paths = [one for one in moves if one.first in group[:-1]]
+        found: list[list[Candidates]] = []
+        own = (path for path in self.scenario.paths if path.first in group[:-1])
+        paths = [path for path in own if not path.motion.stands]
         if not paths:
             raise led()
         alike = len({path.freedom for path in paths}) == 1
         chain = self.chains.of(paths[0].freedom)
         if alike and chain.robot.dof > 6 and not self.scenario.pull_to_middle:
             found = list(islice(self._continue_guided(chain, paths, group, first), ENOUGH_GUIDED))
-        if not found:
-            raise led()
-        return [concatenate(ones) for ones in zip(*found, strict=True)]
+        if found:
+            return [concatenate(ones) for ones in zip(*found, strict=True)]
+        # a bounded turn goes straight into its limit: now it slows down before
+        hard = [path for path in paths if self.chain(path).is_hard]
+        self._softened.update((path.first, self.chain(path).softened) for path in hard)
+        if hard and isinstance(soft := self._continue_group(group, first), list):
+            return soft
+        self._softened.clear()
+        raise led()
 
     def _continue_guided(
         self, chain: Chain, paths: list[ScenarioPath], group: range, first: Candidates
@@ -180,7 +191,7 @@ class DependentWaypoints:
         self, path: ScenarioPath, start: Candidates
     ) -> tuple[Any, list[Candidates]] | Blocked:
         """Rows that can follow a path, and the candidates at its waypoints after the first."""
-        chain = self.chains.of(path.freedom)
+        chain = self.chain(path)
         robot, q = chain.robot, start.q[:, chain.columns]
         _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
         times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
@@ -241,12 +252,10 @@ class DependentWaypoints:
         """Collisions as limiting constraints, by start."""
         if self.obstacles is None:
             return {}
-        collisions = {
-            b: self.obstacles.describe_contact(found, b, steps) for b, steps in contacts.items()
-        }
+        found_at = {b: self.obstacles.describe_contact(found, b, k) for b, k in contacts.items()}
         return {
             b: LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
-            for b, (time, text) in collisions.items()
+            for b, (time, text) in found_at.items()
         }
 
     def _candidates(

@@ -48,6 +48,19 @@ class Chain(NamedTuple):
     size: int
     narrowed: Robot
 
+    @property
+    def is_hard(self) -> bool:
+        """Whether a virtual joint stops hard at its limits."""
+        joints = self.robot.virtual_joints
+        return any(not one.soft and np.isfinite(one.upper - one.lower) for one in joints)
+
+    @property
+    def softened(self) -> Chain:
+        """The chain whose virtual joints all slow down towards their limits."""
+        joints = self.robot.virtual_joints
+        soft = self.robot.with_virtual_joints(*(replace(one, soft=True) for one in joints))
+        return self._replace(robot=soft)
+
     def put(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
         """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
         result = np.zeros((*values.shape[:-1], self.size)) + others
@@ -173,7 +186,7 @@ def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
         joints += [VirtualJoint(f"free tilt {k}", k, -most, most) for k in "xy"]
     least, greatest = free.turn
     if least < greatest:
-        joints.append(VirtualJoint("free turn", "z", -greatest, -least))
+        joints.append(VirtualJoint("free turn", "z", -greatest, -least, soft=False))
     for name, axis, (low, high) in turned:
         if low < high:
             joints.append(VirtualJoint(name, axis, INSIDE * low, INSIDE * high, axes=axes))

@@ -56,7 +56,7 @@ def completed_waypoints(
         robot, q, pull = dependent.start(path, start)
         known_way = dependent.known_continuation(path, q)
         followed = list(followed_path(scenario, robot, path, q, knots, known_way, pull))
-        chain = dependent.chains.of(path.freedom)
+        chain = dependent.chain(path)
         followed[2:5] = [chain.put(values) for values in followed[2:5]]
         followed[2][0] = start  # without a rounding difference to a wait before the path
         positions[path.last] = followed[2][-1]

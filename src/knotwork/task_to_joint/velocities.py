@@ -35,7 +35,7 @@ def velocity_at(
         return np.array(given)
     for path in scenario.paths:
         if path.first <= index <= path.last:
-            chain = dependent.chains.of(path.freedom)
+            chain = dependent.chain(path)
             own, time = q[chain.columns], target.time
             pull = dependent.pull(path, time, own)
             return chain.put(velocity_on_path(chain.robot, path.motion, own, time, pull))

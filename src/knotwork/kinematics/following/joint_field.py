@@ -24,7 +24,7 @@ CORRECTIONS = 6
 BACK = 8.0
 
 
-# Virtual tilt joints are penalised near their limits, and strongly beyond this fraction of their
+# Soft virtual joints are penalised near their limits, and strongly beyond this fraction of their
 # ranges, so that they slow down before they reach them.
 INSIDE, LEAST_EASE, SOFTLY = 0.95, 2e-3, 3
 
@@ -78,7 +78,7 @@ class JointField:
         self.middle = middle(limits)
         span = np.full(robot.dof, np.inf)
         for joint, one in enumerate(robot.virtual_joints, robot.dof - len(robot.virtual_joints)):
-            span[joint] = np.inf if one.axis == "z" else one.upper - one.lower
+            span[joint] = one.upper - one.lower if one.soft else np.inf
         self.narrow = 2.0 / (INSIDE * span) if np.isfinite(span).any() else None
 
     def velocities(
