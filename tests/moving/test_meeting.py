@@ -143,19 +143,34 @@ def test_a_long_move_after_a_short_one_does_not_swing() -> None:
     assert (moved < direct + 0.3).all()
 
 
-def test_a_redundant_arm_keeps_its_solution_where_it_waits() -> None:
-    above, low, up = ({"pose": {"position": [0, 0, z], **DOWN}} for z in (0.16, 0.06, 0.2))
-    stop = {"after": "fastest", "stop": True}
+def redundant(robot: str, belt: dict[str, Any], free: Any, heights: list[float]) -> kw.Plan:
+    """A redundant arm rests above a belt at each height as soon as it can, and waits once."""
+    poses = [{"position": [0, 0, z], **DOWN} for z in heights]
+    stops = [{"pose": pose, "after": "fastest", "stop": True} for pose in poses]
     task = {
-        "robot": "xarm7",
-        "tool": {"offset": {"position": [0, 0, 0.12]}},
-        "frames": {"belt": {"position": [0.35, -0.4, 0.06], "moves": {"linear": [0, 0.06, 0]}}},
+        "robot": robot,
+        "tool": {"offset": {"position": [0, 0, 0.12]}, "free": free},
+        "frames": {"belt": belt},
         "frame": "belt",
         "start": "home",
-        "waypoints": [{**above, **stop}, {**low, **stop, "wait": 0.5}, {**up, **stop}],
+        "waypoints": stops,
     }
+    if len(stops) > 2:
+        stops[1]["wait"] = 0.5
     plan = kw.plan(task)
     assert plan.report.ok, plan.report
+    return plan
+
+
+def test_a_redundant_arm_keeps_its_solution_where_it_waits() -> None:
+    belt = {"position": [0.35, -0.4, 0.06], "moves": {"linear": [0, 0.06, 0]}}
+    redundant("xarm7", belt, None, [0.16, 0.06, 0.2])
+
+
+def test_times_that_go_to_and_fro_are_met() -> None:
+    """An arm on a rail with a free turn is sooner at a later place: full steps never agree."""
+    belt = {"position": [0.5, -0.9, 0.06], "moves": {"linear": [0, 0.2, 0]}}
+    redundant("ur5_rail", belt, {"turn": "z"}, [0.16, 0.06])
 
 
 def test_what_is_written_with_numbers_is_the_same_motion() -> None:

@@ -2,7 +2,7 @@
 
 Minimum times to the poses are chosen with the frames at their expected times; the results
 are expected next, until both agree. An arm is faster than the frames, so the iteration
-converges. The times are then fixed, slightly longer.
+converges, if not with full steps, then with half ones. The times are then fixed, slightly longer.
 """
 
 from __future__ import annotations
@@ -23,6 +23,13 @@ from knotwork.waypoints import FloatArray
 
 ROUNDS = 20
 """Largest number of iterations."""
+
+FULL = 5
+"""Number of iterations with full steps and a new choice of solutions.
+
+After that solutions are kept and steps are halved: a redundant arm may reach a later place sooner,
+or in another way, and the times go to and fro.
+"""
 
 AGREE = 1e-3
 """Tolerance of agreement [s]."""
@@ -48,17 +55,20 @@ def with_times_met(scenario: Scenario, choose: Choose) -> Scenario:
         InputError: A given time is too early, or the iteration does not converge.
     """
     scenario, chosen = _begun(scenario, choose)
-    for _ in range(ROUNDS):
+    for done in range(ROUNDS):
         expected, found = scenario.provisional_times, _times(scenario, chosen)
         met = list(_free(scenario).meets)
         if np.abs(found - expected)[met].max() <= AGREE:
             return _given(scenario, chosen)
         task = scenario.task.with_waypoints(_speeds(scenario, chosen))
-        scenario = _expected(scenario, task, _by_waypoint(scenario, found))
+        if done == FULL:
+            task = task.with_waypoints(_solutions(scenario, chosen))
+        following = found if done < FULL else 0.5 * (expected + found)
+        scenario = _expected(scenario, task, _by_waypoint(scenario, following))
         if scenario.free is None or not scenario.free.meets:
             return scenario
         chosen = choose(scenario)
-    i = met[0]
+    i = max(met, key=lambda i: abs(found[i] - expected[i]))
     error = TimingError(
         f"{scenario.waypoints[i].name!r} moves, and after {ROUNDS} iterations the arrival at "
         f"{found[i]:.6g} s is still based on {expected[i]:.6g} s; accepted: time or after [s] "
@@ -144,6 +154,13 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes, last: int | None = None) ->
     return {k: {"speed": known[k].speed} for k in places}  # type: ignore[union-attr]
 
 
+def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+    """Chosen solutions of the poses up to the last moving frame, for the task."""
+    known = chosen.scenario.task.waypoints
+    places = scenario.index[1 : _free(scenario).meets[-1] + 1]
+    return {k: {"near": near} for k in places if (near := getattr(known[k], "near", None))}
+
+
 def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     """Times of the waypoints in a minimum-time motion [s], shape (n,).
 
@@ -173,7 +190,7 @@ def _too_soon(scenario: Scenario, i: int, time: float, least: float) -> InputErr
 
 def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     """The scenario with numbers for its unknowns up to the last moving frame."""
-    free, task, known = _free(scenario), scenario.task, chosen.scenario.task.waypoints
+    free, task = _free(scenario), scenario.task
     last, spans = free.meets[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
@@ -182,12 +199,11 @@ def _given(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
         if free.duration[i - 1] and task.waypoints[k].time is None:
             span, waits = float(spans[i - 1]), free.at_least[i - 1] > spans[i - 1] - AGREE
             changes[k]["after"] = rounded_up(span if waits else LONGER * span + AGREE, 6)
-        if getattr(known[k], "near", None) is not None:
-            changes[k]["near"] = known[k].near  # type: ignore[union-attr]
     whole: dict[str, Any] = {}
     if not free.duration[last:].any() and not any(i > last for i in free.path_speed):
         whole = {"times": None, "objective": None}
         if free.optimal_knots:  # short moves end with accelerations that least jerk would keep up
             terms = {name: value for name, value in free.objective.items() if name != "time"}
             whole = {"times": None, "knots": "optimal", "objective": terms or {"acceleration": 1.0}}
-    return _expected(scenario, task.with_waypoints(changes).replace(**whole), {})
+    task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
+    return _expected(scenario, task.replace(**whole), {})

@@ -101,7 +101,7 @@ class DependentWaypoints:
     def independent(self) -> list[int]:
         """Indices of the waypoints that do not follow from a previous one."""
         tied = {i for group in self.groups for i in group[1:]}
-        return [i for i in range(len(self.scenario.waypoints)) if i not in tied]
+        return sorted({*range(len(self.scenario.waypoints))} - tied)
 
     def complete(self, candidates: list[Candidates | None]) -> list[Candidates | None]:
         """Candidates at all waypoints, from the candidates at the independent ones.

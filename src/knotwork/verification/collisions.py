@@ -152,14 +152,19 @@ def _why_no_detour(found: Clearance, scenario: Scenario) -> str:
     """Text of why no detour helps: the object may appear later, or a waypoint itself collides."""
     if found.verdict != "collides" or found.interval is None:
         return ""
-    start, end = found.interval[0] - AT_WAYPOINT, found.interval[1] + AT_WAYPOINT
     held = {one.name: one for one in scenario.scene.held}
     for body, other in ((found.first, found.second), (found.second, found.first)):
         waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
         if waits and body.kind == "object" and other.name in held:
             return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
-    inside = [one.name for one in scenario.waypoints if start <= one.time <= end]
-    return f"{called(inside[0])} itself collides" if inside else ""
+    spans = found.contacts or (found.interval,)
+    inside = [
+        called(waypoint.name)
+        for waypoint in scenario.waypoints
+        if any(a - AT_WAYPOINT <= waypoint.time <= b + AT_WAYPOINT for a, b in spans)
+    ]
+    several = "themselves collide" if len(inside) > 1 else "itself collides"
+    return f"{', '.join(inside)} {several}" if inside else ""
 
 
 def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
