@@ -52,7 +52,7 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
     node.set_object(Box([width, height, 1e-3 * size]), picture)
     node.set_transform(place.homogeneous)
     corners = np.array([(i * width, j * height, 0.0) for i in (-0.5, 0.5) for j in (-0.5, 0.5)])
-    return corners @ place.rotation.T + place.translation
+    return np.asarray(corners @ place.rotation.T + place.translation)
 
 
 def board_lines(scene: Mapping[str, Any]) -> list[str]:
