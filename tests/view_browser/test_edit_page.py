@@ -92,7 +92,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
     [
         ("edit", b"[1]", "invalid request"),
         ("edit", b"{", "invalid request"),
-        ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "no number"),
+        ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "not a JSON number"),
         ("edit", {}, "needs changes"),
         ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),
         ("edit", {"changes": [{"at": ["waypoints", 99, "time"], "value": 1}]}, "waypoints[99]"),
