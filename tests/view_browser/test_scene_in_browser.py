@@ -276,6 +276,7 @@ def test_the_motion_is_the_trajectory(show: Any) -> None:
     assert tool_position(tab, plan) == pytest.approx(true_position(plan, 2.5), abs=2e-6)
 
 
+@pytest.mark.exhaustive
 def test_playing_moves_the_arm_to_the_end(show: Any) -> None:
     tab, plan = show("panda_pick_place"), planned("panda_pick_place")
     end = plan.trajectory.end_time
