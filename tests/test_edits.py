@@ -214,7 +214,7 @@ def test_a_change_is_made_where_there_is_a_place_for_it(
 ) -> None:
     text = "a: [1] # it\n"
     if wanted is None:
-        with pytest.raises(InputError, match="not there"):
+        with pytest.raises(InputError, match="no such field"):
             changed_text(text, place, value, insert=insert)
     else:
         assert changed_text(text, place, value, insert=insert) == wanted

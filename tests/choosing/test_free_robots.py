@@ -281,6 +281,4 @@ def test_a_budget_is_for_all_sequences_of_solutions() -> None:
     task = beside_a_box([0.12, 0.06, 0.09], [0.23, 0.27, 0.38])
     assert kw.plan(task).report.select(quantity="sequences_tried")
     plan = with_too_short_a_budget(task)
-    assert plan.chosen is not None
-    assert plan.chosen.status == "stopped"
     assert not plan.report.select(quantity="sequences_tried")

@@ -132,6 +132,7 @@ def test_a_way_goes_round_what_stands_on_a_table_and_not_among_what_moves(tmp_pa
     assert "does not support moving obstacles (left); accepted" in refused(task)
 
 
+@pytest.mark.exhaustive
 def test_a_frame_that_moves_nothing_is_in_no_way() -> None:
     """Beside an empty belt a way is found; what rides on it is named, and no way proposed."""
     wall = {"box": [0.4, 0.04, 0.5], "position": [0.5, 0.0, 0.1]}

@@ -156,6 +156,7 @@ def test_a_weave_goes_on_from_a_line_into_an_arc() -> None:
     assert turned == pytest.approx(SPEED * (t[-1] - t[round_][0]), rel=0.01)
 
 
+@pytest.mark.exhaustive
 def test_one_weave_follows_another() -> None:
     on = {"along": "line", "speed": SPEED, "pose": {"position": [0.67, -0.2, 0.25]}}
     on["weave"] = {"shape": "sine", "width": 0.002, "frequency": 3}

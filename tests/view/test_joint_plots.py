@@ -224,6 +224,7 @@ def test_one_joint_overlays_planners_told_apart_without_colour(
     assert "check of cubic FAILED" in heading(figure)
 
 
+@pytest.mark.exhaustive
 def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
     plans = [kw.plan("ur10_spray"), kw.plan("ur10_spray", planner="trapezoidal")]
     figure = plot_joints(plans, quantities=["velocity", "acceleration"])

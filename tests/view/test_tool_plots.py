@@ -14,7 +14,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.metrics.deviation import straight_path_deviation
-from knotwork.view import plot_tool
+from knotwork.view import plot_joints, plot_tool
 
 
 def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
@@ -42,6 +42,22 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
     asked_time, asked = data(lines(figure.axes[0], "asked")[0])
     np.testing.assert_allclose(asked, [0, *[50] * 7, 0], atol=1e-9)
     np.testing.assert_array_equal(asked_time, deburring.scenario.times[1:])
+
+
+def test_a_velocity_that_planning_chose_is_not_marked_as_given() -> None:
+    down = [np.pi, 0, 0]
+    ends = [{"position": [0.45, y, 0.3], "rpy": down} for y in (-0.2, 0.0, 0.2)]
+    start = {"name": "start", "time": 0.0, "stop": True, "pose": ends[0]}
+    over = {"name": "over", "time": 2.0, "velocity": "free", "pose": ends[1]}
+    end = {"name": "end", "time": 4.0, "stop": True, "pose": ends[2]}
+    plan = kw.plan({"robot": "ur5", "waypoints": [start, over, end]})
+    for axis in plot_tool(plan).axes[:2]:
+        np.testing.assert_array_equal(data(lines(axis, "asked")[0])[0], [0, 4])
+    position, velocity, *_ = plot_joints(plan).axes
+    for line in lines(position, "asked"):
+        np.testing.assert_array_equal(data(line)[0], [0, 2, 4])
+    for line in lines(velocity, "asked"):
+        np.testing.assert_array_equal(data(line)[0], [0, 4])
 
 
 def test_a_long_piece_among_many_short_ones_is_drawn_as_finely(

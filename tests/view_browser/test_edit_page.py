@@ -92,7 +92,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
     [
         ("edit", b"[1]", "invalid request"),
         ("edit", b"{", "invalid request"),
-        ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "no number"),
+        ("edit", b'{"changes": [{"at": ["rate"], "value": NaN}]}', "not a JSON number"),
         ("edit", {}, "needs changes"),
         ("edit", {"changes": [{"at": "rate"}]}, "list of keys"),
         ("edit", {"changes": [{"at": ["waypoints", 99, "time"], "value": 1}]}, "waypoints[99]"),
@@ -223,6 +223,7 @@ def test_what_is_no_number_is_refused_and_numbers_are_read_whole(
     field.evaluate("(one, given) => { one.value = given; }", given)
 
 
+@pytest.mark.exhaustive
 def test_a_waypoint_is_added_where_the_arm_is_jogged_and_removed(
     served: tuple[str, Path], tabs: Any
 ) -> None:
@@ -304,6 +305,7 @@ def covered(tab: Any) -> Any:
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("size", [(390, 844), (844, 390)])
 def test_on_a_phone_all_that_is_held_is_beside_the_panels(
     size: tuple[int, int], served: tuple[str, Path], tabs: Any
@@ -328,6 +330,7 @@ def test_on_a_phone_all_that_is_held_is_beside_the_panels(
     tab.context.close()
 
 
+@pytest.mark.exhaustive
 def test_the_view_follows_the_jogged_tool(served: tuple[str, Path], tabs: Any) -> None:
     tab = opened(served, tabs)
     known(tab)

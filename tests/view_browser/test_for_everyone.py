@@ -75,6 +75,7 @@ def test_nothing_hinders_people(
         plots_are_moved(tab)
 
 
+@pytest.mark.exhaustive
 def test_nothing_hinders_people_at_two_motions(
     tabs: Any, tmp_path: Path, knotwork: Any, barriers: Any
 ) -> None:
@@ -89,6 +90,7 @@ def test_nothing_hinders_people_at_two_motions(
     assert not barriers(tab)
 
 
+@pytest.mark.exhaustive
 def test_keys_turn_the_view(tabs: Any, tmp_path: Path) -> None:
     tab = opened(tabs, tmp_path, "scene", SMALL)
     target = "viewer.controls.target.toArray()"
@@ -118,6 +120,7 @@ def test_keys_turn_the_view(tabs: Any, tmp_path: Path) -> None:
     assert pressed("Home") == pytest.approx(first, rel=0.05)
 
 
+@pytest.mark.exhaustive
 def test_nothing_moves_by_itself_for_those_who_ask_for_that(tabs: Any, tmp_path: Path) -> None:
     page = PAGES["scene"]().save(tmp_path / "scene.html").as_uri()
     for wish in ("no-preference", "reduce"):

@@ -58,6 +58,7 @@ def test_the_slider_covers_the_whole_motion(scene: Any, plan: kw.Plan, share: fl
     assert float(scene.input_value("#scrub")) == pytest.approx(time_in(scene), abs=1e-3)
 
 
+@pytest.mark.exhaustive
 def test_the_slider_of_a_report_covers_the_whole_motion(
     tabs: Any, plan: kw.Plan, tmp_path: Path
 ) -> None:
@@ -199,6 +200,7 @@ def test_the_strip_says_of_limits_what_the_verdict_says(tabs: Any, tmp_path: Pat
     assert f"{100 * failed.use:.0f} % of a limit" in tab.inner_text("#tip")
 
 
+@pytest.mark.exhaustive
 def test_a_curve_is_chosen_below_the_slider(tabs: Any, tmp_path: Path) -> None:
     tab = tabs.scene("wall", kw.plan("ur5_wall").view, tmp_path)
     tab.set_viewport_size({"width": 1200, "height": 700})

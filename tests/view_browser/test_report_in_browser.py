@@ -15,6 +15,7 @@ import knotwork as kw
 from knotwork.view import report_page
 
 
+@pytest.mark.exhaustive
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
     plan = kw.plan("planar2_closed_form", planner="parabolic-blend")
     path = report_page(plan).save(tmp_path / "report.html")
@@ -194,6 +195,7 @@ OVERLAPS = """() => {
 }"""
 
 
+@pytest.mark.exhaustive
 def test_labels_of_failures_are_beside_panels_and_each_other(tabs: Any, tmp_path: Path) -> None:
     post = {"box": [0.12, 0.12, 0.5], "position": [0.4, 0.05, 0.25]}
     pose = {"position": [0.4, 0.03, 0.25], "rpy": [180, 0, 0]}

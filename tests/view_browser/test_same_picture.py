@@ -109,6 +109,7 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, addres
         assert differ(scene.pixels(), afresh(scene.time)) <= ROUNDED, key
 
 
+@pytest.mark.exhaustive
 def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
     scene = Scene(tabs, address)
     scene.tab.evaluate("knotwork.loop(false)")
@@ -132,6 +133,7 @@ def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
     assert differ(played, scene.pixels()) == 0
 
 
+@pytest.mark.exhaustive
 def test_a_paused_scene_follows_the_night_the_window_and_its_switches(
     tabs: Any, address: str
 ) -> None:

@@ -32,6 +32,7 @@ def hurried(folder: Path) -> Path:
     return task.replace(name="hurried", waypoints=waypoints).save(folder / "hurried.yaml")
 
 
+@pytest.mark.exhaustive
 def test_two_motions_have_one_clock_and_their_difference(
     tabs: Any, knotwork: Any, tmp_path: Path
 ) -> None:
@@ -169,6 +170,7 @@ def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_p
     tabs.complaints.clear()  # of the frame that was left
 
 
+@pytest.mark.exhaustive
 def test_a_map_that_is_one_file_has_the_motions_that_fit(
     tabs: Any, knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

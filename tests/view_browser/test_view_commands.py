@@ -108,6 +108,7 @@ def test_it_serves_until_interrupted(tmp_path: Path) -> None:
     assert said.strip() == "no browser could be opened here; open the address in one"
 
 
+@pytest.mark.exhaustive
 def test_a_report_is_written_whether_the_check_passes_or_not(run: Any, tmp_path: Path) -> None:
     ran = run("report", "planar2_closed_form", "-o", "good.html")
     assert ran.code == 0, ran.err

@@ -77,6 +77,7 @@ def test_a_motion_that_bows_into_something_finds_its_way_through_all_that_it_pas
     assert "way: clear was taken at 'over' and 'beyond' and 'there'" in line
 
 
+@pytest.mark.exhaustive
 def test_what_is_proposed_for_poses_that_are_passed_is_accepted() -> None:
     """Ways through them are one motion, which takes no times."""
     passed = [
@@ -96,6 +97,7 @@ def test_what_is_proposed_for_poses_that_are_passed_is_accepted() -> None:
     assert kw.plan(given).report.ok
 
 
+@pytest.mark.exhaustive
 def test_where_no_way_is_found_that_is_told() -> None:
     given = fastest()
     given["scene"]["objects"] = {

@@ -75,6 +75,7 @@ def test_a_straight_motion_is_not_said_to_rest_between_waypoints() -> None:
     assert made.chosen.status == "optimal"
 
 
+@pytest.mark.exhaustive
 def test_a_rest_between_ways_is_no_way() -> None:
     """The time between equal stops is given; nothing is to be found there."""
     for more in ({"way": "clear"}, {}):
@@ -284,6 +285,7 @@ def test_a_heavy_load_is_led_only_where_the_arm_can_hold_it() -> None:
     assert planned(heavy).trajectory.duration < 2.0 * least
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("at", "goal"), [(0.2, "there"), (0.3, "aside"), (0.7, "there")])
 def test_a_way_goes_on_from_the_middle_of_one_where_the_arm_can_not_brake_straight(
     at: float, goal: str
@@ -377,6 +379,7 @@ TILES = {
 CRATE = {"crate": box([100, 100, 100], [-400, 400, 50])}
 
 
+@pytest.mark.exhaustive
 def test_where_no_way_is_found_the_objects_to_blame_are_named() -> None:
     """Few of many, without which there is a way."""
     objects = CRATE | TILES

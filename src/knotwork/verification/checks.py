@@ -23,7 +23,7 @@ from knotwork.verification.waits import waits
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
-"""Check of a motion of a scenario's joints: a function that gives findings."""
+"""Function that gives the findings on a motion of a scenario's joints."""
 
 CHECKS: dict[str, Check] = {
     "time_span": time_span,

@@ -127,7 +127,7 @@ class Finding:
 
     @property
     def at(self) -> float | None:
-        """Time to show [s]: the worst one, or the start of the interval; `None` for all time."""
+        """Time to show [s], the worst one or the start of the interval; `None` for all time."""
         return self.interval[0] if self.time is None and self.interval else self.time
 
     @property

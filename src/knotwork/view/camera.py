@@ -19,6 +19,8 @@ ASIDE = np.radians(10.0)
 CLEAR, NEAR = np.radians(75.0), 0.15
 # Margin around a view of the task alone, as a fraction of its size.
 AROUND = 0.35
+# Part of a picture that its points may fill.
+FILLED = 0.94
 
 
 def views(
@@ -55,6 +57,33 @@ def views(
     margin = AROUND * extent
     corners = box_corners(np.array([task.min(axis=0) - margin, task.max(axis=0) + margin]))
     return {"view": view, "work": {**view, "points": corners.tolist()}}
+
+
+def framed(
+    points: FloatArray, towards: Sequence[float], size: tuple[float, float]
+) -> tuple[float, FloatArray]:
+    """Distance of a camera that looks at the origin, and shift of its picture, for points in view.
+
+    Args:
+        points: Points in view [m], z up, shape (n, 3).
+        towards: Unit vector from the origin towards the camera.
+        size: Width and height of the picture at a distance of 1.
+
+    Returns:
+        The distance [m]; and the middle of the picture, to the right and up, relative to its size.
+    """
+    back = np.asarray(towards, float)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= max(float(np.linalg.norm(right)), 1e-9)
+    axes = np.column_stack([right, np.cross(back, right)])
+    across, depth = points @ axes, points @ back
+    distance = float(depth.max()) + 1e-3
+    while True:
+        seen = across / (distance - depth)[:, np.newaxis]
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        if np.all(high - low <= FILLED * np.array(size)):
+            return distance, (low + high) / 2.0 / size
+        distance += 0.01 * (distance - float(depth.min()))
 
 
 def _turn(apart: FloatArray, around: float) -> float:

@@ -60,7 +60,7 @@ class Marks:
         time: Times [s], shape (n,).
         names: Names, length n.
         asked: Given joint values by order of derivative (0, 1), shape (n, d), NaN for
-            missing ones.
+            missing ones, and for velocities that planning chose.
     """
 
     time: FloatArray
@@ -200,6 +200,11 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     )
 
 
+def chosen_velocities(scenario: Scenario) -> set[str]:
+    """Names of waypoints whose velocity planning chose, so that it was not given."""
+    return {name for run in scenario.task.chosen or () for name in run.velocities}
+
+
 def asking_nothing(name: str) -> Scenario:
     """A task for a motion without one."""
     return Scenario(name, (), PlainTask.model_construct(waypoints=()))
@@ -222,8 +227,10 @@ def _marks(
     if waypoints is not None:
         order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
         own = list(waypoints.asked)
-        asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
         names = [waypoints.names[i] for i in own]
+        chosen_there = np.isin(names, list(chosen_velocities(scenario)))[:, np.newaxis]
+        velocity = np.where(chosen_there, np.nan, waypoints.velocity[own][:, order])
+        asked = waypoints.position[own][:, order], velocity
         for i in space.waits:
             names[i + 1] = ""  # a wait has one name, at its start
         return Marks(waypoints.time[own], tuple(names), asked)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.waypoints import FloatArray
+
 if TYPE_CHECKING:
     from meshcat import Visualizer
 
@@ -22,12 +24,15 @@ LETTERS = 74
 VERDICTS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 
-def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> None:
-    """Place a board behind a scene, at its left, facing the first view.
+def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
+    """Place a board at the left of a scene, facing the first view.
 
     Args:
         scene: From `make_scene`.
         node: Node of the viewer for the board.
+
+    Returns:
+        Its corners [m], shape (4, 3).
     """
     from meshcat.geometry import Box, ImageTexture, MeshBasicMaterial, PngImage
 
@@ -38,11 +43,16 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> None:
     towards /= max(float(np.linalg.norm(towards)), 1e-9)
     up = np.array([0.0, 0.0, 1.0])
     right = np.cross(up, towards)
-    place = pin.SE3(np.column_stack([right, up, towards]), (low + high) / 2)
-    place.translation += size * (0.25 * up - 0.4 * towards - 0.5 * right)
+    middle = (low + high) / 2
+    width, height = (0.55 * size * side / WIDTH for side in (WIDTH, HEIGHT))
+    aside = float(((points - middle) @ right).min()) - 0.5 * width - 0.05 * size
+    place = pin.SE3(np.column_stack([right, up, towards]), middle + aside * right)
+    place.translation[2] = high[2] - 0.5 * height
     picture = MeshBasicMaterial(map=ImageTexture(image=PngImage(drawn_board(scene))))
-    node.set_object(Box([0.55 * size, 0.55 * size * HEIGHT / WIDTH, 1e-3 * size]), picture)
+    node.set_object(Box([width, height, 1e-3 * size]), picture)
     node.set_transform(place.homogeneous)
+    corners = np.array([(i * width, j * height, 0.0) for i in (-0.5, 0.5) for j in (-0.5, 0.5)])
+    return np.asarray(corners @ place.rotation.T + place.translation)
 
 
 def board_lines(scene: Mapping[str, Any]) -> list[str]:

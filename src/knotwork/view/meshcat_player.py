@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.errors import InputError
+from knotwork.view.camera import framed
 from knotwork.view.mesh import Mesh
 from knotwork.view.meshcat_board import put_up_board
 from knotwork.view.packing import unpacked, unpacked_numbers
@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 ROOT = "knotwork"
 RATE = 60.0
 """Frames per second of the animation; Meshcat interpolates between them."""
+ANGLE = 45.0
+"""Vertical field of view [deg]."""
+NARROW = 4.0 / 3.0
+"""Width of the narrowest window that shows all, relative to its height."""
 
 
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
@@ -50,20 +54,27 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
         if thing["hidden"]:
             node.set_property("visible", False)
         nodes.append(node)
-    put_up_board(scene, root["board"])
-    look_at(scene, inner)
+    look_at(scene, inner, put_up_board(scene, root["board"]))
     root.set_animation(_animation(scene, joints, nodes))
 
 
-def look_at(scene: Mapping[str, Any], viewer: Visualizer) -> None:
-    """Turn the camera of a `meshcat.Visualizer` to a scene, as near as all of it is visible."""
-    points = np.array(scene["view"]["points"])
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    distance = 1.5 * np.linalg.norm(points - middle, axis=1).max()
-    x, y, z = distance * np.array(scene["view"]["from"])
-    viewer["/Cameras/default"].set_transform(pin.SE3(np.eye(3), middle).homogeneous)
+def look_at(scene: Mapping[str, Any], viewer: Visualizer, board: FloatArray) -> None:
+    """Turn the camera of a `meshcat.Visualizer` to a scene and its board's corners (4, 3).
+
+    It is as near as all of it is visible. Meshcat's camera looks at the origin wherever it is, so
+    its picture is shifted.
+    """
+    points, towards = np.concatenate([scene["view"]["points"], board]), scene["view"]["from"]
+    height = 2.0 * np.tan(np.radians(ANGLE) / 2.0)
+    distance, (right, up) = framed(points, towards, (NARROW * height, height))
+    x, y, z = (distance * float(part) for part in towards)
+    viewer["/Cameras/default"].set_transform(np.eye(4))
     eye = viewer["/Cameras/default/rotated/<object>"]
-    eye.set_property("position", [float(x), float(z), float(-y)])
+    eye.set_property("fov", ANGLE)
+    shift = {"offsetX": float(right), "offsetY": -float(up)}
+    whole = dict.fromkeys(("fullWidth", "fullHeight", "width", "height"), 1.0)
+    eye.set_property("view", {"enabled": True, **whole, **shift})
+    eye.set_property("position", [x, z, -y])
 
 
 def _visualizer(viewer: Any) -> Visualizer:

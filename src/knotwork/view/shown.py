@@ -17,7 +17,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.motion import Motion
-from knotwork.view.drawn_motions import asking_nothing
+from knotwork.view.drawn_motions import asking_nothing, chosen_velocities
 from knotwork.view.footing import footing
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.targets import targets
@@ -106,7 +106,7 @@ class Shown:
     @property
     def given(self) -> Sequence[CartesianWaypoint]:
         """The waypoints whose velocity was given, not chosen by planning."""
-        chosen = {name for run in self.scenario.task.chosen or () for name in run.velocities}
+        chosen = chosen_velocities(self.scenario)
         return [one for one in self.asked if one.name not in chosen]
 
     @cached_property

@@ -11,7 +11,13 @@ import numpy as np
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
-from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motions_of
+from knotwork.view.drawn_motions import (
+    Drawable,
+    Motion,
+    check_distinct,
+    chosen_velocities,
+    motions_of,
+)
 from knotwork.view.headings import head_and_foot, picture_title
 from knotwork.view.panel import Curve, Level, Panel, draw_grid
 from knotwork.view.style import checked_size, rounded, settings
@@ -91,7 +97,12 @@ def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units
     scenario = first.scenario
     times = np.array([one.time for one in scenario.waypoints])
     panel = Panel(row.title, unit, factor, curves, times, zero=True)
-    poses = [one for one in scenario.waypoints if isinstance(one, CartesianWaypoint)]
+    chosen = chosen_velocities(scenario)
+    poses = [
+        one
+        for one in scenario.waypoints
+        if isinstance(one, CartesianWaypoint) and one.name not in chosen
+    ]
     if row.asked and poses:
         asked = [factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
         curves[0].mark("asked", np.array([one.time for one in poses]), np.array(asked))
