@@ -401,6 +401,20 @@ LABELS_OVER_THE_ARM = """(() => {
 })()"""
 
 
+# Width of a failure's label that its words don't take [pixels], and its lines
+FIT_OF_A_LABEL = """(() => {
+  const label = [...document.querySelectorAll(".label.miss")]
+    .find((one) => one.style.visibility === "visible");
+  const words = document.createRange();
+  words.selectNodeContents(label);
+  const { paddingLeft, borderLeftWidth } = getComputedStyle(label);
+  const edges = 2 * (parseFloat(paddingLeft) + parseFloat(borderLeftWidth));
+  const wide = label.getBoundingClientRect().width - words.getBoundingClientRect().width;
+  const tops = [...words.getClientRects()].map((one) => Math.round(one.top));
+  return [wide - edges, new Set(tops).size];
+})()"""
+
+
 def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     tabs: Any, tmp_path: Path
 ) -> None:
@@ -445,9 +459,12 @@ def test_a_click_on_a_failure_goes_there_and_links_that_touch_are_red(
     assert 1 <= tab.locator(".label.miss:visible").count() <= 3
     assert is_red(picture(tab)).sum() > 3 * is_red(clean).sum()
     tab.evaluate("knotwork.look('whole arm')")
-    for size in ((390, 844), (1280, 800)):
+    for size in ((1280, 800), (390, 844), (250, 600)):
         resize(tab, *size)
         assert not tab.evaluate(LABELS_OVER_THE_ARM), size
+        spare, lines = tab.evaluate(FIT_OF_A_LABEL)
+        assert 0 <= spare <= 2, size
+    assert lines > 1  # at last
     wall_drawn = """(() => {
       let found = null;
       const { object } = viewer.scene_tree.find(["Knotwork", "objects"]);

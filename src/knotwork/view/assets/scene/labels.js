@@ -14,9 +14,10 @@ const ROOM = 55000;
 const NEAR = 34;
 // Words further from their point are left out, unless they are called.
 const FAR = 100;
-// Number of failures that have labels at once: those nearest to the time shown, within a part of the motion.
+// Largest number of failures that have labels at once: those nearest to the time shown, within a part of the motion.
 const MISSES = 3;
 const SOON = 0.12;
+const EDGES = 13; // of a label beside its words, and a pixel [pixels]
 const GRID = 24; // between further places [pixels]
 
 // Area that two boxes [left, top, right, bottom] have in common
@@ -117,13 +118,26 @@ class Labels {
     return this.labels.filter(({ box }) => box.style.visibility === "visible");
   }
 
+  // Makes boxes of several lines as narrow as their words.
+  fit() {
+    const boxes = this.labels.filter(({ kind }) => kind === "miss").map(({ box }) => box);
+    for (const box of boxes) box.style.width = "";
+    const words = document.createRange();
+    const widths = boxes.map((box) => {
+      words.selectNodeContents(box);
+      return words.getBoundingClientRect().width;
+    });
+    boxes.forEach((box, i) => (box.style.width = `${Math.ceil(widths[i]) + EDGES}px`));
+  }
+
   // Failures near the time shown [s], of a motion of so long; on paper the first ones
-  near(time, duration) {
+  near(time, duration, pane) {
     const misses = this.labels.filter((label) => label.kind === "miss");
     const away = (label) => Math.abs((label.time ?? time) - time);
     if (document.body.classList.contains("still")) return misses.slice(0, MISSES);
     const soon = misses.filter((label) => away(label) <= SOON * duration);
-    return soon.sort((a, b) => away(a) - away(b)).slice(0, MISSES);
+    const most = Math.max(1, Math.min(MISSES, Math.round((pane.width * pane.height) / ROOM)));
+    return soon.sort((a, b) => away(a) - away(b)).slice(0, most);
   }
 
   // Place all of them anew if what is seen has changed.
@@ -133,14 +147,17 @@ class Labels {
     const pane = paneBox();
     const size = `${pane.width} ${pane.height}`;
     const moved = this.labels.filter((label) => label.moves).flatMap((label) => label.point().toArray());
-    const misses = this.near(time, duration);
+    const misses = this.near(time, duration, pane);
     const chosen = this.labels.map((label, i) => (misses.includes(label) ? i : -1)).filter((i) => i >= 0);
     const taken = panels(pane);
     const view = [size, ...taken.flat().map(Math.round), ";", ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen, misses.length ? time : ""].join();
     if (view === this.view && !this.again) return;
     this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
-    if (!this.view.startsWith(`${size},`)) for (const label of this.labels) label.at = -1;
+    if (!this.view.startsWith(`${size},`)) {
+      for (const label of this.labels) label.at = -1;
+      this.fit();
+    }
     this.view = view;
     for (const label of this.labels) {
       const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
