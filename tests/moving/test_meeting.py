@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -130,16 +129,21 @@ def test_a_speed_that_is_chosen_before_a_belt_is_met() -> None:
     check_places(kw.plan(task))
 
 
-def test_a_long_move_after_a_short_one_does_not_swing() -> None:
+@pytest.mark.parametrize("later", [False, True], ids=["last", "before a wait and a free time"])
+def test_a_long_move_after_a_short_one_does_not_swing(later: bool) -> None:
     """The short one ends with its largest acceleration, from which the arm does not swing on."""
     ends = [([0.5, 0.0, 0.2], 3.0), ([0.5, 0.0, 0.3], "fastest")]
     stops = [{"after": after, "pose": {"position": p, **DOWN}, "stop": True} for p, after in ends]
-    aside = {"time": 9, "pose": {"position": [0.4, 0.2, 0.3], **DOWN}, "stop": True}
-    plan = kw.plan({"robot": "ur5", "start": "home", "waypoints": [*stops, aside]})
+    stops.append({"time": 9, "pose": {"position": [0.4, 0.2, 0.3], **DOWN}, "stop": True})
+    if later:
+        stops[-1]["wait"] = 1
+        stops.append({"joints": "home", "after": "fastest"})
+    plan = kw.plan({"robot": "ur5", "start": "home", "waypoints": stops})
     assert plan.report.ok, plan.report
-    *_, (start, end) = pairwise(plan.joint_waypoints.time)
+    start, end = plan.joint_waypoints.time[2:4]
+    assert end == 9.0
     moved = np.ptp(plan.trajectory.position(np.linspace(start, end, 500)), axis=0)
-    direct = np.abs(np.diff(plan.joint_waypoints.position[-2:], axis=0)[0])
+    direct = np.abs(np.diff(plan.joint_waypoints.position[2:4], axis=0)[0])
     assert (moved < direct + 0.3).all()
 
 

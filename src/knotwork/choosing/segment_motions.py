@@ -19,7 +19,10 @@ from knotwork.timing.solving import NoMotionError, solved
 from knotwork.units import rounded_up
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)
-"""Objective if all times are given."""
+"""Objective of a single interval with a given time."""
+
+CALMEST = Objective(time=0.0, acceleration=1.0)
+"""The same for several: least jerk would keep up the accelerations of a short one in a long one."""
 
 
 class NoMotionsError(Exception):
@@ -97,7 +100,8 @@ def _motions(
     for one in segments:
         problem = timing_problem(task, one, objective, totals.get(one))
         if objective.only_time and one not in totals and not problem.free.any():
-            problem = replace(problem, objective=SMOOTHEST)
+            alone = len(one.waypoints) == 2
+            problem = replace(problem, objective=SMOOTHEST if alone else CALMEST)
         try:
             if one.way is None:
                 found[one] = solved(problem, watch)

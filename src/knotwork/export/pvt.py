@@ -50,10 +50,9 @@ def to_pvt(
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
     points = motion_points(motion, accelerations=None, fit=fit)
-    trajectory = points.trajectory
+    trajectory, knots = points.trajectory, points.trajectory.knots
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
-    knots = trajectory.knots
     time = np.asarray(trajectory.breaks - trajectory.start_time)
     since = "the previous row" if incremental else "the start"
     columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
@@ -63,9 +62,9 @@ def to_pvt(
         f"Column 1: time [s] since {since}.",
     ]
     for i, name in enumerate(trajectory.joint_names):
-        si = trajectory.joint_units[i]
-        unit = "deg" if si == "rad" and degrees else si
-        factor, shift = factors[i], shifts[i]
+        factor, shift, unit = factors[i], shifts[i], trajectory.joint_units[i]
+        if unit == "rad" and degrees:
+            unit = "deg"
         per = factor * (DEGREES if unit == "deg" else 1.0)
         with np.errstate(all="ignore"):
             position = knots.position[:, i] * per + shift
@@ -78,10 +77,7 @@ def to_pvt(
         columns[f"{name}.velocity_{label}_per_s"] = velocity
         text = f"joint {name!r} [{unit}], velocity [{unit}/s]"
         if not own:
-            text += (
-                f", each in drive units: {factor!r} a {unit}, position "
-                f"{'' if shift < 0.0 else '+'}{shift!r} drive units"
-            )
+            text += f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)
 

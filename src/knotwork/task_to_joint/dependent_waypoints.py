@@ -127,8 +127,8 @@ class DependentWaypoints:
         if isinstance(led, list):
             return led
         found: list[list[Candidates]] = []
-        own = (path for path in self.scenario.paths if path.first in group[:-1])
-        paths = [path for path in own if not path.motion.stands]
+        moving = (path for path in self.scenario.paths if not path.motion.stands)
+        paths = [path for path in moving if path.first in group[:-1]]
         if not paths:
             raise led()
         alike = len({path.freedom for path in paths}) == 1
@@ -229,8 +229,7 @@ class DependentWaypoints:
 
     def known_continuation(self, path: ScenarioPath, start: FloatArray) -> Continuation | None:
         """The continuation along a path from joint positions (d,), if it has been computed."""
-        found = self._continuations.get(path.first)
-        if found is None:
+        if (found := self._continuations.get(path.first)) is None:
             return None
         turns = whole_turns(start - found.q[0])
         off = np.abs(start - found.q[0] - turns).max(axis=1)

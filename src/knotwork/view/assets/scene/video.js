@@ -1,8 +1,10 @@
 // A video of the motion, from its start to its end, as it is shown: for slides and messages.
 
+const VIDEO_END = 2000; // how long the end is shown [ms]
+
 function offerVideo(viewer, player) {
   const canvas = viewer.renderer.domElement;
-  const kind = ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((one) => window.MediaRecorder?.isTypeSupported(one));
+  const kind = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((one) => window.MediaRecorder?.isTypeSupported(one));
   if (!kind || !canvas.captureStream) return;
   const button = Object.assign(document.createElement("button"), { id: "video", type: "button", textContent: "video" });
   button.title = "record the motion from start to end, at the speed chosen, and download it";
@@ -25,7 +27,14 @@ function offerVideo(viewer, player) {
     player.seek(0);
     recorder.start();
     player.toggle();
-    const wait = () => (player.running ? requestAnimationFrame(wait) : setTimeout(() => recorder.stop(), 300));
+    // An encoder that is late loses what is not written when it stops: the end is held meanwhile.
+    let end;
+    const wait = (now) => {
+      end = player.running ? undefined : (end ?? now + VIDEO_END);
+      if (end !== undefined) viewer.render();
+      if (end < now) recorder.stop();
+      else requestAnimationFrame(wait);
+    };
     requestAnimationFrame(wait);
   });
 }
