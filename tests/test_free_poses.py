@@ -578,7 +578,7 @@ def test_a_tilt_that_comes_to_its_limit_on_the_way_does_not_stop_hard() -> None:
     assert max(uses) < 0.95
 
 
-@pytest.mark.parametrize("turn", [[-360, 20], [-350, 350]])
+@pytest.mark.parametrize("turn", [[-180, 180], [-360, 20], [-350, 350]])
 def test_a_wide_range_of_a_turn_is_no_obstacle_where_none_at_all_is_possible(turn: Any) -> None:
     """Self-motion of least norm goes straight into the bound on this circle."""
     centre = {"centre": [400, 250, 300], "normal": [0, 0, 1]}

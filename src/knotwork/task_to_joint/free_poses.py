@@ -56,10 +56,9 @@ class Chain(NamedTuple):
 
     @property
     def softened(self) -> Chain:
-        """The chain whose virtual joints all slow down towards their limits."""
-        joints = self.robot.virtual_joints
-        soft = self.robot.with_virtual_joints(*(replace(one, soft=True) for one in joints))
-        return self._replace(robot=soft)
+        """The chain whose virtual joints slow down towards their limits, and move less easily."""
+        joints = [replace(one, soft=True, ease=1.0) for one in self.robot.virtual_joints]
+        return self._replace(robot=self.robot.with_virtual_joints(*joints))
 
     def put(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
         """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
