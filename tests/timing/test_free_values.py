@@ -167,12 +167,15 @@ def test_times_from_the_least_on_are_found_or_refused_with_times_that_suffice(
             except TimingError as error:
                 refused += 1
                 assert_suffices(error, problem)
-    assert refused <= 2
+    assert refused <= 3
 
 
 def assert_suffices(error: TimingError, problem: TimingProblem) -> None:
     """With the durations that are named, taken together, there is a motion."""
     duration = np.array(problem.duration)
+    if total := re.search(r"the motion is to last .* with ([0-9.]+) s", str(error)):
+        solve(replace(problem, total=float(total[1])))
+        return
     for line in str(error).splitlines():
         i, named = re.findall(r"from '(\d+)' to .* with ([0-9.]+) s", line)[0]
         duration[int(i)] = float(named)

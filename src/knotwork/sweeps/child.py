@@ -27,7 +27,7 @@ from knotwork.verification.checks import own_checks
 
 START_LIMIT = 120.0
 """Time for imports in a child [s], not counted for a row."""
-LONGEST = 1e8
+LONGEST = 1e6
 """Upper bound of time limits [s], required by clocks."""
 POLL = 1.0
 """Longest interval between checks of the number of tasks in progress [s]."""
