@@ -10,9 +10,7 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
-ROOMS = sorted(
-    path.name for path in SOURCE.iterdir() if path.suffix in {"", ".py"} and path.name != "pipeline"
-)
+ROOMS = sorted(path.name for path in SOURCE.iterdir() if path.suffix in {"", ".py"})
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(
     r"\b(?<![Tt]here )(is|are|be) (no|none)\b(?! (more|less|longer|later|shorter|\w+er)\b)"

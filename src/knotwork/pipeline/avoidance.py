@@ -96,15 +96,15 @@ def best_of_sequences(planner: Planner[PlanT]) -> PlanT:
     if best is None:
         raise first_error or AssertionError("a sequence without a plan has an error")
     best = replace(best, sequences=tried)
-    if not failed_pairs(best.report.findings):
-        return best if tried == 1 else _with_finding(best, _FIRST_CLEAR.format(tried))
-    return _with_detour(planner, best, tried)
-
-
-_FIRST_CLEAR = (
-    "the best sequence of solutions has no clear motion; of {} sequences tried this is the first "
-    "that has one"
-)
+    if failed_pairs(best.report.findings):
+        return _with_detour(planner, best, tried)
+    if tried == 1:
+        return best
+    return _with_finding(
+        best,
+        f"the best sequence of solutions has no clear motion; of {tried} sequences tried this is "
+        "the first that has one",
+    )
 
 
 def _colliding_intervals(plan: Any) -> list[int]:
@@ -148,10 +148,10 @@ def _rank(plan: Any) -> tuple[int, int]:
 
 
 def _possible_ways(plan: Any) -> list[int]:
-    """Waypoints to which a motion collides that could find its way, by index.
+    """Indices of waypoints at which `way: clear` could avoid a collision on the way there.
 
-    It lies between two waypoints that collide with nothing, and is no tool path. What is passed at
-    a free velocity is passed at one by ways, too: they lead to it and on from it.
+    The motion is between two collision-free waypoints and is not a tool path. Waypoints passed at a
+    free velocity keep one, so that the motions to them and from them are replaced together.
     """
     scenario = plan.scenario
     asked = scenario if plan.chosen is None else plan.chosen.asked
@@ -176,7 +176,7 @@ def _possible_ways(plan: Any) -> list[int]:
 
 
 def _with_chosen_time(plan: Any, ends: Sequence[int]) -> list[int]:
-    """Those of some waypoints whose time is chosen."""
+    """The waypoints among some whose times are chosen."""
     return [i for i in ends if plan.chosen and plan.chosen.asked.free.duration[i - 1]]
 
 
@@ -185,7 +185,7 @@ def _named(plan: Any, ends: Sequence[int]) -> str:
 
 
 def _proposal(plan: Any, ends: Sequence[int]) -> str:
-    """Which motions could find their way, in words; empty where none could."""
+    """Proposal of `way: clear` for some waypoints, or an empty text."""
     if not ends or plan.scenario.scene.moves:
         return ""
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
@@ -196,7 +196,7 @@ def _proposal(plan: Any, ends: Sequence[int]) -> str:
 
 
 def _taken(plan: Any, ends: Sequence[int]) -> str:
-    """That motions find their way though they were not asked to, in words."""
+    """Message that `way: clear` was taken without being requested."""
     return f"the fastest motion collides, so way: clear was taken at {_named(plan, ends)}"
 
 

@@ -138,7 +138,7 @@ class Interpolation:
 
     @property
     def knots_along_paths(self) -> Any:
-        """Where the knots sit for which waypoints are inserted: the planner's, if it has knots."""
+        """Knot positions for inserting waypoints: those of the planner, if it has knots."""
         base, ruled = planner_and_rule(self.scenario.planner)
         if "knots" not in PLANNER_SPECS[base].supports:
             return PlannerOptions().knots

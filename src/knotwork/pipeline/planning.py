@@ -42,15 +42,15 @@ class Plan(ExecutionMixin, PlanFiles):
     """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
 
     Attributes:
-        scenario: What was asked for.
+        scenario: The task.
         space: The joints it moves and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
-        report: What the check found.
+        report: Findings of the check.
         left_out: Options of the scenario that a planner given in place of its own does not support.
-        solution: How the solutions of the poses were chosen.
-        chosen: What was chosen of a scenario with free times; `scenario` then has numbers in place
-            of them. `None` where nothing was free.
+        solution: Choice of the solutions of the poses.
+        chosen: Chosen values of a scenario with free times, which `scenario` then has as numbers;
+            `None` if nothing was free.
         sequences: Number of sequences of solutions planned until one collided nowhere, or all.
 
     >>> made = kw.plan("paper_case")
@@ -70,12 +70,12 @@ class Plan(ExecutionMixin, PlanFiles):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What is switched on the way, in order of time."""
+        """Switching events, in order of time."""
         return self.trajectory.events
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """What the motion consists of, in order of time.
+        """Parts of the motion, in order of time.
 
         >>> [(one.name, one.kind) for one in kw.plan("paper_case").segments][:2]
         [('A to B', 'free motion'), ('B to C', 'free motion')]
@@ -167,13 +167,13 @@ def plan(
             `Plan.left_out` names them.
         knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
             their constant, or the knot times [s]; `"optimal"` to have them chosen.
-        budget: Where times are free: the time after which the best motion so far is taken [s]; by
-            default as long as it takes.
-        progress: Where times are free: called as the solver goes on.
+        budget: Computing time for free times [s], by default unlimited; segments that are not
+            solved by then rest at each waypoint.
+        progress: Callback of the solver for free times.
 
     Returns:
-        The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
-        no error here.
+        The plan. Its `report.ok` tells whether the motion meets all requirements: an exceeded limit
+        raises no error.
 
     Raises:
         InputError: The scenario is wrong, or a waypoint can't be met as asked. The error names
