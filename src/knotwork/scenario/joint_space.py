@@ -15,10 +15,10 @@ import numpy as np
 from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario.dwells import waits
 from knotwork.scenario.payloads import Carrying, carrying
-from knotwork.scenario.waits import waits
 from knotwork.task import ChosenMotion, PoseWaypoint
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 

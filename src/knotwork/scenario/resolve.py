@@ -12,21 +12,21 @@ import numpy as np
 from knotwork import documents
 from knotwork.documents import Location, Places
 from knotwork.errors import shown
-from knotwork.scenario.events import EventReader, with_waits
+from knotwork.scenario.event_reader import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
-from knotwork.scenario.model import (
+from knotwork.scenario.payloads import read_payload
+from knotwork.scenario.repetitions import expanded
+from knotwork.scenario.scenario import (
     SMALLEST_PATH_TOLERANCE,
     Scenario,
     ToleranceSet,
     ToolPlacement,
 )
-from knotwork.scenario.payloads import read_payload
-from knotwork.scenario.repeats import expanded
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.task import Balanced, JointWaypoint, Limits, PlainTask, PoseWaypoint, Task
 from knotwork.task.places import read_document
-from knotwork.task.units import in_si, si_factors
+from knotwork.task.si_units import in_si, si_factors
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 

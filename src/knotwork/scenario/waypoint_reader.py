@@ -13,7 +13,7 @@ from knotwork.documents import Location, Places
 from knotwork.errors.plain_text import nameless
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.freedoms_reader import freedom_of, read_freedoms
-from knotwork.scenario.model import JointTarget, ScenarioPath, ScenarioWaypoint
+from knotwork.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task import (
     JointWaypoint,
     PathWaypoint,

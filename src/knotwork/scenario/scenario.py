@@ -16,7 +16,7 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
-from knotwork.task.tool import Limits
+from knotwork.task.tool_and_limits import Limits
 from knotwork.trajectory.events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
@@ -24,7 +24,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.scenario.path_timing import AskedTiming
+    from knotwork.scenario.asked_timing import AskedTiming
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
     from knotwork.tool_paths.weave import Weave
