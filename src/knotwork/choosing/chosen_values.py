@@ -12,7 +12,7 @@ from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
 from knotwork.scenario import JointTarget, Scenario, resolved
 from knotwork.task import ChosenMotion, Velocity
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.timing import TimedMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 

@@ -172,7 +172,7 @@ class PathSpeeds:
             path: The path in this task.
         """
         timing = path.motion.timing
-        if task.scenario.pull_to_middle:
+        if task.scenario.task.pull_to_middle:
             self.along = SharesAlongPath(task, path, self.shares, float(timing.speeds.max()))
         used, expected = self.shares.of_motion(task, path), self.along.at(timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)

@@ -18,7 +18,7 @@ import numpy as np
 
 from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.part import MeshPart
+from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.size_limits import (
     MOST_ELEMENTS,
     MOST_NESTED,

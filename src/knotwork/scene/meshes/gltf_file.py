@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.mesh_part import IndexArray
 from knotwork.scene.meshes.size_limits import (
     MOST_NESTED,
     MOST_SHAPES,

@@ -13,8 +13,8 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial.distinct import distinct
+from knotwork.scene.meshes.mesh_part import IndexArray, MeshPart
 from knotwork.scene.meshes.obj_file import read_obj
-from knotwork.scene.meshes.part import IndexArray, MeshPart
 from knotwork.scene.meshes.ply_file import read_off, read_ply
 from knotwork.scene.meshes.size_limits import FARTHEST, check_triangles, read_bounded
 from knotwork.scene.meshes.stl_file import read_stl
