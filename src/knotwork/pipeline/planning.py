@@ -16,7 +16,7 @@ from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import Interpolation, Knots
 from knotwork.pipeline.replanning import scenario_from
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
-from knotwork.scenario.events import found_ways, segments
+from knotwork.scenario.event_reader import found_ways, segments
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task

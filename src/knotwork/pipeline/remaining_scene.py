@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.scenario import HeldObject, Scenario
+from knotwork.scenario import GraspedObject, Scenario
 from knotwork.task import SceneObject, Task
-from knotwork.task.part import plain
-from knotwork.task.scene import SHAPES
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
+from knotwork.task.surroundings import SHAPES
+from knotwork.task.task_part import plain
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -110,7 +110,9 @@ def _moved_on(task: Task, objects: dict[str, Any], first: float) -> Task:
     return task.replace(frames=frames or None, scene=scene if objects or robots else None)
 
 
-def _lying(scenario: Scenario, held: HeldObject, i: int, pose: Any, *, near: bool) -> SceneObject:
+def _lying(
+    scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
+) -> SceneObject:
     """A held object at the place where the tool takes or releases it, at waypoint i."""
     task, carrier = scenario.task, held.carriers[scenario.waypoints[i].name == held.leave]
     asked = task.tool.holds[held.name]  # type: ignore[union-attr]

@@ -19,7 +19,7 @@ from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.rows import MOST_BYTES, arrow, read_rows, schema_of
 from knotwork.sweeps.spec import StudySpec
-from knotwork.task.units import unit_at
+from knotwork.task.si_units import unit_at
 from knotwork.units import Units
 
 if TYPE_CHECKING:
