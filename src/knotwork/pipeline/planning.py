@@ -10,19 +10,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.pipeline.avoidance import best_of_sequences
-from knotwork.pipeline.execution import ExecutionMixin
+from knotwork.pipeline.execution import ExecutedMotion
 from knotwork.pipeline.infeasibility import infeasible
-from knotwork.pipeline.plan_files import PlanFiles
 from knotwork.pipeline.planner_options import Interpolation, Knots
 from knotwork.pipeline.replanning import scenario_from
 from knotwork.scenario import FreeTimes, Scenario, load_scenario
 from knotwork.scenario.events import found_ways, segments
-from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
-from knotwork.trajectory import Event, JointTrajectory, Segment
-from knotwork.verification import Report, check
-from knotwork.waypoints import JointWaypoints
+from knotwork.verification import check
 
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
@@ -38,56 +35,13 @@ MOST_TIMED = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(ExecutionMixin, PlanFiles):
-    """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
+class Plan(ExecutedMotion):
+    """A planned motion with its verdict, which can be shown, saved and changed.
 
-    Attributes:
-        scenario: The task.
-        space: The joints it moves and their robot.
-        joint_waypoints: Joint positions and velocities at the waypoints.
-        trajectory: The motion.
-        report: Findings of the check.
-        left_out: Options of the scenario that a planner given in place of its own does not support.
-        solution: Choice of the solutions of the poses.
-        chosen: Chosen values of a scenario with free times, which `scenario` then has as numbers;
-            `None` if nothing was free.
-        sequences: Number of sequences of solutions planned until one collided nowhere, or all.
-
-    >>> made = kw.plan("paper_case")
-    >>> made.joint_waypoints.time, made.trajectory.end_time, made.report.ok
+    >>> swing = kw.plan("paper_case")
+    >>> swing.joint_waypoints.time, swing.trajectory.end_time, swing.report.ok
     (array([ 0.,  5., 15., 25.]), 25.0, True)
     """
-
-    scenario: Scenario
-    space: JointSpace
-    joint_waypoints: JointWaypoints
-    trajectory: JointTrajectory
-    report: Report
-    left_out: tuple[str, ...] = ()
-    solution: TaskSolution | None = None
-    chosen: ChosenTimes | None = None
-    sequences: int = 1
-
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """Switching events, in order of time."""
-        return self.trajectory.events
-
-    @property
-    def segments(self) -> tuple[Segment, ...]:
-        """Parts of the motion, in order of time.
-
-        >>> [(one.name, one.kind) for one in kw.plan("paper_case").segments][:2]
-        [('A to B', 'free motion'), ('B to C', 'free motion')]
-        """
-        return self.trajectory.segments
-
-    def __repr__(self) -> str:
-        """The report in short."""
-        return str(self.report)
-
-    def _repr_html_(self) -> str:
-        return self.report._repr_html_()
 
     def view(self, compare: Sequence[str] = ()) -> Page:
         """Show the arm making its move, in 3D.
