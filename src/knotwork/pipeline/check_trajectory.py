@@ -18,7 +18,7 @@ from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task.places import read_document
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 

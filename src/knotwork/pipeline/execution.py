@@ -18,12 +18,12 @@ from knotwork.pipeline.speed_override import PATH_TOLERANCE, SAME_TIME, change_s
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import first_rest, inverse_time, joint_stop, stop_on_path
 from knotwork.scenario import Scenario, resolved
-from knotwork.scenario.events import action_of, segments
+from knotwork.scenario.event_reader import action_of, segments
 from knotwork.scenario.joint_space import joint_space
 from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Task
 from knotwork.task.places import moved_paths
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.trajectory import Segment
 from knotwork.trajectory.events import on_at
 from knotwork.verification import Finding, check

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.pipeline.speed_override import SAME_TIME
-from knotwork.scenario import HeldObject, Scenario
+from knotwork.scenario import GraspedObject, Scenario
 from knotwork.task import SceneObject, Task
-from knotwork.task.part import plain
-from knotwork.task.scene import SHAPES
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
+from knotwork.task.surroundings import SHAPES
+from knotwork.task.task_part import plain
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -107,7 +107,7 @@ def scene_from(
 
 
 def _put_down(
-    scenario: Scenario, held: HeldObject, i: int, pose: Any, *, near: bool
+    scenario: Scenario, held: GraspedObject, i: int, pose: Any, *, near: bool
 ) -> SceneObject:
     """A held object at the place where the tool takes or releases it, at waypoint i."""
     task, carrier = scenario.task, held.carriers[scenario.waypoints[i].name == held.leave]

@@ -11,12 +11,12 @@ from knotwork.errors import InputError
 from knotwork.errors.plain_text import nameless
 from knotwork.pipeline.remaining_scene import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
-from knotwork.scenario.events import action_of
+from knotwork.scenario.event_reader import action_of
 from knotwork.scenario.joint_space import moved_robot
-from knotwork.scenario.repeats import expanded
+from knotwork.scenario.repetitions import expanded
 from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Action, EndAcceleration, PlainTask, Task
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.trajectory.events import on_at
 
@@ -41,7 +41,7 @@ def scenario_from(
     """
     task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))
-    if asked.robot is not None:
+    if asked.task.robot is not None:
         with asked.error_context("robot"):
             names = moved_robot(asked).joint_names
             if set(names) != set(motion.joint_names):

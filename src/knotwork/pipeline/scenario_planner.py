@@ -11,7 +11,7 @@ from knotwork.pipeline.infeasibility import infeasible
 from knotwork.pipeline.planned_motion import PlannedMotion
 from knotwork.pipeline.planner_options import Interpolation, Knots
 from knotwork.scenario import Scenario
-from knotwork.scenario.events import found_ways, segments
+from knotwork.scenario.event_reader import found_ways, segments
 from knotwork.scenario.joint_space import joint_space
 from knotwork.task_to_joint import Step, TaskSolution, solve_task
 from knotwork.verification import check

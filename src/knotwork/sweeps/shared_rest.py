@@ -75,7 +75,7 @@ def _split_motion(
     def is_shared(waypoint: ScenarioWaypoint) -> bool:
         if isinstance(waypoint, CartesianWaypoint) or waypoint.name in handled:
             return False
-        where = waypoint.joints.location
+        where = waypoint.location
         return not any(place[: len(where)] == where[: len(place)] for place in varied)
 
     shared_times: list[float] = []

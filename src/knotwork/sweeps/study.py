@@ -17,7 +17,7 @@ from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
-from knotwork.task.units import unit_at
+from knotwork.task.si_units import unit_at
 from knotwork.units import Units
 
 if TYPE_CHECKING:
