@@ -210,7 +210,7 @@ def _with_chosen_times(
 
     names = [one.name for one in scenario.waypoints]
     met = tuple(names[i] for i in free.meets if free.duration[i - 1])
-    timed = _TimedPlanner(scenario, free, planner, knots, Budget(budget=budget), progress, met)
+    timed = _TimedPlanner(scenario, free, planner, knots, Budget(seconds=budget), progress, met)
     if not free.meets:
         return best_of_sequences(timed)
     scenario = with_times_met(scenario, lambda one: timed.at(one).chosen_times(None))
@@ -309,7 +309,7 @@ class _TimedPlanner:
         """Choose times for a sequence of solutions, by default the best."""
         from knotwork.choosing import choose_times
 
-        left = None if self.time.budget is None else max(self.time.left(), 1e-3)
+        left = None if self.time.seconds is None else max(self.time.left(), 1e-3)
         return choose_times(
             self.scenario, self.free, budget=left, progress=self.progress, solution=solution
         )
