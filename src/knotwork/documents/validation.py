@@ -140,10 +140,10 @@ def _is_model(kind: Any) -> bool:
 
 def _fields(model: type[BaseModel]) -> dict[str | int, tuple[Any, str | None]]:
     """Type and description by key."""
-    fields = model.model_fields.items()
     return {
-        str(info.validation_alias or name): (info.annotation, info.description)
-        for name, info in fields
+        str(key): (info.annotation, info.description)
+        for name, info in model.model_fields.items()
+        for key in getattr(info.validation_alias, "choices", [info.validation_alias or name])
     }
 
 
