@@ -42,9 +42,8 @@ def test_axes_say_the_units_of_the_file() -> None:
 
 def test_figures_are_drawn_in_the_units_of_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
     made = study({"waypoints[1].after": [1, 2], "frames.bench.position[0]": [0, 250]})
-    values = made.table.column("duration")
-    table = made.table.set_column(made.table.column_names.index("clearance"), "clearance", values)
-    monkeypatch.setitem(vars(made), "table", table)
+    rows = [row | {"clearance": row["duration"]} for row in made.rows()]
+    monkeypatch.setattr(made, "_rows", rows)
     figure = made.plot(["clearance"])
     assert scales(figure) == ["clearance to the surroundings [mm]"]
     (cells,) = figure.axes[0].collections
