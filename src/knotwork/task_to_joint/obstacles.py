@@ -164,7 +164,9 @@ class Obstacles:
         """Distance of each pair minus its required margin, and the pair."""
         from knotwork.scene.distances import nearest_of_bodies
 
-        rotation, origin = (x[0] for x in self.model.placed(self._own(q[None]), np.array([time])))
+        rotation, origin = (
+            x[0] for x in self.model.joint_placements(self._own(q[None]), np.array([time]))
+        )
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):
