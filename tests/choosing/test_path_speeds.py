@@ -221,14 +221,14 @@ def test_a_path_that_the_arm_could_not_leave_at_its_greatest_speed_is_passed_slo
 
 def test_no_at_most_is_named_that_nobody_gave(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
-    followed, calls = path_speeds.followed_path, count()
+    followed, calls = path_speeds.insert_waypoints, count()
 
     def not_at_first(*given: Any) -> Any:
         if next(calls) == 0:
             raise PathError("the steps would be too small")
         return followed(*given)
 
-    monkeypatch.setattr(path_speeds, "followed_path", not_at_first)
+    monkeypatch.setattr(path_speeds, "insert_waypoints", not_at_first)
     made = kw.plan(along(line("a", 100), limits=LIMITS))
     made.report.raise_if_failed()
     (said,) = made.report.select(quantity="binding_limits")

@@ -27,7 +27,7 @@ from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.continuation import continue_along
 from knotwork.kinematics.following.limiting_constraint import fastest
 from knotwork.scenario import ScenarioPath
-from knotwork.task_to_joint import followed_path
+from knotwork.task_to_joint import insert_waypoints
 from knotwork.tool_paths import TimedPath, Timing
 from knotwork.waypoints import FloatArray
 
@@ -263,16 +263,18 @@ class PathSpeeds:
     def _planned(self, speeds: Speeds) -> FloatArray | None:
         """Shares that the planned motion uses on each stretch; `None` if it is infeasible."""
         scenario, path, own = self.task.scenario, self._timed(speeds), self.shares.robot
-        robot, start, pull = self.task.start(path)
+        start = self.task.start(path)
+        robot = start.robot
         knots, times = knots_of(scenario), path.motion.start_time + parts(path.motion.timing)
         ends = times[[0, *range(3, len(times), 3)]]
         try:
-            way = continue_along(robot, path.motion, start[None], ends, pull=pull)
-            time, _, *states, _ = followed_path(scenario, robot, path, start, knots, way, pull)
+            way = continue_along(robot, path.motion, start.q[None], ends, pull=start.pull)
+            rows = insert_waypoints(scenario, path, start, knots, way)
         except (PathError, FollowingError):
             return None
-        q, v, a = (one[:, : own.dof] for one in states)
-        curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
+        states = rows.position, rows.velocity, rows.acceleration
+        q, v, a = (values[:, : own.dof] for values in states)
+        curve = ModifiedHermiteSpline(rows.time, q, v, knots=knots, acceleration=a)
         used = self.shares.of_curve(curve, times)
         # a chosen start depends on velocities along the path, too
         fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0]) / robot.velocity_limit

@@ -1,4 +1,4 @@
-from .inserted import followed_path as followed_path
+from .inserted import insert_waypoints as insert_waypoints
 from .solution import Choice as Choice
 from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart
