@@ -54,7 +54,7 @@ def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:
 
 
 class PathTrack(NamedTuple):
-    """How the arm follows a path.
+    """A path, and the choices with which the arm follows it.
 
     Attributes:
         path: The path.
@@ -101,7 +101,7 @@ class GroupSolution(NamedTuple):
 
     Attributes:
         candidates: Candidates at each waypoint; row k of each follows from row k of the previous.
-        tracks: How the candidates follow the paths of the group.
+        tracks: Tracks of the paths of the group.
     """
 
     candidates: list[Candidates]

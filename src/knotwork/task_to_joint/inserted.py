@@ -68,7 +68,7 @@ def completed_waypoints(
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
-        tracks: How the arm follows each path, by its first waypoint; not needed without paths.
+        tracks: Track of each path, by its first waypoint; not needed without paths.
 
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.

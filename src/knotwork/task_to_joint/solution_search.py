@@ -79,7 +79,7 @@ class SolutionSearch:
         joints: Rules for the joints.
         steps: Rules for the interval after each waypoint but the last.
         candidates: Candidates at each waypoint; `None` where joint positions are given.
-        tracks: How candidates follow the paths.
+        tracks: Tracks of the paths.
     """
 
     def __init__(

@@ -22,7 +22,7 @@ def velocity_at(
     Args:
         scenario: The task.
         chains: The robot with the virtual joints of each pose.
-        track: How the arm follows the path of the waypoint, if it is on one.
+        track: Track of the path of the waypoint, if it is on one.
         index: Index of the waypoint, which is given by a pose.
         q: Joint positions at the waypoint [rad or m], shape (d,).
 

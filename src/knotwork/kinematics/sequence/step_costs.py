@@ -81,7 +81,7 @@ class CollidingStep(NamedTuple):
 
 
 class JointRules(NamedTuple):
-    """What the cost of a step depends on for each joint; arrays of shape (d,).
+    """Scales and limits of the joints for the cost of steps; arrays of shape (d,).
 
     Attributes:
         speed: Reference joint speeds [rad/s or m/s]: the velocity limits where given.
@@ -126,7 +126,7 @@ class JointRules(NamedTuple):
 
 
 class StepRules(NamedTuple):
-    """What the cost of a step depends on in its interval.
+    """Rules for the cost of the steps in one interval.
 
     Attributes:
         duration: Time for the step [s].
