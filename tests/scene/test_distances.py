@@ -15,7 +15,7 @@ import pytest
 import trimesh
 
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scenario import Shape, load_scenario
+from knotwork.scenario import PlacedShape, load_scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import ROUNDING, DistanceMeter
@@ -43,7 +43,7 @@ CONVEX = [
 def exact(path: Path, name: str) -> Solid:
     MESHES[name].export(path / f"{name}.ply")
     place = pin.SE3.Identity()
-    return solid(Shape("mesh", (), place, path / f"{name}.ply", exact=True), place)
+    return solid(PlacedShape("mesh", (), place, path / f"{name}.ply", exact=True), place)
 
 
 def somewhere(one: Solid, rng: np.random.Generator, reach: float) -> Placed:
@@ -65,7 +65,7 @@ def truth(first: Placed, second: Placed) -> float:
 @pytest.mark.parametrize("name", MESHES)
 def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_path: Path) -> None:
     rng, meter, mesh = np.random.default_rng(7), DistanceMeter(), exact(tmp_path, name)
-    others = [solid(Shape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX]
+    others = [solid(PlacedShape(*one, pin.SE3.Identity()), pin.SE3.Identity()) for one in CONVEX]
     others.append(exact(tmp_path, "torus"))
     cut = 0
     for i in range(120):
@@ -91,13 +91,13 @@ def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_p
 BOX_AFTER_BOXES = """
 import sys
 import numpy as np
-from knotwork.scenario import Shape
+from knotwork.scenario import PlacedShape
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solids import Placed, solid
 import pinocchio as pin
 
 def placed(kind, size, turn, origin):
-    shape = Shape(kind, size, pin.SE3.Identity(), None, (1.0, 1.0, 1.0))
+    shape = PlacedShape(kind, size, pin.SE3.Identity(), None, (1.0, 1.0, 1.0))
     return Placed(solid(shape, pin.SE3.Identity()), turn, np.array(origin))
 
 meter, turn, box = DistanceMeter(), pin.rpy.rpyToMatrix(0.3, 0.5, 0.7), ("box", (0.2, 0.3, 0.4))
@@ -160,7 +160,7 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
         pair = []
         for kind in rng.choice(list(kinds), 2):
             size = np.exp(rng.uniform(np.log(0.003), 0.0, kinds[kind])).tolist()
-            made = solid(Shape(str(kind), tuple(size), here), here)
+            made = solid(PlacedShape(str(kind), tuple(size), here), here)
             pair.append(Placed(made, pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10))
         first, second = pair
         toward = rng.normal(size=3)

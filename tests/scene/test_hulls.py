@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from knotwork.scenario import Shape
+from knotwork.scenario import PlacedShape
 from knotwork.scene.building import robot_collision_model
 from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.hulls import LARGER, MOST_NEIGHBOURS, THICKNESS, convex_hull
@@ -88,8 +88,8 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
     mesh = trimesh.creation.cone(0.2, 0.3, sections=edges)
     mesh.export(tmp_path / "cone.ply")
     here, rng, meter = pin.SE3.Identity(), np.random.default_rng(edges), DistanceMeter()
-    cone = solid(Shape("mesh", (), here, tmp_path / "cone.ply"), here)
-    still, ball = np.eye(3), solid(Shape("sphere", (0.02,), here), here)
+    cone = solid(PlacedShape("mesh", (), here, tmp_path / "cone.ply"), here)
+    still, ball = np.eye(3), solid(PlacedShape("sphere", (0.02,), here), here)
     corners = trimesh.load(tmp_path / "cone.ply", process=False).triangles
     for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
         near = trimesh.triangles.closest_point(corners, np.tile(at, (len(corners), 1)))
@@ -106,6 +106,6 @@ def test_a_fine_disc_and_a_fine_cone_are_taken_as_they_are_too(tmp_path: Path) -
         trimesh.creation.cylinder(1.0, 0.1, 900),
     ):
         mesh.export(tmp_path / "part.stl")
-        made = solid(Shape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
+        made = solid(PlacedShape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
         assert made.triangles is not None
         assert len(made.triangles) == len(mesh.faces)

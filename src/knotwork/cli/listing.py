@@ -18,7 +18,7 @@ from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import further_robots
 from knotwork.scenario import load_scenario
 from knotwork.scene.building import robot_collision_model
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
 from knotwork.units import Units, readable
 
@@ -79,8 +79,8 @@ def scenarios(as_json: bool) -> int:
     rows = [
         {
             "name": scenario.name,
-            "description": scenario.description.strip(),
-            "robot": scenario.robot if isinstance(scenario.robot, str) else None,
+            "description": scenario.task.description.strip(),
+            "robot": scenario.task.robot if isinstance(scenario.task.robot, str) else None,
             "waypoints": len(scenario.waypoints),
             "duration": None if scenario.free else float(np.ptp(scenario.times)),
             "file": str(scenario.source),

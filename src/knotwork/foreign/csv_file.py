@@ -19,7 +19,7 @@ from knotwork.foreign.header import (
     own_column,
     own_joint,
 )
-from knotwork.foreign.table import QUANTITIES, Joints, PointTable
+from knotwork.foreign.point_table import QUANTITIES, Joints, PointTable
 from knotwork.waypoints import FloatArray
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from knotwork.errors import did_you_mean
-from knotwork.foreign.table import QUANTITIES
-from knotwork.foreign.units import BASES, LOADS, PER_TIME, SECONDS, time_order, words
+from knotwork.foreign.point_table import QUANTITIES
+from knotwork.foreign.unit_words import BASES, LOADS, PER_TIME, SECONDS, time_order, words
 from knotwork.joint_quantities import DERIVATIVES
 
 _WORDS = {

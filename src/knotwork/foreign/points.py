@@ -9,8 +9,8 @@ import numpy as np
 
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, did_you_mean
-from knotwork.foreign.table import QUANTITIES, Joints, PointTable
-from knotwork.foreign.units import in_si
+from knotwork.foreign.point_table import QUANTITIES, Joints, PointTable
+from knotwork.foreign.unit_words import in_si
 
 KEYS: dict[str, tuple[str, ...]] = {
     "time": ("time_from_start", "time", "times", "t"),

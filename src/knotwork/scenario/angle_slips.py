@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from knotwork.scenario.model import Scenario
-from knotwork.task.units import numbers
+from knotwork.scenario.scenario import Scenario
+from knotwork.task.si_units import numbers
 
 WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn plus rounding, are probably degrees."""

@@ -76,7 +76,7 @@ def _from_file(
 
 def _read(path: Path) -> JointTrajectory:
     from knotwork.documents.csv_rows import read_rows
-    from knotwork.foreign.reading import CSV, read_trajectory
+    from knotwork.foreign.trajectory_files import CSV, read_trajectory
 
     names = list(JOINTS)
     if path.suffix.lower() in CSV:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Collection, Sequence
 
 from knotwork.documents import Location, Places
-from knotwork.scenario.model import ScenarioPath
+from knotwork.scenario.scenario import ScenarioPath
 from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint, Torch
 from knotwork.task.poses import Velocity
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]

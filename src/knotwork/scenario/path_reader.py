@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import CornerError, PathError, RampError, SlowStretchError, StretchTimeError
+from knotwork.scenario.asked_timing import ACCELERATION, AskedTiming
 from knotwork.scenario.carriers import Carriers
 from knotwork.scenario.free_reader import greatest_speed
-from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
-from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
+from knotwork.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.tool_paths.moving_frame import MovingFrame

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.documents import Location, Places
 from knotwork.polynomial.refined import part
 from knotwork.robot.payload import Payload, payload_fault
-from knotwork.scenario.model import Scenario
+from knotwork.scenario.scenario import Scenario
 from knotwork.task import HeldObject, Tool
 from knotwork.trajectory import Load
 from knotwork.waypoints import FloatArray

@@ -19,7 +19,7 @@ STANDING = "base"
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class PlacedShape:
     """A solid, placed in the frame that carries it.
 
     Attributes:
@@ -46,7 +46,7 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class SceneObject:
+class PlacedObject:
     """A fixed object, or one that moves with a frame.
 
     Attributes:
@@ -59,7 +59,7 @@ class SceneObject:
     """
 
     name: str
-    shape: Shape
+    shape: PlacedShape
     allow: tuple[str, ...] = ()
     visual: bool = False
     carrier: MovingFrame | None = None
@@ -67,7 +67,7 @@ class SceneObject:
 
 
 @dataclass(frozen=True, eq=False)
-class HeldObject:
+class GraspedObject:
     """An object that moves with the tool between two waypoints.
 
     Attributes:
@@ -81,7 +81,7 @@ class HeldObject:
     """
 
     name: str
-    shape: Shape
+    shape: PlacedShape
     take: str
     leave: str
     allow: tuple[str, ...] = ()
@@ -91,7 +91,7 @@ class HeldObject:
 
 
 @dataclass(frozen=True, eq=False)
-class OtherRobot:
+class PlacedRobot:
     """Another robot in motion.
 
     Attributes:
@@ -141,10 +141,10 @@ class Scene:
         moving: Moving frames of the file, by name.
     """
 
-    objects: tuple[SceneObject, ...] = ()
-    tool: tuple[Shape, ...] = ()
-    held: tuple[HeldObject, ...] = ()
-    robots: tuple[OtherRobot, ...] = ()
+    objects: tuple[PlacedObject, ...] = ()
+    tool: tuple[PlacedShape, ...] = ()
+    held: tuple[GraspedObject, ...] = ()
+    robots: tuple[PlacedRobot, ...] = ()
     rules: CollisionRules = CollisionRules()
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 

@@ -12,22 +12,26 @@ import numpy as np
 
 from knotwork.documents import Location
 from knotwork.errors import did_you_mean
-from knotwork.scenario.model import ScenarioWaypoint
 from knotwork.scenario.payloads import read_payload
+from knotwork.scenario.scenario import ScenarioWaypoint
 from knotwork.scenario.scene_model import (
     STANDING,
     CollisionRules,
-    HeldObject,
-    OtherRobot,
+    GraspedObject,
+    PlacedObject,
+    PlacedRobot,
+    PlacedShape,
     Scene,
-    SceneObject,
-    Shape,
 )
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task.scene import SHAPES, SolidOfRevolution, ToolShape
-from knotwork.task.scene import HeldObject as HeldObjectFile
-from knotwork.task.scene import OtherRobot as OtherRobotFile
-from knotwork.task.scene import SceneObject as SceneObjectFile
+from knotwork.task.surroundings import (
+    SHAPES,
+    HeldObject,
+    OtherRobot,
+    SceneObject,
+    SolidOfRevolution,
+    ToolShape,
+)
 
 if TYPE_CHECKING:
     from knotwork.tool_paths.moving_frame import MovingFrame
@@ -49,7 +53,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
     file = reader.file
     scene, tool = file.scene, file.tool
     objects = tuple(
-        SceneObject(
+        PlacedObject(
             name,
             _shape(reader, one, ("scene", "objects", name), one.parent),
             tuple(one.allow),
@@ -91,9 +95,9 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
 def _held(
     reader: WaypointReader,
     name: str,
-    given: HeldObjectFile,
+    given: HeldObject,
     waypoints: Sequence[ScenarioWaypoint],
-) -> HeldObject:
+) -> GraspedObject:
     place: Location = ("tool", "holds", name)
     if name == TOOL or name in reader.file.scene.objects:
         raise reader.places.error(place, f"{name!r} is the name of something else", "a unique name")
@@ -122,7 +126,7 @@ def _held(
         still if reader.carriers.is_fixed(i) else reader.carriers.frame_of(i) for i in ends
     )
     payload = read_payload(given, reader.places, place)
-    return HeldObject(
+    return GraspedObject(
         name, shape, given.take, given.leave, tuple(given.allow), (taken, left), appears, payload
     )
 
@@ -136,7 +140,7 @@ def _find(reader: WaypointReader, name: str, place: Location, names: Sequence[st
 
 def _appears(
     reader: WaypointReader,
-    given: SceneObjectFile | HeldObjectFile,
+    given: SceneObject | HeldObject,
     place: Location,
     waypoints: Sequence[ScenarioWaypoint],
 ) -> str | None:
@@ -156,7 +160,7 @@ def _carrier(reader: WaypointReader, name: str) -> MovingFrame | None:
 
 
 def _object_carrier(
-    reader: WaypointReader, given: SceneObjectFile, place: Location
+    reader: WaypointReader, given: SceneObject, place: Location
 ) -> MovingFrame | None:
     """The moving frame of an object; `None` if it is fixed."""
     frame = _carrier(reader, given.parent)
@@ -171,7 +175,7 @@ def _object_carrier(
     return frame
 
 
-def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRobot:
+def _robot(reader: WaypointReader, name: str, given: OtherRobot) -> PlacedRobot:
     place: Location = ("scene", "robots", name)
     frame = reader.frames.find(given.parent, (*place, "in"))
     found = reader.frames.moving[frame]
@@ -186,7 +190,7 @@ def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRob
     motion = None
     if given.motion is not None:
         motion = reader.places.named_file(given.motion, (*place, "motion"))
-    return OtherRobot(
+    return PlacedRobot(
         name,
         reader.frames[frame] * reader.placement(given, place),
         path if path.is_file() else given.scenario,
@@ -198,12 +202,12 @@ def _robot(reader: WaypointReader, name: str, given: OtherRobotFile) -> OtherRob
 
 def _shape(
     reader: WaypointReader,
-    given: ToolShape | SceneObjectFile | HeldObjectFile,
+    given: ToolShape | SceneObject | HeldObject,
     place: Location,
     frame: str | None = None,
     *,
     moves: bool = False,
-) -> Shape:
+) -> PlacedShape:
     """A shape in SI, placed in the frame that carries it, or in the base if a frame is named."""
     if moves and given.half_space is not None:
         raise reader.places.error(
@@ -225,10 +229,10 @@ def _shape(
     scales = (scale, scale, scale)
     exact = bool(given.exact)
     size = _size(given)
-    return Shape(kind, size, placement, path, scales, exact, resolution, place)
+    return PlacedShape(kind, size, placement, path, scales, exact, resolution, place)
 
 
-def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, ...]:
+def _size(given: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:
     if given.half_space is not None:
         normal = np.array(given.half_space.normal)
         normal /= np.abs(normal).max()

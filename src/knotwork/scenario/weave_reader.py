@@ -11,8 +11,8 @@ from knotwork.errors import DocumentError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve
 from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.scenario.model import ToleranceSet
 from knotwork.scenario.path_curves import PathCurves
+from knotwork.scenario.scenario import ToleranceSet
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath

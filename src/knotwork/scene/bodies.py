@@ -17,7 +17,7 @@ from knotwork.robot import Robot
 from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.shapes import Shape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
-from knotwork.scenario import Shape
+from knotwork.scenario import PlacedShape
 from knotwork.scene.meshes.locating import find_mesh, ros_folders
 from knotwork.scene.solids import Placed, Solid, solid
 from knotwork.waypoints import FloatArray
@@ -193,8 +193,8 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
     return LinkBodies(tuple(bodies), tuple(missing), tuple(bare))
 
 
-def _placed(given: UrdfShape, sources: LinkSources) -> Shape:
-    """A link's shape in the URDF as a `Shape`.
+def _placed(given: UrdfShape, sources: LinkSources) -> PlacedShape:
+    """A link's shape in the URDF as a `PlacedShape`.
 
     Raises:
         InputError: The mesh is not in the permitted folders.
@@ -205,4 +205,4 @@ def _placed(given: UrdfShape, sources: LinkSources) -> Shape:
         look = given.mesh, given.urdf, sources.packages, sources.ros
         path = known[0] if known is not None else find_mesh(*look)
     x, y, z = (float(factor) for factor in given.scale)
-    return Shape(given.kind, given.size, placement, path, (x, y, z))
+    return PlacedShape(given.kind, given.size, placement, path, (x, y, z))

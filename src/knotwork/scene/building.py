@@ -18,10 +18,10 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joined, serial, turned_back
-from knotwork.scenario import HeldObject, OtherRobot, Scenario, Scene, SceneObject, Shape
+from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
 from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
-from knotwork.scene.model import TOOL, CollisionModel, NoteKind, riding
+from knotwork.scene.collision_model import TOOL, CollisionModel, NoteKind, riding
 from knotwork.scene.other_robots import in_one_cell, other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
@@ -122,7 +122,7 @@ def collision_model(
     scene, place = scenario.scene, {one.name: i for i, one in enumerate(scenario.waypoints)}
     seen = times, poses, [one.standing for one in scenario.waypoints]
     holds = {one.name: hold_between(place[one.take], place[one.leave], *seen) for one in scene.held}
-    things: list[SceneObject | HeldObject] = [*scene.objects, *scene.held]
+    things: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
     since = {one.name: times[place[one.appears]] for one in things if one.appears is not None}
     return _Builder(robot, scene, scenario.places, holds, since).model()
 
@@ -182,13 +182,13 @@ class _Builder:
             self.robots,
         )
 
-    def _object(self, name: str, shape: Shape, frame: MovingFrame | None) -> Body:
+    def _object(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
         """A fixed object, or one that moves with a frame; placed with its carrier at rest."""
         joint, carrier = self._riding(frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
-    def _other(self, given: OtherRobot) -> Iterator[Body]:
+    def _other(self, given: PlacedRobot) -> Iterator[Body]:
         """Links, tool and held objects of another robot, moving with it."""
         own = self.robot
         try:
@@ -268,14 +268,14 @@ class _Builder:
         self.known += known
         return len(self.joints.parent) - 1
 
-    def _tool(self, shapes: Sequence[Shape]) -> Body:
+    def _tool(self, shapes: Sequence[PlacedShape]) -> Body:
         robot = self.robot
         robot.require_tool()
         frame = robot.model.frames[robot.frame_index(robot.tool_frame or "")]
         solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
         return Body(TOOL, "tool", int(frame.parentJoint), solids)
 
-    def _held(self, held: HeldObject) -> list[Body]:
+    def _held(self, held: GraspedObject) -> list[Body]:
         """A held object: at the place where it is taken, in the tool, and where it is released."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
@@ -295,13 +295,13 @@ class _Builder:
         return [body for body in bodies if body.start < body.end]
 
     def _lying(
-        self, shape: Shape, frame: MovingFrame | None, pose: Any, time: float
+        self, shape: PlacedShape, frame: MovingFrame | None, pose: Any, time: float
     ) -> tuple[int, tuple[Solid, ...]]:
         """The carrier of an object that the tool takes or releases, and its solids."""
         joint, placement = self._riding(frame, time)
         return joint, (self._solid(shape, placement * pose),)
 
-    def _solid(self, shape: Shape, carrier: Any) -> Solid:
+    def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors name its place in the file."""
         try:
             made = solid(shape, carrier)
@@ -311,7 +311,7 @@ class _Builder:
             raise self.places.error((*shape.place, shape.kind), str(error)) from error
         return made
 
-    def _check_size(self, made: Solid, shape: Shape) -> None:
+    def _check_size(self, made: Solid, shape: PlacedShape) -> None:
         """Refuse a file that is plausibly in another unit; warn if it may be."""
         size, reach = 2.0 * made.radius, self._reach
         excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, TINY), 1e3))

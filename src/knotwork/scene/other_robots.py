@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError
 from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
-from knotwork.scenario import OtherRobot, load_scenario
+from knotwork.scenario import PlacedRobot, load_scenario
 
 if TYPE_CHECKING:
-    from knotwork.scene.model import CollisionModel
+    from knotwork.scene.collision_model import CollisionModel
 
 SAME_PLACE = 1e-9
 """Joints [rad or m] and robots that are so near are at one place."""
@@ -45,7 +45,7 @@ class OtherMotion:
     held: frozenset[str]
 
 
-def other_motion(given: OtherRobot) -> OtherMotion:
+def other_motion(given: PlacedRobot) -> OtherMotion:
     """Plan or read the motion of another robot; cached.
 
     Raises:
@@ -67,7 +67,7 @@ def other_motion(given: OtherRobot) -> OtherMotion:
 @lru_cache(maxsize=8)
 def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
     scenario = load_scenario(source)
-    if scenario.robot is None:
+    if scenario.task.robot is None:
         raise InputError(f"{source}: names no robot")
     if motion is None:
         plan = _called("pipeline", "plan")(scenario)
@@ -79,7 +79,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:
         space = _called("scenario.joint_space", "joint_space")(scenario)
-        read = _called("foreign.reading", "read_trajectory")
+        read = _called("foreign.trajectory_files", "read_trajectory")
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")

@@ -8,7 +8,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree
 from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body, placed_links
-from knotwork.scene.model import (
+from knotwork.scene.collision_model import (
     MOVE_TOGETHER,
     NEITHER_MOVES,
     IgnoredPair,

@@ -10,7 +10,7 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.robot import Robot
 from knotwork.scenario import Scene
 from knotwork.scene.bodies import Body
-from knotwork.scene.model import TOOL, NoteKind
+from knotwork.scene.collision_model import TOOL, NoteKind
 
 ALLOWED = "the scenario allows it"
 IGNORED = "the scenario ignores it"

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, DistanceMeter
-from knotwork.scene.model import CollisionModel
 from knotwork.scene.solids import Placed, support
 from knotwork.waypoints import FloatArray, IndexArray
 

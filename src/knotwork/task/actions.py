@@ -14,7 +14,7 @@ from pydantic import (
 )
 
 from knotwork.documents.values import LARGEST, Forms, Number, Positive, Several, optional
-from knotwork.task.part import TaskPart
+from knotwork.task.task_part import TaskPart
 
 # Shorter waits are indistinguishable from rounding of times.
 Wait = Annotated[Positive, Field(ge=1e-3)]

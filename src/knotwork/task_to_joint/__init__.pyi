@@ -1,4 +1,3 @@
-from .inserted import insert_waypoints as insert_waypoints
 from .solution import Choice as Choice
 from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart

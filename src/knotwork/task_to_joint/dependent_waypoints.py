@@ -161,7 +161,7 @@ class GroupSolver:
         Raises:
             FollowingError: No candidate can follow a path to its end.
         """
-        rate = self.scenario.pull_to_middle
+        rate = self.scenario.task.pull_to_middle
         tracks = [
             PathTrack(path, self.chains.of(path.freedom), rate)
             for path in self.scenario.paths
@@ -186,7 +186,7 @@ class GroupSolver:
         from knotwork.kinematics.following.ladder import Ladder
 
         moving = [track for track in tracks if not track.path.motion.stands]
-        if self.scenario.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
+        if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return None
         chain = moving[0].chain
         if chain.robot.dof <= 6:

@@ -87,7 +87,7 @@ def completed_waypoints(
         track, start = (tracks or {})[path.first], rows.position[path.first]
         begin = track.start(start)
         known = track.continuation_from(begin.q)
-        followed = insert_waypoints(scenario, path, begin, knots, known)
+        followed = _insert_waypoints(scenario, path, begin, knots, known)
         followed = followed._replace(
             position=track.chain.scatter(followed.position),
             velocity=track.chain.scatter(followed.velocity),
@@ -120,7 +120,7 @@ def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
         rows.position[i + 1] = rows.position[i]
 
 
-def insert_waypoints(
+def _insert_waypoints(
     scenario: Scenario,
     path: ScenarioPath,
     start: PathStart,

@@ -29,7 +29,7 @@ def velocity_at(
     Raises:
         SingularityError: The twist is unattainable.
     """
-    target, rate = cast(CartesianWaypoint, scenario.waypoints[index]), scenario.pull_to_middle
+    target, rate = cast(CartesianWaypoint, scenario.waypoints[index]), scenario.task.pull_to_middle
     chain = chains.at(target) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:

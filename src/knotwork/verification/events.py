@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.scenario import Scenario
-from knotwork.scenario.events import segments
+from knotwork.scenario.event_reader import segments
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.scenario.model import AskedEvent
+from knotwork.scenario.scenario import AskedEvent
 from knotwork.trajectory.events import Event
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion

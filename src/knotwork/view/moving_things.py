@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import OtherMotion, other_motion
 from knotwork.view.footing import drawn_joint
 from knotwork.view.links import link_shapes

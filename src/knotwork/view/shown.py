@@ -12,7 +12,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.collisions import motion_model

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import ROUNDING, TOLERANCE
-from knotwork.scene.model import CollisionModel
 from knotwork.timing.problem import TimingLimits
 from knotwork.waypoints import FloatArray
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.mesh_part import IndexArray
 from knotwork.waypoints import FloatArray
 
 # Keywords of OBJ that do not define surfaces; lines and points have none.

@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.mesh_part import IndexArray
 from knotwork.scene.meshes.size_limits import require_whole
 from knotwork.waypoints import FloatArray
 

@@ -13,8 +13,6 @@ MOST_ELEMENTS = 100_000
 """XML elements of a COLLADA file; few of them hold its numbers."""
 MOST_SHAPES = 5_000
 """Shapes that a file shows, counted each time."""
-MOST_NESTED = 100
-"""Nesting depth of nodes."""
 FARTHEST = 1e9
 """Distance of a point from the origin, along each axis, in the file's unit."""
 

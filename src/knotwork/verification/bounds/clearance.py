@@ -26,9 +26,9 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, Nearest, nearest_of_bodies
-from knotwork.scene.model import CollisionModel
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.division import Looks, divided, first_intervals

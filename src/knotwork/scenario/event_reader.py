@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.documents import Location, Places
-from knotwork.scenario.model import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.scenario.scenario import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import switched
 from knotwork.trajectory.events import Event, Segment, SegmentKind

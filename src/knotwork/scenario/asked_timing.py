@@ -49,18 +49,6 @@ class AskedTiming:
     acceleration: float
     at_most: Mapping[int, float]
 
-    def choosing(self, at_most: Mapping[int, float]) -> AskedTiming:
-        """The same timing with other speeds to be chosen.
-
-        Args:
-            at_most: Upper bounds of these speeds [m/s], by index.
-        """
-        speeds, durations = (
-            tuple(None if k in at_most else one for k, one in enumerate(values))
-            for values in (self.speeds, self.durations)
-        )
-        return replace(self, speeds=speeds, durations=durations, at_most=at_most)
-
     def timed(
         self, chosen: Mapping[int, float] = MappingProxyType({})
     ) -> tuple[Timing, tuple[float, ...]]:

@@ -9,11 +9,11 @@ from pydantic import Field, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import Forms, LimitsFile, Positive, Several, Vector3, optional
-from knotwork.task.freedoms import FreePose
 from knotwork.task.masses import Inertia, Mass
-from knotwork.task.part import TaskPart
+from knotwork.task.open_values import FreePose
 from knotwork.task.poses import Placement
-from knotwork.task.scene import HeldObject, Shapes
+from knotwork.task.surroundings import HeldObject, Shapes
+from knotwork.task.task_part import TaskPart
 
 
 class Tool(TaskPart):
@@ -56,9 +56,10 @@ class FrameSpeed(TaskPart):
 class Limits(TaskPart, LimitsFile):
     """Limits that replace those of the robot, and limits on the motion of tool and links."""
 
-    margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = optional(
-        "Fraction of every limit of velocity, acceleration, jerk, effort and "
-        "of the speeds and acceleration of tool and links that is used; positions keep their range"
+    margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
+        "Fraction of every limit of velocity, acceleration, jerk, effort and of the speeds and "
+        "acceleration of tool and links that is used; positions keep their range",
+        1.0,
     )
     tool_speed: Positive | None = optional("Largest speed of the TCP [length/s]")
     tool_acceleration: Positive | None = optional("Largest acceleration of the TCP [length/s²]")

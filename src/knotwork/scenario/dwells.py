@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.scenario.model import Scenario
+from knotwork.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SAME = 1e-12

@@ -18,8 +18,8 @@ from knotwork.documents.values import (
     optional,
 )
 from knotwork.task.masses import Inertia, Mass
-from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
+from knotwork.task.task_part import TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -69,7 +69,7 @@ class PointCloud(TaskPart):
     )
 
 
-class _Shape(Placement):
+class _ShapeFields(Placement):
     position: Vector3 = optional(
         "Position of the shape's centre, or of a file's origin [length]", (0.0, 0.0, 0.0)
     )
@@ -91,7 +91,7 @@ class _Shape(Placement):
     )
 
     @model_validator(mode="after")
-    def _one_shape(self) -> _Shape:
+    def _one_shape(self) -> _ShapeFields:
         given = [name for name in SHAPES if getattr(self, name) is not None]
         if len(given) != 1:
             found = f"gives {' and '.join(given)}" if given else "gives no shape"
@@ -102,13 +102,13 @@ class _Shape(Placement):
         return self
 
 
-class _Appearing(_Shape):
+class _Appearing(_ShapeFields):
     appears: Text | None = optional(
         "Name of the waypoint at which it appears; left out: present from the start"
     )
 
 
-class ToolShape(_Shape):
+class ToolShape(_ShapeFields):
     """One shape, placed in the axes of the tool's frame."""
 
 

@@ -14,9 +14,9 @@ from knotwork.documents import Document
 from knotwork.documents.csv_rows import MOST_BYTES
 from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.csv_file import read_csv
+from knotwork.foreign.drake_polynomials import read_polynomials
+from knotwork.foreign.point_table import Joints, to_trajectory
 from knotwork.foreign.points import read_points
-from knotwork.foreign.polynomials import read_polynomials
-from knotwork.foreign.table import Joints, to_trajectory
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import FORMAT
 from knotwork.trajectory import JointTrajectory

@@ -17,7 +17,7 @@ from knotwork.documents.values import (
     Positive,
     optional,
 )
-from knotwork.task.part import TaskPart
+from knotwork.task.task_part import TaskPart
 
 
 class Fastest(TaskPart):
