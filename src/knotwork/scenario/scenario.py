@@ -17,7 +17,7 @@ from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.task.tool_and_limits import Limits
-from knotwork.trajectory.events import Event
+from knotwork.trajectory.motion_events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
