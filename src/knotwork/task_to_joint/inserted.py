@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import PathError
-from knotwork.kinematics.chain.joint_ranges import BoolArray
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.solution import PathStart
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.kinematics.chain.joint_ranges import BoolArray
     from knotwork.kinematics.following.continuation import Continuation
     from knotwork.task_to_joint.dependent_waypoints import PathTrack
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -219,12 +219,12 @@ class SolutionSearch:
 
     def _layer(self, index: int) -> Layer:
         """The candidates at a waypoint in the branch asked for, with their costs."""
-        target, candidates = self.space.targets[index], self.candidates[index]
+        target = self.space.targets[index]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
             flags, weight = configuration_flags(self.robot, q), weights(self.robot, q)
             return Layer(q, v, make_cost(1), weight, flags, fixed=True)
-        assert candidates is not None
+        candidates = cast(Candidates, self.candidates[index])
         group = self._group_of.get(index)
         first = index if group is None else group[0]
         rows = allowed_rows(self.scenario, self.robot, first, self.candidates[first])

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
-from knotwork.kinematics.sequence.cost import Level
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
@@ -64,6 +63,7 @@ def solve_task(
         waypoints = zip(scenario.waypoints, space.targets, strict=True)
         first = next(waypoint for waypoint, target in waypoints if target is None)
         raise UnknownNameError("robot", "", (), where=first.where)
+    from knotwork.kinematics.sequence.cost import Level
     from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.task_to_joint.free_poses import (
         FreedomChains,
