@@ -21,7 +21,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import JointWaypoints
 
 
-def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+def plan_bspline(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
     """Make a C2 smooth curve of degree three through the positions, as a cubic B-spline.
 
     The complete (clamped) cubic spline: positions at all waypoints and velocities at both ends

@@ -21,7 +21,7 @@ from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.presets import preset_accelerations
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.waypoints import JointWaypoints
 
 

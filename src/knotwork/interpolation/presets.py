@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import OptionError
-from knotwork.interpolation.hermite import end_accelerations
+from knotwork.interpolation.modified_hermite_spline import end_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.waypoints import FloatArray, JointWaypoints
 

@@ -51,7 +51,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints; end accelerations if asked for",
         cannot="choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration", "chosen"),
-        makes="modified_hermite:plan",
+        makes="chosen_runs:plan_modified_hermite",
     ),
     PlannerSpec(
         "cubic",
@@ -111,7 +111,7 @@ _ALL = (
         guarantees="positions at all waypoints, velocities at both ends",
         cannot="meet velocities at inner waypoints",
         supports=(),
-        makes="bspline:plan",
+        makes="bspline:plan_bspline",
     ),
     PlannerSpec(
         "bspline-velocity",

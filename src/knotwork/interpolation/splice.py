@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.joining import joined
+from knotwork.interpolation.modified_hermite_spline import end_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.presets import estimated_accelerations, preset_rows, with_known
 from knotwork.interpolation.tridiagonal import cubic_pieces, solve_accelerations
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import raised, two_point_coefficients
+from knotwork.polynomial.two_point import raised, two_point_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 

@@ -14,7 +14,7 @@ from knotwork.documents import Location, Places
 from knotwork.scenario.scenario import AskedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import switched
-from knotwork.trajectory.events import Event, Segment, SegmentKind
+from knotwork.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.units import Units
 
 EVENT_TOLERANCE = 1e-9

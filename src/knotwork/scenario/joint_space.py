@@ -344,6 +344,6 @@ class _JointReader:
         return start, self.array(accelerations[1], place, "end", missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
+        position = self.array(target.joints, *target.location)
         place = (*target.location[:-1], "velocity")
-        velocity = self.array(target.velocity, *place, missing=0.0)
-        return JointState(self.array(target.joints, *target.location), velocity)
+        return JointState(position, self.array(target.velocity, *place, missing=0.0))

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.errors import DocumentError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.scenario.path_curves import PathCurves
 from knotwork.scenario.scenario import ToleranceSet
 from knotwork.task import AtMost, PathWaypoint

@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import OptionError
-from knotwork.interpolation.hermite import ModifiedHermiteSpline, end_accelerations
 from knotwork.interpolation.joining import joined
+from knotwork.interpolation.modified_hermite_spline import ModifiedHermiteSpline, end_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.from_accelerations import (
@@ -29,7 +29,9 @@ STALE = 1e-3
 """Maximum correction of rounding, relative to the largest acceleration."""
 
 
-def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+def plan_modified_hermite(
+    waypoints: JointWaypoints, options: PlannerOptions
+) -> PiecewisePolynomial:
     """Make a C2 smooth curve of degree three through positions and velocities.
 
     Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints

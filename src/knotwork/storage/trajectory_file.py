@@ -17,7 +17,7 @@ from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import Event, JointTrajectory, Load, Segment
-from knotwork.trajectory.events import SegmentKind
+from knotwork.trajectory.motion_events import SegmentKind
 from knotwork.waypoints import FloatArray
 
 # Stored knots and coefficients agree within this, relative to the scale of the values: both are
