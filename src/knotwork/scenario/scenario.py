@@ -104,6 +104,11 @@ class ScenarioPath:
         """Index of its last waypoint."""
         return self.first + len(self.stretches)
 
+    @property
+    def times(self) -> FloatArray:
+        """Times of its waypoints [s]."""
+        return np.array([self.stretches[0].start, *(part.end for part in self.stretches)])
+
 
 @dataclass(frozen=True, eq=False)
 class AskedEvent:
