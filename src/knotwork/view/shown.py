@@ -139,7 +139,7 @@ class Shown:
         """
         if self.model is None or frame is None:
             return None, self.robot.base_placement
-        return self.model.riding(frame, time)
+        return self.model.joint_of_frame(frame, time)
 
     def at_start(self, points: FloatArray) -> FloatArray:
         """Points carried by the base frame at the start of the motion, shape (n, 3)."""
