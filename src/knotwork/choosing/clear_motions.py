@@ -90,7 +90,8 @@ def clear_motion(
         raise error from None
     curve = _stretched(way, way_problem, problem, task, segment)
     motion = _timed(way, curve, problem, way_problem)
-    return replace(motion, tries=tries, room=way.room if options.room else None)
+    room = way.room if options.room else None
+    return replace(motion, line=way.line, tries=tries, room=room)
 
 
 def _timed(

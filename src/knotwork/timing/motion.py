@@ -77,6 +77,8 @@ class TimedMotion(ReadOnlyArrays):
         objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
             weight.
         iterations: Number of solver steps.
+        line: Corners of the polyline from which a collision-free motion was made, shape (m, d);
+            otherwise `None`.
         tries: Number of tries of a collision-free motion.
         room: Clearance of a collision-free motion beyond the margins [m]; `None` if not requested.
     """
@@ -90,6 +92,7 @@ class TimedMotion(ReadOnlyArrays):
     binding: Sequence[Binding] = ()
     objective: Mapping[str, float] = field(default_factory=dict)
     iterations: int = 0
+    line: FloatArray | None = None
     tries: int = 0
     room: float | None = None
 

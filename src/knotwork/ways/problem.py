@@ -21,7 +21,8 @@ class Way:
     Attributes:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         time: Times of the waypoints [s], shape (n,).
-        through: The problem with the corners of its polyline as waypoints, or `None` if a part of
+        line: The polyline from which it was made, shape (n, d).
+        through: The problem with the corners of the polyline as waypoints, or `None` if a part of
             the motion to or from rest is not straight.
         rests: Whether it rests at corners of the polyline between the waypoints.
         room: Clearance that it keeps beyond the margins [m].
@@ -29,6 +30,7 @@ class Way:
 
     curve: PiecewisePolynomial
     time: FloatArray
+    line: FloatArray
     through: TimingProblem | None
     rests: bool
     room: float = 0.0

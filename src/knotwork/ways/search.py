@@ -276,14 +276,14 @@ class _Search:
         first, times, through = made
         if contacts_of(problem.model, first, problem.resolution) or not keeps_limits(inner, first):
             return None
-        way = Way(first, times, through, rests=len(line) > len(passed))
+        way = Way(first, times, line, through, rests=len(line) > len(passed))
         if best is None:
             self.report(number, way)
         pieces = min(max(PIECES_AN_EDGE * max(edges), FEWEST), MOST)
         beat = np.inf if best is None else best.duration
         exchange = Exchange(self.space, inner, first, times, pieces, problem.resolution)
         curve = exchange.run(self.late, beat)
-        return way if curve is first else Way(curve, curve.x[::pieces], through, rests=False)
+        return way if curve is first else Way(curve, curve.x[::pieces], line, through, rests=False)
 
     def _first(
         self, line: FloatArray, passed: IndexArray
