@@ -235,7 +235,7 @@ IMPORTED_BY_TESTS = {
     "what a page asks for, without the page: handles, plans that are overtaken": ("editing",),
     "a clock of the test's own": ("choosing.choice", "timing.budget"),
     "the command in this process": ("cli.main",),
-    "what is said of progress, without a clock": ("cli.progress",),
+    "what is said of progress, without a clock": ("cli.progress_display",),
     "each old name has its test": ("errors.renamed",),
 }
 

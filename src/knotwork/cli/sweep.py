@@ -18,7 +18,7 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
-from knotwork.cli.progress import shown_sweep
+from knotwork.cli.progress_display import shown_sweep
 from knotwork.cli.study_tables import print_best, print_study, study_to_dict
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError

@@ -25,7 +25,7 @@ from knotwork.task import Task
 from knotwork.task.places import moved_paths
 from knotwork.task.si_units import si_factors
 from knotwork.trajectory import Segment
-from knotwork.trajectory.events import on_at
+from knotwork.trajectory.motion_events import on_at
 from knotwork.verification import Finding, check
 from knotwork.waypoints import JointWaypoints
 

@@ -13,7 +13,7 @@ from knotwork.errors.arguments import finite_number
 from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.insertion import with_waypoints_inserted
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.kinematics.following.proof import PathTolerance
+from knotwork.kinematics.following.path_proof import PathTolerance
 from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet

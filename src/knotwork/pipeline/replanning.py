@@ -18,7 +18,7 @@ from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Action, EndAcceleration, PlainTask, Task
 from knotwork.task.si_units import si_factors
 from knotwork.trajectory import JointTrajectory
-from knotwork.trajectory.events import on_at
+from knotwork.trajectory.motion_events import on_at
 
 
 def scenario_from(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.recording.banded import inverse_within_band
 from knotwork.waypoints import FloatArray
 

@@ -17,7 +17,7 @@ from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.task.tool_and_limits import Limits
-from knotwork.trajectory.events import Event
+from knotwork.trajectory.motion_events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
@@ -103,6 +103,11 @@ class ScenarioPath:
     def last(self) -> int:
         """Index of its last waypoint."""
         return self.first + len(self.stretches)
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of its waypoints [s]."""
+        return np.array([self.stretches[0].start, *(part.end for part in self.stretches)])
 
 
 @dataclass(frozen=True, eq=False)

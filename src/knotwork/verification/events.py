@@ -11,7 +11,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.event_reader import segments
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scenario.scenario import AskedEvent
-from knotwork.trajectory.events import Event
+from knotwork.trajectory.motion_events import Event
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
 from knotwork.verification.waypoints import TIME_ROUNDING as SAME_TIME

@@ -68,7 +68,7 @@ def joint_origins(shown: ShownMotion, count: int = 20) -> tuple[FloatArray, Floa
     if model is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
     time = np.linspace(curve.x[0], curve.x[-1], count)
-    _, origin = model.placed(curve(time), time)
+    _, origin = model.joint_placements(curve(time), time)
     placed = np.asarray(origin).reshape(count, -1, 3)
     of_robots = [
         placed[:, root : root + robot.model.njoints].reshape(-1, 3)

@@ -293,7 +293,7 @@ class ShownMotion:
         """
         if self.model is None or frame is None:
             return None, self.robot.base_placement
-        return self.model.riding(frame, time)
+        return self.model.joint_of_frame(frame, time)
 
 
 def task_without_requirements(name: str) -> Scenario:
