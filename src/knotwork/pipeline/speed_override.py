@@ -11,10 +11,10 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     Profile,
     checked_profile,
-    composed,
+    compose,
     cubic_through,
     inverse_time,
-    keeps_limits,
+    keeps_joint_limits,
 )
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding
@@ -55,16 +55,16 @@ def retimed(
     def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
         clock = profile.clock(trajectory.start_time, trajectory.duration)
         reached = inverse_time(clock, passed_times(times, clock)).tolist()
-        return cubic_through(composed(curve, clock), TOLERANCE, reached)[0], clock
+        return cubic_through(compose(curve, clock), TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
-    if requested.rates.max() > 1.0 or keeps_limits(motion, curve, *limits):
+    if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):
         return motion, clock, []
     tried = sorted(product(CAPS, STRETCHES), key=lambda one: 20.0 * (1.0 - one[0]) + one[1])
     for cap, stretch in tried:  # a lower override counts more than a slower change of it
         feasible = _slower(requested, cap, stretch)
         other, slower = execute(feasible)
-        if keeps_limits(other, curve, *limits):
+        if keeps_joint_limits(other, curve, *limits):
             return other, slower, [_override_finding(requested, feasible, float(slower.x[-1]))]
     return motion, clock, []
 
