@@ -11,12 +11,12 @@ import numpy as np
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.task_to_joint import Step, TaskSolution
+from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import (
     failed_pairs,
     motion_finding,
 )
 from knotwork.verification.finding import TRIED
-from knotwork.verification.motion import AT_WAYPOINT
 from knotwork.waypoints import FloatArray
 
 PlanT = TypeVar("PlanT", bound=Any)

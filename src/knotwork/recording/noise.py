@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors.arguments import finite_number
-from knotwork.recording.reading import Recording
+from knotwork.recording.log_reading import Recording
 from knotwork.waypoints import FloatArray
 
 GROUPS = 8

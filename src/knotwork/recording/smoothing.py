@@ -16,8 +16,8 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.recording.fitting import Fit
+from knotwork.recording.log_reading import Recording
 from knotwork.recording.noise import Noise, largest_near, noise_of, slopes_of
-from knotwork.recording.reading import Recording
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 

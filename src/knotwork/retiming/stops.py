@@ -17,13 +17,13 @@ LIMIT_SHARES = (0.999, 0.99, 0.95)
 SHORTEST_PHASE = 1e-9
 """Shorter phases of a stop are left out [s]."""
 REST_BOUND = 1e-9
-"""Bound of velocities and accelerations at rest_time, relative to the largest, or to 1 in SI."""
+"""Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
 MOST_LATER_STARTS = 3
 """Number of later breaks at which a stop may begin, if none is found from the first time."""
 DURATION_GUESS = 1.3
 """First guess of the duration of a stop on the path, relative to that of independent joints."""
 MINIMUM_GAIN = 1e-3
-"""Minimum relative gain over the curve's next rest_time for a stop to be searched for."""
+"""Minimum relative gain over the curve's next rest for a stop to be searched for."""
 
 
 def joint_stop(
@@ -42,7 +42,7 @@ def joint_stop(
         jerk: Limits of jerk, finite.
 
     Returns:
-        Positions over the time since the state [s]; joints that stop earlier stay at rest_time.
+        Positions over the time since the state [s]; joints that stop earlier stay at rest.
     """
     # a state above the limit returns to it
     direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
@@ -76,11 +76,11 @@ def stop_on_path(
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
     """The minimum-time stop on the path (C2 smooth, cubics), with a speed override of at most 1.
 
-    If the curve comes to rest_time earlier, that is the stop.
+    If the curve comes to rest earlier, that is the stop.
 
     Args:
         curve: Positions over time, trailing shape (d,).
-        at: Start time of the stop [s]; the curve is not at rest_time.
+        at: Start time of the stop [s]; the curve is not at rest.
         acceleration: Limits [rad/s² or m/s²], shape (d,); infinite where there is none.
         jerk: Limits [rad/s³ or m/s³], shape (d,).
         tolerance: Maximum deviation of a joint from the path [rad or m].
@@ -92,7 +92,9 @@ def stop_on_path(
     rest_time = first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
-    tried = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][:MOST_LATER_STARTS]
+    tried = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
+        :MOST_LATER_STARTS
+    ]
     for begin in (at, *tried.tolist()):
         least = _least_duration(curve, begin, acceleration, jerk)
         if begin - at + least >= (1.0 - MINIMUM_GAIN) * best:
@@ -114,7 +116,7 @@ def stop_on_path(
 
 
 def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
-    """The first time after a given one at which a curve is at rest_time, or `None`."""
+    """The first time after a given one at which a curve is at rest, or `None`."""
     times = np.append(at, curve.x[curve.x > at])
     moves = np.zeros(len(times), bool)
     for nu in (1, 2):

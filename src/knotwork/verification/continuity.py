@@ -10,8 +10,8 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import rounded_corner
 
 ORDERS = 3

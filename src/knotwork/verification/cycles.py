@@ -9,8 +9,8 @@ import numpy as np
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scenario.repeats import turns
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
 
 
 def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

@@ -14,8 +14,8 @@ from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import Units
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Proof, judged
-from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 

@@ -10,8 +10,8 @@ import numpy as np
 from knotwork.scenario import Scenario, ScenarioWaypoint
 from knotwork.scenario.angle_slips import angle_slips
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import ThroughPoints

@@ -12,8 +12,8 @@ from knotwork.polynomial.least_durations import feasible_durations
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import rounded_up
+from knotwork.verification.checked_motion import Motion, between
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion, between
 
 EASED = 1.05
 """Additional slowing of weaves and changes of speed, because they are only part of a motion."""

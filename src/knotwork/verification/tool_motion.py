@@ -10,6 +10,7 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -22,7 +23,6 @@ from knotwork.verification.limits import (
     velocity_jumps,
     with_slack,
 )
-from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import slower
 
 if TYPE_CHECKING:

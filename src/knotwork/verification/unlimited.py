@@ -13,8 +13,8 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.remedies import rounded_corner
 from knotwork.waypoints import FloatArray
 

@@ -13,11 +13,11 @@ from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
 from knotwork.verification.report import Report
-from knotwork.verification.waypoints import motion_finding
+from knotwork.verification.waypoint_checks import motion_finding
 
 
 def check(

@@ -10,7 +10,7 @@ from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import facts, in_short
-from knotwork.verification.motion import OUTSIDE, between
+from knotwork.verification.checked_motion import OUTSIDE, between
 from knotwork.verification.worst import alike
 
 

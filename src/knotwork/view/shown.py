@@ -15,8 +15,8 @@ from knotwork.scenario.joint_space import JointSpace
 from knotwork.scene.model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import motion_model
-from knotwork.verification.motion import Motion
 from knotwork.view.drawn_motions import asking_nothing, chosen_velocities
 from knotwork.view.footing import footing
 from knotwork.view.links import LinkShapes, link_shapes

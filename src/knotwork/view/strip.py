@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import united
-from knotwork.verification.freedoms import uses
+from knotwork.verification.freedom_use import uses
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import frame_values, limit_shares
 from knotwork.view.packing import packed_numbers

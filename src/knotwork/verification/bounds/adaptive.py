@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import differentiate, horner
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
 INTERVALS = 500

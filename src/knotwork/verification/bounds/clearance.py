@@ -32,7 +32,7 @@ from knotwork.scene.model import CollisionModel
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.division import Looks, divided, first_intervals
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.polynomial.distinct import distinct
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.waypoints import FloatArray, IndexArray
 
 

@@ -13,9 +13,9 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.tool_paths.progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
-from knotwork.verification.bounds.chain import carried, tree_motion
 from knotwork.verification.bounds.free_turn import free_angles
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.link_motion import carried, tree_motion
+from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.verification.bounds.seen_from import seen_from, with_known
 from knotwork.waypoints import FloatArray, PoseFreedom
 

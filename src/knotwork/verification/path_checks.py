@@ -8,14 +8,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.units import Units
-    from knotwork.verification.bounds.path import PathBound, PathLimits, Progress, StretchBounds
+    from knotwork.verification.bounds.stretch_bounds import (
+        PathBound,
+        PathLimits,
+        Progress,
+        StretchBounds,
+    )
 
 GROUP = "Tool paths"
 SAME = 1e-9
@@ -114,7 +119,7 @@ def _from_turn(
     motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
 ) -> list[_Judged]:
     """Bounds on each stretch, the first of which begins at about a turn [rad]."""
-    from knotwork.verification.bounds.path import PathLimits, path_bounds
+    from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
 
     allowed, judged = scenario.tolerances, []
     for path in paths:

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import (
     Reached,
@@ -17,7 +18,6 @@ from knotwork.verification.limits import (
     velocity_jumps,
     with_slack,
 )
-from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import joint_remedy
 
 if TYPE_CHECKING:

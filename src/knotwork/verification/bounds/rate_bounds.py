@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import to_bernstein
-from knotwork.verification.bounds.chain import ORDERS
+from knotwork.verification.bounds.link_motion import ORDERS
 from knotwork.waypoints import FloatArray
 
 EVALUATION_ROUNDING = 2.0**-10

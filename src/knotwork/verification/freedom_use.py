@@ -11,9 +11,9 @@ from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
-from knotwork.verification.paths import joined_paths
+from knotwork.verification.path_checks import joined_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:

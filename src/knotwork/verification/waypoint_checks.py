@@ -13,8 +13,8 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:

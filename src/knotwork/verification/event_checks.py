@@ -12,9 +12,9 @@ from knotwork.scenario.events import segments
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scenario.model import AskedEvent
 from knotwork.trajectory.events import Event
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
-from knotwork.verification.waypoints import TIME_ROUNDING as SAME_TIME
+from knotwork.verification.waypoint_checks import TIME_ROUNDING as SAME_TIME
 
 GROUP = "Events"
 MOST_NAMED = 4

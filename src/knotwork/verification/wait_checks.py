@@ -10,9 +10,9 @@ from knotwork.errors.plain_text import called
 from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
-from knotwork.verification.waypoints import furthest_off
+from knotwork.verification.waypoint_checks import furthest_off
 
 
 def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
