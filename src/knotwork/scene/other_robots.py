@@ -83,7 +83,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moved = _called("verification.motion", "Motion")(trajectory, space)
+    moved = _called("verification.checked_motion", "Motion")(trajectory, space)
     model = _called("verification.collisions", "motion_model")(moved, scenario, space.robot)
     held = frozenset(one.name for one in scenario.scene.held)
     known = (EndlessCurve(moved.curve), *model.known)

@@ -165,7 +165,7 @@ class _Search:
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = first_intervals(self.curve.x, self.windows, PARTS)
+        first = first_intervals(self.curve.x, PARTS, self.windows)
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
             looks = self._first_looks(intervals)
