@@ -43,7 +43,7 @@ def test_a_handle_is_where_its_pose_is_and_goes_where_it_is_moved(
 ) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
     scenario = kw.load_scenario(name)
-    robot = kw.load_robot(str(scenario.robot))
+    robot = kw.load_robot(str(scenario.task.robot))
     turn = pin.exp3(np.array([0.2, -0.1, 0.3]))
     shift = np.array([0.0123, -0.02, 0.031])
     for handle in handles(scenario, robot):
@@ -230,8 +230,8 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
 
 
 SCENARIOS = {name: kw.load_scenario(name) for name in names("scenarios")}
-FREE = [name for name, task in SCENARIOS.items() if task.robot and task.free]
-TIMED = [name for name, task in SCENARIOS.items() if task.robot and not task.free]
+FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.free]
+TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.free]
 
 
 def mostly_exhaustive(names: list[str], few: Sequence[str] = ()) -> list[Any]:
@@ -295,7 +295,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
     renewed = made.renew()
     assert renewed is not None
     assert made.plan is not None
-    assert made.plan.scenario.rate == 120
+    assert made.plan.scenario.task.rate == 120
     made.server.server_close()
 
 

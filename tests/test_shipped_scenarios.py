@@ -49,7 +49,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
         kw.load_scenario("none")
     assert unknown.value.available == tuple(path.stem for path in PATHS)
     assert len(PATHS) == 26
-    robots = {str(kw.load_scenario(path).robot) for path in PATHS}
+    robots = {str(kw.load_scenario(path).task.robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
 
@@ -97,7 +97,7 @@ def test_a_scenario_is_the_same_by_name_and_by_path(knotwork: Command) -> None:
 def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
     scenario = kw.load_scenario(path)
     assert scenario.name == path.stem
-    assert len(scenario.description.split()) >= 4
+    assert len(scenario.task.description.split()) >= 4
     assert not any(waypoint.name.startswith("waypoint ") for waypoint in scenario.waypoints)
     assert path.read_text().startswith("#")
 
@@ -193,7 +193,7 @@ ASKED = {
 def test_the_tool_keeps_to_the_path_that_the_description_promises(name: str) -> None:
     """Dense samples, against the geometry written down here and tolerances of the file."""
     scenario, plan, asked = kw.load_scenario(name), planned(name), ASKED[name]
-    assert f"{asked.speed} mm/s" in scenario.description
+    assert f"{asked.speed} mm/s" in scenario.task.description
     when = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     t = np.linspace(when[asked.first], when[asked.last], 3001)
     poses = Task.read(SCENARIO_FILES[name]).arm.poses(plan.trajectory(t), t)

@@ -173,7 +173,7 @@ def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> 
     np.testing.assert_array_equal(
         scenario.knots, [0, 0.25, 0.75, 1]
     )  # times have no unit to choose
-    assert scenario.rate == 125
+    assert scenario.task.rate == 125
     assert scenario.waypoints[1].time == 1.0
 
 

@@ -39,7 +39,7 @@ from knotwork.cli.main import main
 from knotwork.verification import CHECKS
 
 def faulty(motion, scenario, space):
-    if "fault" in scenario.description:
+    if "fault" in scenario.task.description:
         raise ZeroDivisionError("boom")
     return ()
 

@@ -199,4 +199,4 @@ def _speed(scenario: Scenario, speed: float) -> str:
 def _tool_limit(scenario: Scenario) -> str:
     """The limit of the tool's speed, with its value before the margin."""
     limit = scenario.motion_limits.tool_speed or math.inf
-    return with_margin(partial(_speed, scenario), limit, scenario.margin)
+    return with_margin(partial(_speed, scenario), limit, scenario.task.limits.margin)

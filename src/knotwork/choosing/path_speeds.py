@@ -294,7 +294,7 @@ class PathSpeeds:
 
     def _correct(self, timing: Timing, used: FloatArray) -> None:
         """Correct the expectation by the planned shares."""
-        if self.task.scenario.pull_to_middle:
+        if self.task.scenario.task.pull_to_middle:
             full_speed = float(timing.speeds.max())
             self.along = SharesAlongPath(self.task, self.path, self.shares, full_speed)
         expected = self.along.at(timing)

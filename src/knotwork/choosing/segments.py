@@ -119,7 +119,7 @@ def timing_problem(
         space.lower_position_limit,
         space.upper_position_limit,
         task.scenario.motion_limits.tool_speed or np.inf,
-        task.scenario.margin,
+        task.scenario.task.limits.margin,
     )
     if np.isnan(duration).any() and total is None:
         _check_limits(task.scenario, space, limits)

@@ -81,7 +81,7 @@ class FreeTask:
             return known
         robot = cast("Robot", self.space.robot)  # only robots follow paths
         q = self.waypoints.position[self.rows[path.first]]
-        return PathStart(robot, q, self.scenario.pull_to_middle)
+        return PathStart(robot, q, self.scenario.task.pull_to_middle)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:

@@ -219,7 +219,7 @@ def _made(
         if not points_pass(asked, points, form, allowed):
             return None
     elif form.tabular and asked is not None:
-        given.setdefault("rate", asked.scenario.rate)
+        given.setdefault("rate", asked.scenario.task.rate)
     robot = asked.space.robot if asked is not None else None
     if form.tabular:
         table = exporting.motion_table(made, robot=robot, **given)

@@ -79,8 +79,8 @@ def scenarios(as_json: bool) -> int:
     rows = [
         {
             "name": scenario.name,
-            "description": scenario.description.strip(),
-            "robot": scenario.robot if isinstance(scenario.robot, str) else None,
+            "description": scenario.task.description.strip(),
+            "robot": scenario.task.robot if isinstance(scenario.task.robot, str) else None,
             "waypoints": len(scenario.waypoints),
             "duration": None if scenario.free else float(np.ptp(scenario.times)),
             "file": str(scenario.source),

@@ -47,7 +47,7 @@ def print_report(
     """
     out = console()
     units = report.units
-    description = scenario.description.strip() if scenario is not None else ""
+    description = scenario.task.description.strip() if scenario is not None else ""
     gap = "  " if description else ""
     print_wrapped(" ".join(description.split()), f"{report.scenario}{gap}", INDENT, "bold")
     robot = f"robot {report.robot}" if report.robot else "joints alone"

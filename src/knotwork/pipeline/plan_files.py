@@ -101,7 +101,7 @@ class PlanFiles:
         """
         from knotwork.export import to_csv
 
-        rate = rate if rate is not None else self.scenario.rate
+        rate = rate if rate is not None else self.scenario.task.rate
         files = {
             "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),

@@ -41,7 +41,7 @@ def scenario_from(
     """
     task, _ = expanded(scenario if isinstance(scenario, Task) else Task.load(scenario))
     asked = resolved(_task_from(motion, at, task, current))
-    if asked.robot is not None:
+    if asked.task.robot is not None:
         with asked.error_context("robot"):
             names = moved_robot(asked).joint_names
             if set(names) != set(motion.joint_names):

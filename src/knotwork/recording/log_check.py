@@ -72,7 +72,7 @@ def check_log(
     """
     report, units = check(alignment.trajectory, scenario, space=space), scenario.units
     compared = compare_log(
-        alignment, space.robot, units, tolerances, required=scenario.continuity >= 0
+        alignment, space.robot, units, tolerances, required=scenario.task.continuity >= 0
     )
     findings = list(compared.findings)
     undecided = 0

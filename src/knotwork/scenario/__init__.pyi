@@ -3,7 +3,6 @@ from .free_times import FreeWay as FreeWay
 from .model import SMALLEST_PATH_TOLERANCE as SMALLEST_PATH_TOLERANCE
 from .model import AskedEvent as AskedEvent
 from .model import JointTarget as JointTarget
-from .model import JointValues as JointValues
 from .model import Scenario as Scenario
 from .model import ScenarioPath as ScenarioPath
 from .model import ScenarioWaypoint as ScenarioWaypoint

@@ -14,10 +14,11 @@ import numpy as np
 
 from knotwork.errors import InputError, RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
-from knotwork.scenario import JointTarget, JointValues, Scenario
+from knotwork.scenario import JointTarget, Scenario
 from knotwork.scenario.payloads import Carrying, carrying
 from knotwork.scenario.waits import waits
-from knotwork.task import PoseWaypoint
+from knotwork.task import ChosenMotion, PoseWaypoint
+from knotwork.task.units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
@@ -104,27 +105,28 @@ def joint_space(scenario: Scenario) -> JointSpace:
     >>> space.targets[1].position
     array([1.57079633])
     """
-    if scenario.robot is None:
-        return _of_bare_joints(scenario)
+    task = scenario.task
+    if task.robot is None:
+        return _bare_joints(scenario)
     robot = _at_rest(scenario, moved_robot(scenario))
-    if scenario.gravity is not None:
+    if task.gravity is not None:
         with scenario.error_context("gravity"):
-            robot = robot.with_gravity(scenario.gravity)
-    if isinstance(scenario.prefer, Mapping):
+            robot = robot.with_gravity(task.gravity)
+    if isinstance(task.prefer, Mapping):
         with scenario.error_context("prefer"):
-            robot = robot.with_weights(scenario.prefer)
-    if any(isinstance(one, CartesianWaypoint) for one in scenario.waypoints):
+            robot = robot.with_weights(task.prefer)
+    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
         with scenario.error_context("robot"):
             robot.require_tool()
     _check_followers(scenario, robot)
     _check_motion_limits(scenario, robot)
-    read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
-    robot = robot.with_limits(**read.limits(scenario))
-    if scenario.margin != 1.0:
+    read = _JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
+    robot = robot.with_limits(**read.limits())
+    if task.limits.margin != 1.0:
         robot = robot.with_limits(
             **{
                 kind: {
-                    joint: scenario.margin * limit
+                    joint: task.limits.margin * limit
                     for joint, limit in zip(robot.joint_names, robot.limits[kind], strict=True)
                     if np.isfinite(limit)
                 }
@@ -140,7 +142,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
         dict(robot.configurations),
         robot,
         None if robot.base_moves else carrying(scenario, robot),
-        **read.task(scenario),
+        **read.requirements(),
     )
 
 
@@ -153,10 +155,16 @@ def moved_robot(scenario: Scenario) -> Robot:
     """
     from knotwork.robot import load_robot
 
-    if scenario.robot is None:
+    reference, file = scenario.task.robot, scenario.places.file
+    if reference is None:
         raise InputError(f"{scenario.name} names no robot")
     with scenario.error_context("robot"):
-        robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
+        robot = load_robot(
+            scenario.places.document(reference, ("robot",))
+            if isinstance(reference, dict)
+            else reference,
+            relative_to=file.parent if file is not None else None,
+        )
     tool = scenario.tool
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
@@ -171,12 +179,11 @@ def moved_robot(scenario: Scenario) -> Robot:
 
 def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
-    waypoints = enumerate(scenario.task.waypoints)
-    named = [(("waypoints", i, "joints"), getattr(one, "joints", None)) for i, one in waypoints]
-    for place, name in [(("start",), scenario.task.start), *named]:
-        if isinstance(name, str) and name in robot.configurations:
-            with scenario.error_context(*place):
-                robot = robot.with_rest(name)
+    for target in scenario.waypoints:
+        if isinstance(target, JointTarget) and isinstance(target.joints, str):
+            with scenario.error_context(*target.location):
+                if target.joints in robot.configurations:
+                    robot = robot.with_rest(target.joints)
     return robot
 
 
@@ -206,145 +213,137 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
             robot.frame_index(one.frame)
 
 
-def _of_bare_joints(scenario: Scenario) -> JointSpace:
-    names = scenario.joint_names
-    for name in scenario.joint_units:
+def _bare_joints(scenario: Scenario) -> JointSpace:
+    names, task = scenario.joint_names, scenario.task
+    for name in task.joint_units:
         if name not in names:
             with scenario.error_context("joint_units", name):
                 raise UnknownNameError("joint", name, names)
-    units = tuple(scenario.joint_units.get(name, "rad") for name in names)
-    read = _Reader(names, units, {})
-    given = read.limits(scenario)
-    position = given.get("position", {})
+    units = tuple(task.joint_units.get(name, "rad") for name in names)
+    read = _JointReader(scenario, names, units)
+    bounds = read.limits()
+    position = bounds.get("position", {})
     lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
     limits = {
-        kind: scenario.margin * np.array([given.get(kind, {}).get(name, np.inf) for name in names])
+        kind: task.limits.margin * np.array([bounds.get(kind, {}).get(n, np.inf) for n in names])
         for kind in MAGNITUDES
     }
-    return JointSpace(names, units, lower, upper, limits, **read.task(scenario))
+    return JointSpace(names, units, lower, upper, limits, **read.requirements())
 
 
 @dataclass(frozen=True)
-class _Reader:
-    """Reads joint values of a scenario file, in SI."""
+class _JointReader:
+    """Reads the joint values of a task, in SI."""
 
+    scenario: Scenario
     names: tuple[str, ...]
     units: tuple[str, ...]
-    configurations: Mapping[str, FloatArray]
+    configurations: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def by_joint(self, given: JointValues, *, si: bool = False) -> dict[str, Any]:
+    def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
-        scales = {"rad": 1.0 if si else given.angle, "m": 1.0 if si else given.length}
-        scale = {name: scales[unit] for name, unit in zip(self.names, self.units, strict=True)}
-        if not isinstance(given.values, Mapping):
-            return {name: float(given.values) * scale[name] for name in self.names}
-        for name in given.values:
+        length, angle = (1.0, 1.0) if si else si_factors(self.scenario.task.units)
+        units = zip(self.names, self.units, strict=True)
+        scale = {name: angle if unit == "rad" else length for name, unit in units}
+        if not isinstance(values, Mapping):
+            values = dict.fromkeys(self.names, float(values))
+        for name in values:
             if name not in scale:
-                raise given.places.error(
-                    (*given.location, name),
-                    f"unknown joint {name!r}",
-                    did_you_mean(name, self.names),
+                raise self.scenario.places.error(
+                    (*location, name), f"unknown joint {name!r}", did_you_mean(name, self.names)
                 )
-        items = given.values.items()
-        return {name: np.multiply(value, scale[name]).tolist() for name, value in items}
+        return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
 
-    def array(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
+    def array(self, values: Any, *location: str | int, missing: float | None = None) -> FloatArray:
         """A value for every joint, shape (d,), or a list, (d, m); `missing` for joints left out."""
-        if isinstance(given.values, str):
-            if given.values not in self.configurations:
-                raise given.places.error(
-                    given.location,
-                    f"unknown configuration {given.values!r}",
-                    did_you_mean(given.values, self.configurations),
+        if isinstance(values, str):
+            if values not in self.configurations:
+                raise self.scenario.places.error(
+                    location,
+                    f"unknown configuration {values!r}",
+                    did_you_mean(values, self.configurations),
                 )
-            return np.array(self.configurations[given.values])
-        values = self.by_joint(given)
+            return np.array(self.configurations[values])
+        values = self.by_joint(values, *location)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
-            raise given.places.error(
-                given.location,
+            raise self.scenario.places.error(
+                location,
                 f"gives no value for joint {', '.join(absent)}",
                 f"a value for each of {', '.join(self.names)}",
             )
         return np.array([values.get(name, missing or 0.0) for name in self.names])
 
-    def limits(self, scenario: Scenario) -> dict[str, dict[str, Any]]:
+    def limits(self) -> dict[str, dict[str, Any]]:
         """Limits by quantity and joint; position limits are pairs."""
-        found = {kind: getattr(scenario.task.limits, kind) for kind in JOINT_QUANTITIES}
+        limits = {kind: getattr(self.scenario.task.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.by_joint(
-                scenario.joint_values(values, "limits", kind),
-                si=JOINT_QUANTITIES[kind].order is None,
-            )
-            for kind, values in found.items()
+            kind: self.by_joint(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
+            for kind, values in limits.items()
             if values is not None
         }
 
-    def task(self, scenario: Scenario) -> dict[str, Any]:
+    def requirements(self) -> dict[str, Any]:
         """The attributes of a `JointSpace` for the requirements on the joints."""
-        task, given = scenario.task, scenario.joint_values
-        targets = tuple(
+        task, index = self.scenario.task, self.scenario.index
+        targets = [
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
-            for waypoint in scenario.waypoints
-        )
-        standing = [None if one is None or one.velocity.any() else one.position for one in targets]
-        near = {
-            i: (waypoint.near, "waypoints", k, "near")
-            for i, k in enumerate(scenario.index)
-            if k >= 0
-            and isinstance(waypoint := task.waypoints[k], PoseWaypoint)
-            and waypoint.near is not None
-        }
+            for waypoint in self.scenario.waypoints
+        ]
+        at_rest = [
+            None if target is None or target.velocity.any() else target.position
+            for target in targets
+        ]
+        presets: Any = task.planner_options.accelerations
+        if isinstance(presets, tuple):
+            place = "planner_options", "accelerations"
+            presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
+        chosen = tuple(self._chosen(motion, i) for i, motion in enumerate(task.chosen or ()))
         return {
-            "targets": targets,
-            "waits": tuple(waits(scenario, standing)),
-            "near": self.array(given(task.near, "near")) if task.near is not None else None,
-            "end_acceleration": self._ends(scenario),
-            "accelerations": self._presets(scenario, presets)
-            if isinstance(presets := task.planner_options.accelerations, tuple)
-            else presets,
-            "chosen": tuple(self._chosen(scenario, i) for i in range(len(task.chosen or ())))
-            or None,
-            "solutions": {i: self.array(given(*one)) for i, one in near.items()},
-            "shown_in": scenario.units,
+            "targets": tuple(targets),
+            "waits": tuple(waits(self.scenario, at_rest)),
+            "near": None if task.near is None else self.array(task.near, "near"),
+            "end_acceleration": self._ends(),
+            "accelerations": presets,
+            "chosen": chosen or None,
+            "solutions": {
+                i: self.array(waypoint.near, "waypoints", k, "near")
+                for i, k in enumerate(index)
+                if k >= 0
+                and isinstance(waypoint := task.waypoints[k], PoseWaypoint)
+                and waypoint.near is not None
+            },
+            "shown_in": self.scenario.units,
         }
 
-    def _presets(self, scenario: Scenario, values: tuple[Any, ...]) -> FloatArray:
-        option = "planner_options", "accelerations"
-        places = ((one, *option, i) for i, one in enumerate(values))
-        return np.array([self.array(scenario.joint_values(*place)) for place in places])
-
-    def _chosen(self, scenario: Scenario, i: int) -> ChosenRun:
-        given = (scenario.task.chosen or ())[i]
-        names = [waypoint.name for waypoint in scenario.waypoints]
-        velocities = {
-            name: scenario.joint_values(values, "chosen", i, "velocities", name)
-            for name, values in given.velocities.items()
-        }
-        for name, values in velocities.items():
+    def _chosen(self, motion: ChosenMotion, i: int) -> ChosenRun:
+        names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
+        for name in motion.velocities:
             if name not in names:
-                raise values.places.error(
-                    values.location, f"unknown waypoint {name!r}", did_you_mean(name, names)
+                raise self.scenario.places.error(
+                    (*place, "velocities", name),
+                    f"unknown waypoint {name!r}",
+                    did_you_mean(name, names),
                 )
-        accelerations = scenario.joint_values(given.accelerations, "chosen", i, "accelerations")
         return ChosenRun(
-            np.array(given.times),
-            self.array(accelerations).T,
-            {name: self.array(values) for name, values in velocities.items()},
+            np.array(motion.times),
+            self.array(motion.accelerations, *place, "accelerations").T,
+            {
+                name: self.array(values, *place, "velocities", name)
+                for name, values in motion.velocities.items()
+            },
         )
 
-    def _ends(self, scenario: Scenario) -> tuple[FloatArray, FloatArray] | None:
-        ends = scenario.task.end_acceleration
+    def _ends(self) -> tuple[FloatArray, FloatArray] | None:
+        ends = self.scenario.task.end_acceleration
         if ends is None:
             return None
-        if isinstance(ends, str):
-            return np.zeros(len(self.names)), np.zeros(len(self.names))
-        start = scenario.joint_values(ends.start, "end_acceleration", "start")
-        end = scenario.joint_values(ends.end, "end_acceleration", "end")
-        return self.array(start, missing=0.0), self.array(end, missing=0.0)
+        given = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
+        place = "end_acceleration"
+        start = self.array(given[0], place, "start", missing=0.0)
+        return start, self.array(given[1], place, "end", missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
-        position = self.array(target.joints)
-        if target.velocity is None:
-            return JointState(position, np.zeros_like(position))
-        return JointState(position, self.array(target.velocity, missing=0.0))
+        place = (*target.location[:-1], "velocity")
+        velocity = self.array(target.velocity, *place, missing=0.0)
+        return JointState(self.array(target.joints, *target.location), velocity)

@@ -7,17 +7,16 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from knotwork.documents import Document, Location, Places
+from knotwork.documents import Location, Places
 from knotwork.errors import DocumentError, InputError
 from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.task.tool import Limits
-from knotwork.task.units import si_factors
 from knotwork.trajectory.events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
@@ -33,53 +32,28 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class JointValues:
-    """Values by joint name as given in the file, in its units.
-
-    The joint decides between angle and length: `joint_space` converts them to SI.
-
-    Attributes:
-        values: Numbers by joint name, or pairs for position limits; or one number for every
-            joint, or the name of a configuration.
-        length: Unit of length of the file [m].
-        angle: Unit of angle of the file [rad].
-        places: Places in the file, for errors.
-        location: Location of the values.
-    """
-
-    values: Mapping[str, Any] | float | str
-    length: float
-    angle: float
-    places: Places
-    location: Location
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the joints with values."""
-        return tuple(self.values) if isinstance(self.values, Mapping) else ()
-
-
-@dataclass(frozen=True)
 class JointTarget:
     """A waypoint given by joint values.
 
     Attributes:
         name: Name of the waypoint.
         time: Time [s].
-        joints: Joint positions, or the name of a configuration.
-        velocity: Joint velocities, or `None` at rest.
+        joints: Joint positions by name, or the name of a configuration, in the task's units.
+        velocity: Joint velocities by name, in the task's units; none at rest.
+        location: Location of the joint positions in the task.
         where: Place of the waypoint's definition, for messages.
 
     >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
-    >>> type(target).__name__, target.time, target.joints.names
-    ('JointTarget', 2.0, ('lift',))
+    >>> type(target).__name__, target.time, target.joints
+    ('JointTarget', 2.0, {'lift': 1.0})
     """
 
     name: str
     time: float
-    joints: JointValues
-    velocity: JointValues | None
+    joints: Mapping[str, float] | str
+    velocity: Mapping[str, float] = field(default_factory=dict)
+    location: Location = ()
     where: str = ""
     standing: ClassVar[bool] = False
 
@@ -213,24 +187,15 @@ class Scenario:
 
     Attributes:
         name: Name of the scenario.
-        description: Description of the task.
         waypoints: At least two waypoints, in order of time.
-        task: The task as given, which alone has the joint values.
+        task: The task as given, in its own units; options without a unit are read from it.
         index: Index in the task of each waypoint, -1 for the start; one with a wait appears twice.
-        robot: Shipped name, path, or inline description; `None` for a task of joints alone.
-        relative_to: Folder of relative paths in `robot`, or `None`.
         units: Units of the file, for output.
-        joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for joints left out.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         on: Link that carries the frame of poses, if it is not the robot's base frame.
         tool: Placement and mass of the tool.
-        gravity: In the axes of the base frame [m/s²], shape (3,); `None` for 9.81 along -z of the
-            URDF's root.
         branch: `"free"`; `"keep"`, changed only where speeds require it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
-        prefer: Criterion among solutions: `"travel"` or `"clearance"`; or weights by joint.
-        pull_to_middle: For a redundant arm, rate at which joints are pulled to the middle of their
-            ranges while the tool passes a waypoint [1/s]; 0 for none.
         planner: Name of the planner, optionally with a rule after a colon.
         knots: As for `knotwork.interpolation`: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
@@ -239,10 +204,7 @@ class Scenario:
         free: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and rules of the collision check.
-        margin: Used fraction of limits other than position; `motion_limits` include it.
         tolerances: Tolerances of the check.
-        continuity: Order of continuity required by the check.
-        rate: Samples per second [Hz].
         source: Its file, or `None`.
         places: Places of its parts in the file, for errors.
         under_way: The motion that it continues, and the time in it [s], or `None`.
@@ -257,18 +219,11 @@ class Scenario:
     waypoints: tuple[ScenarioWaypoint, ...]
     task: PlainTask = field(repr=False, compare=False)
     index: tuple[int, ...] = ()
-    description: str = ""
-    robot: str | Document | None = None
-    relative_to: Path | None = None
     units: Units = field(default_factory=Units)
-    joint_units: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     on: str = ""
     tool: ToolPlacement = field(default_factory=ToolPlacement)
-    gravity: FloatArray | None = None
     branch: str | Mapping[str, str] = "free"
-    prefer: str | Mapping[str, float] = "travel"
-    pull_to_middle: float = 0.0
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
     paths: tuple[ScenarioPath, ...] = ()
@@ -276,10 +231,7 @@ class Scenario:
     free: FreeTimes | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
-    margin: float = 1.0
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
-    continuity: int = 2
-    rate: float = 100.0
     source: Path | None = None
     places: Places = field(default_factory=Places, repr=False, compare=False)
     under_way: tuple[JointTrajectory, float] | None = field(default=None, repr=False, compare=False)
@@ -310,15 +262,10 @@ class Scenario:
         """
         return self.places.where(location)
 
-    def joint_values(self, values: Any, *location: str | int) -> JointValues:
-        """Joint values of the task with their units and their location in it."""
-        length, angle = si_factors(self.task.units)
-        return JointValues(values, length, angle, self.places, location)
-
     @property
     def prefers_clearance(self) -> bool:
         """Whether clearance has priority over travel."""
-        return self.prefer == "clearance" and self.task.near is None
+        return self.task.prefer == "clearance" and self.task.near is None
 
     @property
     def shown_length(self) -> tuple[float, str]:
@@ -341,5 +288,5 @@ class Scenario:
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Joints named by the first waypoint; without a robot, all joints of the scenario."""
-        first = self.waypoints[0]
-        return first.joints.names if isinstance(first, JointTarget) else ()
+        joints = getattr(self.waypoints[0], "joints", ())
+        return () if isinstance(joints, str) else tuple(joints)

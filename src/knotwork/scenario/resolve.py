@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork import documents
-from knotwork.documents import Document, Location, Places
+from knotwork.documents import Location, Places
 from knotwork.errors import shown
 from knotwork.scenario.events import EventReader, with_waits
 from knotwork.scenario.free_reader import read_free_times
@@ -106,21 +106,14 @@ class _Resolver:
         events = EventReader(file, self.places, units, waypoints, paths, self.reader.indices)
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
-            description=file.description,
             waypoints=waypoints,
             task=self.task,
             index=self.reader.indices,
             paths=paths,
-            robot=self._robot(),
-            relative_to=source.parent if source is not None else None,
             units=units,
-            joint_units=file.joint_units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
-            gravity=np.array(file.gravity) if file.gravity is not None else None,
             branch=self._branch(),
-            prefer=file.prefer,
-            pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
             events=events.events(timed=free is None),
@@ -128,17 +121,10 @@ class _Resolver:
             on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
-            margin=file.limits.margin or 1.0,
             tolerances=self._tolerances(),
-            continuity=file.continuity,
-            rate=file.rate,
             source=source,
             places=self.places,
         )
-
-    def _robot(self) -> str | Document | None:
-        robot = self.file.robot
-        return self.places.document(robot, ("robot",)) if isinstance(robot, dict) else robot
 
     def _check_description_in_si(self, robot: Mapping[str, Any]) -> None:
         """Refuse a robot description, which is in SI, in a file with other units."""
@@ -181,7 +167,7 @@ class _Resolver:
         places: list[Location] = [
             (key,)
             for key in ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways")
-            if getattr(self.file, key) not in (None, "free", "travel")
+            if getattr(self.file, key) not in (None, 0.0, "free", "travel")
         ]
         places += [(key,) for key in ("scene", "collisions") if key in self.file.model_fields_set]
         places += [
@@ -203,10 +189,12 @@ class _Resolver:
 
     def _motion_limits(self) -> Limits:
         given = self.file.limits
-        part = given.margin or 1.0
-        frames = [one.model_copy(update={"speed": part * one.speed}) for one in given.frame_speeds]
+        frames = [
+            limit.model_copy(update={"speed": given.margin * limit.speed})
+            for limit in given.frame_speeds
+        ]
         tool = {
-            key: part * value
+            key: given.margin * value
             for key in ("tool_speed", "tool_acceleration")
             if (value := getattr(given, key)) is not None
         }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from knotwork.documents import Location, Places
 from knotwork.errors.plain_text import nameless
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.freedoms_reader import freedom_of, read_freedoms
-from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
+from knotwork.scenario.model import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task import (
     JointWaypoint,
     PathWaypoint,
@@ -61,12 +61,6 @@ class WaypointReader:
         self.indices: tuple[int, ...] = ()
         self._normals: set[int] = set()
 
-    def joint_values(
-        self, values: Mapping[str, Any] | float | str, location: Location
-    ) -> JointValues:
-        """Joint values of the file, to be read once the joints are known."""
-        return JointValues(values, self.length, self.angle, self.places, location)
-
     def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
         """All waypoints in order, the start first if there is one, and the paths between them.
 
@@ -95,9 +89,8 @@ class WaypointReader:
         indices: list[int] = []
         waypoints: list[ScenarioWaypoint] = []
         if self.file.start is not None:
-            joints = self.joint_values(self.file.start, ("start",))
             where = self.places.where(("start",))
-            waypoints.append(JointTarget(START, 0.0, joints, None, where))
+            waypoints.append(JointTarget(START, 0.0, self.file.start, {}, ("start",), where))
             indices.append(-1)
         for i, waypoint in enumerate(given):
             made = self._waypoint(i, names[i], poses, times, motions.get(i), freedoms[i])
@@ -133,9 +126,11 @@ class WaypointReader:
         """A waypoint as it is when the tool arrives."""
         waypoint, where = self.file.waypoints[i], self.places.where(("waypoints", i))
         if isinstance(waypoint, JointWaypoint):
-            velocity = self._joint_velocity(i, waypoint)
-            joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
-            return JointTarget(name, times[i], joints, velocity, where)
+            if waypoint.velocity is None:
+                self._check_stop(i, "velocity: by joint name")
+            velocity = waypoint.velocity if isinstance(waypoint.velocity, dict) else {}
+            location = ("waypoints", i, "joints")
+            return JointTarget(name, times[i], waypoint.joints, velocity, location, where)
         pose, twist = self._state(i, waypoint, poses, times, motion)
         where += self.carriers.position_note(i, times[i], self.length)
         rides = waypoint.wait is not None and self.carriers.frame_of(i) is not None
@@ -330,13 +325,6 @@ class WaypointReader:
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
-
-    def _joint_velocity(self, i: int, waypoint: JointWaypoint) -> JointValues | None:
-        if isinstance(waypoint.velocity, dict):
-            return self.joint_values(waypoint.velocity, ("waypoints", i, "velocity"))
-        if waypoint.velocity is None:
-            self._check_stop(i, "velocity: by joint name")
-        return None
 
     def _check_stop(self, i: int, accepted: str) -> None:
         if not self._stops(i):

@@ -67,7 +67,7 @@ def other_motion(given: OtherRobot) -> OtherMotion:
 @lru_cache(maxsize=8)
 def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
     scenario = load_scenario(source)
-    if scenario.robot is None:
+    if scenario.task.robot is None:
         raise InputError(f"{source}: names no robot")
     if motion is None:
         plan = _called("pipeline", "plan")(scenario)

@@ -78,7 +78,7 @@ def _divided(
     def is_shared(one: ScenarioWaypoint) -> bool:
         if isinstance(one, CartesianWaypoint) or one.name in handled:
             return False
-        where = one.joints.location
+        where = one.location
         return not any(place[: len(where)] == where[: len(place)] for place in varied)
 
     shared: list[float] = []

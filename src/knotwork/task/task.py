@@ -120,10 +120,11 @@ class Task(TaskPart):
         "follow and the arm keep its posture",
         "travel",
     )
-    pull_to_middle: Positive | None = optional(
+    pull_to_middle: Positive = optional(
         "Posture gain of an arm of more than six joints: where it passes a pose at speed, its "
         "joints also move at this rate to the middle of their ranges, as far as tool and velocity "
-        "limits allow [1/s]; left out: minimum joint speeds for the given tool velocity"
+        "limits allow [1/s]; left out: minimum joint speeds for the given tool velocity",
+        0.0,
     )
     planner: Text = optional("A planner's name; `knotwork planners` lists them", "modified-hermite")
     knots: Annotated[

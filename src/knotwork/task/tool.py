@@ -56,9 +56,10 @@ class FrameSpeed(TaskPart):
 class Limits(TaskPart, LimitsFile):
     """Limits that replace those of the robot, and limits on the motion of tool and links."""
 
-    margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = optional(
-        "Fraction of every limit of velocity, acceleration, jerk, effort and "
-        "of the speeds and acceleration of tool and links that is used; positions keep their range"
+    margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
+        "Fraction of every limit of velocity, acceleration, jerk, effort and of the speeds and "
+        "acceleration of tool and links that is used; positions keep their range",
+        1.0,
     )
     tool_speed: Positive | None = optional("Largest speed of the TCP [length/s]")
     tool_acceleration: Positive | None = optional("Largest acceleration of the TCP [length/s²]")

@@ -68,7 +68,7 @@ class DependentWaypoints:
         """
         guides = self._guides.get(path.first)
         if not guides:
-            return self.scenario.pull_to_middle
+            return self.scenario.task.pull_to_middle
         gaps = q - np.array([one.at(path.motion.arc_length(time)) for one in guides])
         nearest = int(np.abs(gaps - whole_turns(gaps)).max(axis=1).argmin())
         return guides[nearest].turned(whole_turns(gaps[nearest]))
@@ -133,7 +133,7 @@ class DependentWaypoints:
             raise led()
         alike = len({path.freedom for path in paths}) == 1
         chain = self.chains.of(paths[0].freedom)
-        if alike and chain.robot.dof > 6 and not self.scenario.pull_to_middle:
+        if alike and chain.robot.dof > 6 and not self.scenario.task.pull_to_middle:
             found = list(islice(self._continue_guided(chain, paths, group, first), ENOUGH_GUIDED))
         if found:
             return [concatenate(ones) for ones in zip(*found, strict=True)]

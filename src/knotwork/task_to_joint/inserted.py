@@ -119,7 +119,7 @@ def followed_path(
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = _ends(path)
     try:
-        pull = scenario.pull_to_middle if pull is None else pull
+        pull = scenario.task.pull_to_middle if pull is None else pull
         joints = JointsOnPath(robot, path.motion, start, pull, found)
         followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
     except PathError as error:

@@ -139,7 +139,7 @@ def _with_chosen(solution: TaskSolution, space: JointSpace) -> TaskSolution:
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:
     robot = space.robot
-    if scenario.pull_to_middle and robot is not None and robot.dof <= 6:
+    if scenario.task.pull_to_middle and robot is not None and robot.dof <= 6:
         with scenario.error_context("pull_to_middle"):
             raise RobotError(
                 robot.name,

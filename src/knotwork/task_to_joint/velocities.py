@@ -30,7 +30,7 @@ def velocity_at(
     Raises:
         SingularityError: The twist is unattainable.
     """
-    target, rate = scenario.waypoints[index], scenario.pull_to_middle
+    target, rate = scenario.waypoints[index], scenario.task.pull_to_middle
     if given is not None or not isinstance(target, CartesianWaypoint):
         return np.array(given)
     for path in scenario.paths:

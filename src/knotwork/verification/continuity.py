@@ -47,7 +47,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 "Continuity", space.joint_names[joint], f"{quantity}_jump",
                 value, float(allowed[where, joint]), unit, time,
                 f"{quantity} jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s",
-                required=order <= scenario.continuity,
+                required=order <= scenario.task.continuity,
             )  # fmt: skip
         rates = motion.curve.extrema(order + 1)
         for i in np.flatnonzero(~(rates.peak <= FASTEST[order])):
@@ -59,7 +59,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 f"{quantity} changes by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s, "
                 "which is a jump for any drive (at most "
                 f"{scenario.units.text(FASTEST[order], unit, 'g')})",
-                required=order <= scenario.continuity,
+                required=order <= scenario.task.continuity,
             ).with_remedy(rounded_corner(time, scenario))  # fmt: skip
 
 

@@ -31,7 +31,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
     for message in angle_slips(scenario, units):
         yield _warning("angle_unit", message)
     yield from _not_from_home(motion, scenario, space)
-    gravity = 0.0 if scenario.gravity is None else float(np.linalg.norm(scenario.gravity))
+    gravity = 0.0 if scenario.task.gravity is None else float(np.linalg.norm(scenario.task.gravity))
     if gravity > HEAVY:
         yield _warning(
             "gravity_unit",

@@ -148,7 +148,7 @@ def _description(shown: Shown) -> dict[str, Any]:
         "title": scenario.name,
         "robot": shown.robot.name,
         "planner": shown.trajectory.planner,
-        "description": scenario.description.strip(),
+        "description": scenario.task.description.strip(),
         "joint_panel": joint_panel(shown.robot, units),
         "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
     }
