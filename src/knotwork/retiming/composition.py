@@ -75,13 +75,13 @@ def cubic_through(
     for _ in range(MOST_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
-        exact, cubics = refined(curve, cubics.x), refined(cubics, curve.x)
-        c = exact.c - raised(cubics.c, exact.degree)
+        exact, fine = refined(curve, cubics.x), refined(cubics, curve.x)
+        c = exact.c - raised(fine.c, exact.degree)
         gap = PiecewisePolynomial(c, exact.x).extrema(0).peak
         if gap.max() <= tolerance:
             # cubic pieces are kept: rounding would change their third derivative
-            is_cubic = ~exact.c[:-4].any(axis=(0, 2))
-            c = np.where(is_cubic[:, None], exact.c[-4:], cubics.c)
+            is_cubic = np.logical_not(exact.c[:-4].any(axis=(0, 2)))
+            c = np.where(is_cubic.reshape(-1, 1), exact.c[-4:], fine.c)
             return PiecewisePolynomial(c, exact.x), gap
         times = distinct(times, 0.5 * (times[1:] + times[:-1]))
     raise InputError(

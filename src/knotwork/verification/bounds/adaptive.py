@@ -229,9 +229,9 @@ def _worst_intervals(
         is_open: Whether that leaves a verdict open, shape (n, c).
         count: Maximum number of intervals to divide.
     """
-    waiting = is_open.any(axis=1)
+    waiting = np.asarray(is_open.any(axis=1))
     if waiting.sum() <= count:
-        return np.asarray(waiting)
+        return waiting
     most = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
         share = np.where(is_open, beyond / np.maximum(most, SMALLEST_EXCESS), -np.inf).max(axis=1)
