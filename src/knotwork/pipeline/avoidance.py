@@ -13,8 +13,8 @@ from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.task_to_joint import Step, TaskSolution
 from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import (
+    collision_note,
     failed_pairs,
-    motion_finding,
 )
 from knotwork.verification.finding import TRIED
 from knotwork.waypoints import FloatArray
@@ -202,6 +202,6 @@ def _taken(plan: Any, ends: Sequence[int]) -> str:
 
 def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:
     """The plan with a finding on the sequences of solutions that were tried."""
-    finding = motion_finding(quantity, message)
+    finding = collision_note(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -22,7 +22,7 @@ def infeasible(found: Infeasibility, units: Units) -> Finding:
         name=found.waypoint,
         quantity="joint_velocity_needed",
         verdict="failed",
-        message=str(found),
+        fact=found.sentence.removesuffix(f"; {found.remedy}"),
         value=found.velocity,
         limit=found.limit,
         margin=found.limit - found.velocity,

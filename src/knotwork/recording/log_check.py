@@ -89,7 +89,7 @@ def check_log(
             undecided += 1
             to = units.text(known, found.unit, ".2g")
             sentence = f"{found.message}; undecided, as the log resolves it to {to}"
-            found = replace(found, verdict="undecided", message=sentence)
+            found = replace(found, verdict="undecided", fact=sentence)
         findings.append(found)
     if undecided:
         findings.append(

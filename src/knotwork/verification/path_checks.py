@@ -164,7 +164,7 @@ def _findings(scenario: Scenario, one: _Judged) -> Iterator[Finding]:
             name=name,
             quantity=row.quantity,
             verdict=judged(bound.proved and bound.value <= row.limit),
-            message=f"from {begin!r} to {end!r} {text}",
+            fact=f"from {begin!r} to {end!r} {text}",
             value=bound.value,
             limit=row.limit,
             margin=row.limit - (bound.value if bound.value > row.limit else bound.bound),
@@ -185,7 +185,7 @@ def _findings(scenario: Scenario, one: _Judged) -> Iterator[Finding]:
             name=name,
             quantity="full_speed",
             verdict="information",
-            message=f"{begin!r} to {end!r}: at {_speeds(found, scenario, 5)} from {full[0]:.3f} s "
+            fact=f"{begin!r} to {end!r}: at {_speeds(found, scenario, 5)} from {full[0]:.3f} s "
             f"to {full[1]:.3f} s, where the full speed is {scale * stretch.speed:.5g} {length}/s",
             interval=full,
             proof="bounded" if found.speed.proved else "sampled",

@@ -47,7 +47,7 @@ def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = No
         name=waypoint.name if waypoint is not None else "",
         quantity=quantity,
         verdict="warning",
-        message=message,
+        fact=message,
         time=waypoint.time if waypoint is not None else None,
     )
 
@@ -69,7 +69,7 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
         name="",
         quantity="no_start",
         verdict="information",
-        message=f"{what} is neither planned nor checked: {why}",
+        fact=f"{what} is neither planned nor checked: {why}",
         brief=f"{what}: {why}",
     )
 

@@ -64,7 +64,7 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
             name="",
             quantity="missing_limits",
             verdict="information",
-            message=f"no limit is known for {space.robot.name} of {', '.join(parts)}",
+            fact=f"no limit is known for {space.robot.name} of {', '.join(parts)}",
             brief=", ".join(short),
         )
 
@@ -99,7 +99,7 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
                     name=name,
                     quantity=f"{DERIVATIVES[order]}_spike",
                     verdict="failed" if fails else "warning",
-                    message=f"joint {name!r}: {DERIVATIVES[order]} peaks at {words(value, rate)} "
+                    fact=f"joint {name!r}: {DERIVATIVES[order]} peaks at {words(value, rate)} "
                     f"at {time:.6g} s, {between(scenario, time)}: {proportion} "
                     f"{words(most, rate)} that any joint keeps up for {window:.3g} s; "
                     + (rounded_corner(time, scenario) or "nothing in the task asks for a spike"),

@@ -17,8 +17,8 @@ from knotwork.task import PlainTask
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import worst_in_short
-from knotwork.verification.finding import united
+from knotwork.verification.brief import worst_short_text
+from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, derivative_limits
 from knotwork.view.clearance_curve import nearest_around
 from knotwork.view.style import DASHES
@@ -191,8 +191,10 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     nearest = nearest_around(found)
     if nearest is not None:
         judged += (nearest,)
-    contacts = tuple(united(at for one in found if one.bodies and not one.ok for at in one.spans))
-    reason = worst_in_short(plan.report.failures, plan.scenario.units) if plan else ""
+    contacts = tuple(
+        unite_intervals(at for one in found if one.bodies and not one.ok for at in one.spans)
+    )
+    reason = worst_short_text(plan.report.failures, plan.scenario.units) if plan else ""
     return Motion(
         *(label, trajectory, space, marks, scenario, ok),
         *(uses, judged, knots, contacts),

@@ -14,7 +14,7 @@ from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import in_short
+from knotwork.verification.brief import short_text
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.packing import label, thing
 from knotwork.view.primitive_meshes import rod, sphere, triad
@@ -170,7 +170,7 @@ def _in_words(found: Finding, units: Units) -> str:
     if found.requested is not None:
         return f"{name}: {found.title} off by {units.text(found.value or 0.0, found.unit, '.3g')}"
     if found.value is None or found.label or (found.use or 0.0) <= ROUNDING:
-        return in_short(found, units)
+        return short_text(found, units)
     shown, unit = units.shown(found.value, found.unit)
     value = f"{shown:.3g} {unit}" if np.isfinite(shown) else "infinite"
     return " ".join(filter(None, (name, found.title, value)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.verification import Finding, Motion
-from knotwork.verification.finding import united
+from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import uses
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import frame_values, limit_shares
@@ -82,7 +82,7 @@ def broken_spans(
         over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not one.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
     least = 0.5 * LEAST_WIDTH * (end - start)
-    wide = united((max(a - least, start), min(b + least, end)) for a, b in spans)
+    wide = unite_intervals((max(a - least, start), min(b + least, end)) for a, b in spans)
     return [[a - start, b - start] for a, b in wide]
 
 
