@@ -18,12 +18,11 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds.stretch_bounds import (
         PathBound,
         PathLimits,
-        Progress,
         StretchBounds,
     )
 
-GROUP = "Tool paths"
-SAME = 1e-9
+TOOL_PATHS = "Tool paths"
+SAME_POSE = 1e-9
 """Relative difference below which poses are equal."""
 
 
@@ -31,12 +30,12 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """Compare the motion of the tool with each stretch of each path of the scenario."""
     if space.robot is None:
         return
-    for paths in joined_paths(scenario):
-        for one in _followed(motion, scenario, space.robot, paths):
-            yield from _findings(scenario, one)
+    for paths in join_paths(scenario):
+        for followed in _follow_paths(motion, scenario, space.robot, paths):
+            yield from _stretch_findings(scenario, followed)
 
 
-def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
+def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
     """Paths in groups, in which a turn of the tool goes on from one to the next.
 
     Each begins where the one before ends, or after a wait there, and leaves the same open, or both
@@ -45,198 +44,186 @@ def joined_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
     groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
         before = groups[-1][-1] if groups else path
-        goes_on = before.freedom == path.freedom or _one_turn(before.freedom, path.freedom)
-        if goes_on and _stays(scenario, before.last, path.first):
+        continues = before.freedom == path.freedom or _same_turn(before.freedom, path.freedom)
+        if groups and continues and _stays(scenario, before.last, path.first):
             groups[-1].append(path)
         else:
             groups.append([path])
     return groups
 
 
-def _one_turn(one: PoseFreedom | None, other: PoseFreedom | None) -> bool:
+def _same_turn(a: PoseFreedom | None, b: PoseFreedom | None) -> bool:
     """Whether both have a range of one and the same angle."""
-    if (
-        one is None
-        or other is None
-        or (one.torch and one.torch[2:]) != (other.torch and other.torch[2:])
-    ):
+    if a is None or b is None or (a.torch and a.torch[2:]) != (b.torch and b.torch[2:]):
         return False
-    return all(0.0 < high - low < math.inf for low, high in (one.turn, other.turn))
+    return all(0.0 < high - low < math.inf for low, high in (a.turn, b.turn))
 
 
-def _stays(scenario: Scenario, before: int, after: int) -> bool:
+def _stays(scenario: Scenario, first: int, second: int) -> bool:
     """Whether two waypoints are equal, or one is a wait at the other."""
-    if after - before != 1:
-        return after == before
-    one, other = scenario.waypoints[before : after + 1]
-    if not (isinstance(one, CartesianWaypoint) and isinstance(other, CartesianWaypoint)):
+    if second - first != 1:
+        return second == first
+    a, b = scenario.waypoints[first : second + 1]
+    if not (isinstance(a, CartesianWaypoint) and isinstance(b, CartesianWaypoint)):
         return False
-    return bool(one.pose.isApprox(other.pose, SAME))
+    return bool(a.pose.isApprox(b.pose, SAME_POSE))
 
 
-class _Judged(NamedTuple):
+class _FollowedStretch(NamedTuple):
     """A stretch of a path, with the proved bounds of the motion along it."""
 
     path: ScenarioPath
-    k: int
+    name: tuple[str, str]
     stretch: Stretch
     limits: PathLimits
-    found: StretchBounds
+    bounds: StretchBounds
+
+    @property
+    def keeps_turn(self) -> bool:
+        turn = self.bounds.turn
+        return turn is None or (turn.proved and turn.value <= self.limits.orientation)
 
 
-def _followed(
+def _follow_paths(
     motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath]
-) -> list[_Judged]:
+) -> list[_FollowedStretch]:
     """Follow the tool along paths that are joined, and its turn all along, whole turns counted.
 
     Where it may begin whole turns away within its range, one is taken that keeps it within.
     """
-    found = _from_turn(motion, scenario, robot, paths, 0.0)
-    freedom = paths[0].freedom if paths else None
-    if not found or freedom is None or all(_turn_kept(one) for one in found):
-        return found
-    if not math.isfinite(freedom.turn[1] - freedom.turn[0]):
-        return found
-    start, allowed = found[0].found.turned[0], scenario.tolerances.path_orientation
-    low, high = (bound - start for bound in freedom.turn)
-    whole = 2.0 * math.pi
-    least, most = math.ceil((low - allowed) / whole), math.floor((high + allowed) / whole)
-    for turns in range(least, most + 1):
-        if turns:
-            other = start + whole * turns
-            again = _from_turn(motion, scenario, robot, paths, other)
-            if all(_turn_kept(one) for one in again):
-                return again
-    return found
+    followed = _follow_from(motion, scenario, robot, paths, 0.0)
+    freedom = paths[0].freedom
+    if not followed or freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
+        return followed
+    start, allowed = followed[0].bounds.turned[0], scenario.tolerances.path_orientation
+    low, high = ((bound - start) / (2.0 * math.pi) for bound in freedom.turn)
+    slack = allowed / (2.0 * math.pi)
+    for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
+        turn = start + 2.0 * math.pi * turns
+        other = _follow_from(motion, scenario, robot, paths, turn) if turns else followed
+        if all(stretch.keeps_turn for stretch in other):
+            return other
+    return followed
 
 
-def _turn_kept(one: _Judged) -> bool:
-    turn = one.found.turn
-    return turn is None or (turn.proved and turn.value <= one.limits.orientation)
-
-
-def _from_turn(
+def _follow_from(
     motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
-) -> list[_Judged]:
+) -> list[_FollowedStretch]:
     """Bounds on each stretch, the first of which begins at about a turn [rad]."""
     from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
 
-    allowed, judged = scenario.tolerances, []
+    allowed, followed = scenario.tolerances, []
     for path in paths:
-        for k, stretch in enumerate(path.stretches):
+        for k, stretch in enumerate(path.stretches, path.first):
             if not (motion.start_time < stretch.end and stretch.start < motion.end_time):
                 continue
             speed = allowed.path_speed * stretch.speed
             limits = PathLimits(allowed.path, allowed.path_orientation, speed)
-            interval, full = (stretch.start, stretch.end), stretch.full_speed
-            asked = path.motion, interval, full, stretch.speed, limits
-            found = path_bounds(robot, motion.curve, *asked, freedom=path.freedom, turn=turn)
-            turn = found.turned[1]
-            judged.append(_Judged(path, k, stretch, limits, found))
-    return judged
+            bounds = path_bounds(
+                robot, motion.curve, path.motion, (stretch.start, stretch.end),
+                stretch.full_speed, stretch.speed, limits, freedom=path.freedom, turn=turn,
+            )  # fmt: skip
+            turn = bounds.turned[1]
+            name = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
+            followed.append(_FollowedStretch(path, name, stretch, limits, bounds))
+    return followed
 
 
-class _Row(NamedTuple):
-    """One criterion on a stretch."""
-
-    quantity: str
-    bound: PathBound | None
-    limit: float
-    unit: str
-    interval: tuple[float, float]
-    text: str
-
-
-def _findings(scenario: Scenario, one: _Judged) -> Iterator[Finding]:
-    path, k, stretch, limits, found = one
-    full = stretch.full_speed
-    begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
+def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
+    """Findings on a stretch: one for each criterion, and the speeds at full speed."""
+    (begin, end), stretch, bounds = followed.name, followed.stretch, followed.bounds
     name = f"{begin} to {end}"
-    for row in _rows(found, limits, scenario, stretch, path.freedom):
-        bound, text = row.bound, row.text
+    for quantity, bound, limit, unit, text in _criteria(scenario, followed):
         if bound is None:
             continue
+        fact, brief = f"from {begin!r} to {end!r} {text}", ""
         if not bound.proved:
-            text += _not_proved(bound, row.unit, scenario)
+            low, high = bound.where
+            most = scenario.units.text(bound.bound, unit, ".3g")
+            fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {most}"
+        if quantity == "path_deviation":
+            scale, length = scenario.shown_length
+            brief = f"{name}: {scale * bound.value:.3g} of {scale * limit:.3g} {length} off"
+            brief += f", {_speeds(bounds, scenario, 4)}" if bounds.speed is not None else ""
         yield Finding(
-            group=GROUP,
+            group=TOOL_PATHS,
             subject="path",
             name=name,
-            quantity=row.quantity,
-            verdict=judged(bound.proved and bound.value <= row.limit),
-            fact=f"from {begin!r} to {end!r} {text}",
+            quantity=quantity,
+            verdict=judged(bound.proved and bound.value <= limit),
+            fact=fact,
             value=bound.value,
-            limit=row.limit,
-            margin=row.limit - (bound.value if bound.value > row.limit else bound.bound),
-            unit=row.unit,
+            limit=limit,
+            margin=limit - (bound.value if bound.value > limit else bound.bound),
+            unit=unit,
             time=bound.time,
-            interval=row.interval,
+            interval=stretch.full_speed
+            if quantity == "path_speed"
+            else (stretch.start, stretch.end),
             proof="bounded" if bound.proved else "sampled",
             excess=max(bound.bound - bound.value, 0.0),
-            brief=f"{name}: {_brief(found, limits, scenario)}"
-            if row.quantity == "path_deviation"
-            else "",
+            brief=brief,
         )
-    if found.speed is not None:
-        scale, length = scenario.shown_length
+    if bounds.speed is not None:
+        (start, last), (scale, length) = stretch.full_speed, scenario.shown_length
+        fact = (
+            f"{begin!r} to {end!r}: at {_speeds(bounds, scenario, 5)} from {start:.3f} s to "
+            f"{last:.3f} s, where the full speed is {scale * stretch.speed:.5g} {length}/s"
+        )
         yield Finding(
-            group=GROUP,
-            subject="path",
-            name=name,
-            quantity="full_speed",
-            verdict="information",
-            fact=f"{begin!r} to {end!r}: at {_speeds(found, scenario, 5)} from {full[0]:.3f} s "
-            f"to {full[1]:.3f} s, where the full speed is {scale * stretch.speed:.5g} {length}/s",
-            interval=full,
-            proof="bounded" if found.speed.proved else "sampled",
-        )
-
-
-def _rows(
-    found: StretchBounds,
-    limits: PathLimits,
-    scenario: Scenario,
-    stretch: Stretch,
-    freedom: PoseFreedom | None,
-) -> Iterator[_Row]:
-    """Criteria on a stretch, with their texts."""
-    turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
-    allowed, units = scenario.tolerances, scenario.units
-    scale, length = scenario.shown_length
-    whole, full, kind = (stretch.start, stretch.end), stretch.full_speed, stretch.kind
-    yield _Row(
-        "path_deviation", found.position, limits.position, "m", whole,
-        f"the tool leaves the {kind} by {scale * found.position.value:.3g} {length}, tolerance "
-        f"{scale * limits.position:.3g} {length}",
-    )  # fmt: skip
-    yield _Row(
-        "path_orientation", found.orientation, turned, "rad", whole,
-        f"the tool is turned off by {units.text(found.orientation.value, 'rad', '.3g')}, tolerance "
-        f"{units.text(turned, 'rad', '.3g')}",
-    )  # fmt: skip
-    if found.turn is not None and freedom is not None:
-        where = "beyond" if found.turn.value > 0.0 else "within"
-        yield _Row(
-            "path_turn", found.turn, limits.orientation, "rad", whole,
-            f"the tool is {units.text(abs(found.turn.value), 'rad', '.3g')} {where} what is free, "
-            f"{_ranges(freedom, units)}, tolerance {units.text(limits.orientation, 'rad', '.3g')}",
+            TOOL_PATHS, "path", name, "full_speed", "information", fact,
+            interval=stretch.full_speed, proof="bounded" if bounds.speed.proved else "sampled",
         )  # fmt: skip
-    yield _Row(
-        "path_progress", _progress_bound(found), max(allowed.path, allowed.position), "m", whole,
-        _progress_text(found.progress, scenario, kind),
-    )  # fmt: skip
-    asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * allowed.path_speed:.3g} %"
-    yield _Row(
-        "path_speed", found.speed, limits.speed, "m/s", full,
-        f"the speed is {_speeds(found, scenario, 5)}, asked for {asked} from {full[0]:.3f} s to "
-        f"{full[1]:.3f} s, {within}",
-    )  # fmt: skip
-    slowest = round(scale * found.ramp_slowest, 9) + 0.0
-    yield _Row(
-        "path_ramp", found.ramp, limits.speed, "m/s", whole,
-        f"where the speed changes it is {slowest:.5g} to {scale * found.ramp_fastest:.5g} "
-        f"{length}/s along the {kind}, accepted 0 to {asked}, {within}",
-    )  # fmt: skip
+
+
+def _criteria(
+    scenario: Scenario, followed: _FollowedStretch
+) -> Iterator[tuple[str, PathBound | None, float, str, str]]:
+    """Quantity, bound, limit, unit and text of each criterion on a stretch."""
+    freedom, stretch, limits = followed.path.freedom, followed.stretch, followed.limits
+    bounds, kind, progress = followed.bounds, stretch.kind, followed.bounds.progress
+    tolerances, (scale, length) = scenario.tolerances, scenario.shown_length
+
+    def shown(value: float, unit: str = "rad") -> str:
+        return scenario.units.text(value, unit, ".3g")
+
+    off, at_most = (f"{scale * x:.3g}" for x in (bounds.position.value, limits.position))
+    text = f"the tool leaves the {kind} by {off} {length}, tolerance {at_most} {length}"
+    yield "path_deviation", bounds.position, limits.position, "m", text
+    turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
+    off = shown(bounds.orientation.value)
+    text = f"the tool is turned off by {off}, tolerance {shown(turned)}"
+    yield "path_orientation", bounds.orientation, turned, "rad", text
+    if bounds.turn is not None and freedom is not None:
+        side = "beyond" if bounds.turn.value > 0.0 else "within"
+        text = (
+            f"the tool is {shown(abs(bounds.turn.value))} {side} what is free, "
+            f"{_ranges(freedom, scenario.units)}, tolerance {shown(limits.orientation)}"
+        )
+        yield "path_turn", bounds.turn, limits.orientation, "rad", text
+    most = max(tolerances.path, tolerances.position)
+    start, end, whole, back = (
+        f"{round(scale * value, 6) + 0.0:.6g}"
+        for value in (progress.start, progress.end, progress.length, progress.back)
+    )
+    text = (
+        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {whole} {length} "
+        f"and goes back by {back} {length} at most, tolerance {scale * most:.3g} {length}"
+    )
+    worst = progress.worst  # proved if the distance is
+    bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)
+    yield "path_progress", bound, most, "m", text
+    asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * tolerances.path_speed:.3g} %"
+    start, end = (f"{time:.3f} s" for time in stretch.full_speed)
+    speeds = _speeds(bounds, scenario, 5)
+    text = f"the speed is {speeds}, asked for {asked} from {start} to {end}, {within}"
+    yield "path_speed", bounds.speed, limits.speed, "m/s", text
+    slowest = round(scale * bounds.ramp_slowest, 9) + 0.0
+    text = (
+        f"where the speed changes it is {slowest:.5g} to {scale * bounds.ramp_fastest:.5g} "
+        f"{length}/s along the {kind}, accepted 0 to {asked}, {within}"
+    )
+    yield "path_ramp", bounds.ramp, limits.speed, "m/s", text
 
 
 def _ranges(freedom: PoseFreedom, units: Units) -> str:
@@ -250,44 +237,7 @@ def _ranges(freedom: PoseFreedom, units: Units) -> str:
     )
 
 
-def _brief(found: StretchBounds, limits: PathLimits, scenario: Scenario) -> str:
-    scale, length = scenario.shown_length
-    off = f"{scale * found.position.value:.3g} of {scale * limits.position:.3g} {length} off"
-    return off if found.speed is None else f"{off}, {_speeds(found, scenario, 4)}"
-
-
-def _speeds(found: StretchBounds, scenario: Scenario, digits: int) -> str:
+def _speeds(bounds: StretchBounds, scenario: Scenario, digits: int) -> str:
     """Text of the proved speeds at full speed."""
     scale, length = scenario.shown_length
-    slowest, fastest = (f"{scale * one:.{digits}g}" for one in (found.slowest, found.fastest))
-    return f"{slowest} to {fastest} {length}/s"
-
-
-def _progress_bound(found: StretchBounds) -> PathBound:
-    """Progress as a criterion, proved if the distance is."""
-    progress, position = found.progress, found.position
-    value = progress.worst
-    return position._replace(value=value, time=progress.time, bound=value)
-
-
-def _progress_text(progress: Progress, scenario: Scenario, kind: str) -> str:
-    """Text of the tool's progress along the path."""
-    scale, length = scenario.shown_length
-    start, end, whole, back = (
-        f"{round(scale * value, 6) + 0.0:.6g}"
-        for value in (progress.start, progress.end, progress.length, progress.back)
-    )
-    most = max(scenario.tolerances.path, scenario.tolerances.position)
-    return (
-        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {whole} "
-        f"{length} and goes back by {back} {length} at most, tolerance {scale * most:.3g} {length}"
-    )
-
-
-def _not_proved(bound: PathBound, unit: str, scenario: Scenario) -> str:
-    """Text for a criterion that is not proved, with its open interval."""
-    start, end = bound.where
-    return (
-        f"; this is not proved: from {start:.6g} s to {end:.6g} s it may be "
-        f"{scenario.units.text(bound.bound, unit, '.3g')}"
-    )
+    return f"{scale * bounds.slowest:.{digits}g} to {scale * bounds.fastest:.{digits}g} {length}/s"
