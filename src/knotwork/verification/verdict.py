@@ -57,13 +57,13 @@ def check(
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
     faults = [motion_finding("defect", message, ok=False) for message in defects]
-    found = [one for look in CHECKS.values() for one in look(motion, scenario, space)]
+    findings = [item for run in CHECKS.values() for item in run(motion, scenario, space)]
     return Report(
         scenario=scenario.name,
         robot=space.robot.name if space.robot is not None else None,
         planner=trajectory.planner,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
-        findings=(*faults, *known, *found),
+        findings=(*faults, *known, *findings),
         units=scenario.units,
     )
