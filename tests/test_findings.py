@@ -215,7 +215,7 @@ LEFT_OUT: list[dict[str, Any]] = [
 def test_a_finding_shows_whatever_it_leaves_out(knotwork: Command) -> None:
     odd: dict[str, Any] = {"group": "Odd", "verdict": "failed", "subject": "tool", "name": ""}
     findings = [
-        Finding(**odd | {"quantity": f"oddity {i}", "message": f"it is odd ({i})"} | rest)
+        Finding(**odd | {"quantity": f"oddity {i}", "fact": f"it is odd ({i})"} | rest)
         for i, rest in enumerate(LEFT_OUT)
     ]
     with registered(lambda motion, scenario, space: findings):

@@ -58,8 +58,8 @@ def joint_remedy(finding: Finding, motion: Motion, scenario: Scenario, space: Jo
     bends = order > 1
     return (
         (rounded_corner(time, scenario) if bends else "")
-        or _slower_weave(time, use, order, scenario)
         or (_slower_ramp(time, use, order, scenario) if bends else "")
+        or _slower_weave(time, use, order, scenario)
         or _move_too_short(time, motion, scenario, space, joint)
         or f"it is broken {between(scenario, time)}; {slower_remedy(use, order, scenario)}"
     )
@@ -93,15 +93,13 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
 
 
 def _slower_weave(time: float, use: float, order: int, scenario: Scenario) -> str:
-    """Remedy for a weave at a time that is not in its first or last period; empty if none is."""
+    """Remedy for a weave that is active at a time; empty if none is."""
     for path in scenario.paths:
         for stretch in path.stretches:
-            weave = stretch.weave
-            if weave is not None:
-                period = 1.0 / weave.frequency
-                if stretch.start + period < time < stretch.end - period:
-                    slower = 1.0 / rounded_up(1.0 / weave.eased_frequency(EASING * use, order), 3)
-                    return f"a weave is active there; about frequency: {slower:.3g} Hz keeps it"
+            if stretch.weave is not None and stretch.start <= time <= stretch.end:
+                frequency = stretch.weave.eased_frequency(EASING * use, order)
+                slower = 1.0 / rounded_up(1.0 / frequency, 3)
+                return f"a weave is active there; about frequency: {slower:.3g} Hz keeps it"
     return ""
 
 
