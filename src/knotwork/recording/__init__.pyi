@@ -3,7 +3,7 @@ from .alignment import aligned as aligned
 from .deviations import LogTolerances as LogTolerances
 from .deviations import deviation_findings as deviation_findings
 from .lateness import Delay as Delay
-from .likeness import LeftOfPlan as LeftOfPlan
+from .likeness import PlanResidual as PlanResidual
 from .log_check import check_log as check_log
 from .log_check import compare_log as compare_log
 from .log_reading import Recording as Recording
