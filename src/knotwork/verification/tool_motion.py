@@ -37,11 +37,11 @@ SMALLEST_TOOL_JUMP = 1e-9
 
 def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
-    from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
-
     robot, limits = space.robot, scenario.motion_limits
     if robot is None:
         return
+    from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
+
     rows = [
         ("tool_speed", None, limits.tool_speed),
         ("tool_acceleration", None, limits.tool_acceleration),
