@@ -28,7 +28,7 @@ import knotwork as kw
 import results
 from knotwork import documents
 from knotwork.documents import resources
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification import Motion
 from knotwork.verification.collisions import collisions, motion_model
 from results import Table

@@ -6,8 +6,7 @@ apart, so that a machine with other work disturbs them little: those of the proc
 those of all others (this one, Dask's scheduler and workers, writing the files). Rates are by the
 clock, and ratios of them mean something on a quiet machine only.
 
-From these figures the script works out what a study of a million rows on a hundred machines takes,
-and what would be at its limit first.
+From these figures the script works out what a study of a million rows takes with Dask.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ from rich.console import Console
 
 import knotwork as kw
 import results
-from knotwork.sweeps.run import MOST_FILES
 from results import Table
 
-MACHINES, CORES, MANY = 100, 8, 1_000_000
+MANY = 1_000_000
+"""Number of rows of the study that is estimated."""
 
 
 @dataclass
@@ -39,8 +38,7 @@ class Run:
 
     Attributes:
         rows: Number of rows.
-        chunks: Number of chunks.
-        seconds: By the clock, from the first chunk that was finished to the last.
+        seconds: By the clock, from the first row that was finished to the last.
         planning: Time of the processor of the processes that plan [s].
         others: That of all other processes [s].
         memory: Memory of all processes when a tenth of the rows was finished, and in the end [MB].
@@ -48,7 +46,6 @@ class Run:
     """
 
     rows: int = 0
-    chunks: int = 0
     seconds: float = 0.0
     planning: float = 0.0
     others: float = 0.0
@@ -84,31 +81,30 @@ def usage() -> tuple[float, float, float]:
     return planning, others, memory
 
 
-def measured(vary: dict[str, str], chunk: int, folder: Path, **by: Any) -> Run:
-    """Make the study by some workers, and measure from its first finished chunk to its last."""
+def measured(vary: dict[str, str], folder: Path, **by: Any) -> Run:
+    """Make the study by some workers, and measure from its first finished row to its last."""
     run, begin = Run(), (0.0, 0.0, 0.0)
 
     def watch(at: kw.sweeps.SweepProgress) -> None:
         nonlocal begin
-        if not run.chunks:
-            run.rows, begin = at.done, (*usage()[:2], time.perf_counter())
-        run.chunks += 1
+        if at.done == 1:
+            begin = (*usage()[:2], time.perf_counter())
         if at.done >= at.total / 10 and not run.memory:
             run.memory.append(usage()[2])
         if at.done == at.total:
             planning, others, memory = usage()
             run.planning, run.others = planning - begin[0], others - begin[1]
             run.seconds = time.perf_counter() - begin[2]
-            run.rows = at.total - run.rows
+            run.rows = at.total - 1
             run.memory.append(memory)
 
-    kw.sweep("ur5_deburring", vary, out=folder, chunk=chunk, progress=watch, **by)
-    run.size = sum(file.stat().st_size for file in folder.glob("chunks/*/*.parquet"))
+    kw.sweep("ur5_deburring", vary, out=folder, progress=watch, **by)
+    run.size = (folder / "rows.jsonl").stat().st_size
     return run
 
 
 def central_cost(folder: Path) -> float:
-    """Time of the processor of all but planning for a chunk [s], of which there are many here."""
+    """Time of the processor of all but planning for a row [s], of which there are many here."""
     ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     begin: list[float] = []
 
@@ -122,37 +118,23 @@ def central_cost(folder: Path) -> float:
             {"waypoints[1].after": "1:2:450"},
             out=folder,
             scheduler=scheduler,
-            chunk=1,
             progress=watch,
         )
     return (begin[1] - begin[0]) / 400
 
 
-def estimate(run: Run, central: float) -> Table:
-    """What a million rows on a hundred machines take.
+def estimate(run: Run, central: float) -> str:
+    """What a million rows take with Dask.
 
     Args:
         run: With two workers of Dask.
-        central: Time of the processor of all but planning for a chunk [s].
+        central: Time of the processor of all but planning for a row [s].
     """
-    row, cores = run.planning / run.rows, MACHINES * CORES
-    seconds, content = MANY * row / cores, run.size / run.chunks
-
-    def shown(work: float) -> list[str]:
-        chunks = MANY * row / work
-        return [
-            f"chunks of {work:.0f} s",
-            f"{chunks:.0f}",
-            f"{chunks / seconds:.0f}",
-            f"{100 * chunks * central / seconds:.0f}",
-            f"{chunks * content / 1e6:.0f}",
-        ]
-
-    return Table(
-        f"{MANY} rows on {MACHINES} machines of {CORES} cores, on paper:",
-        ("", "files", "a second", "part of one core for all but planning [%]", "rows [MB]"),
-        [shown(5.0), shown(MANY / MOST_FILES * row)],
-        note=f"{seconds / 60:.1f} min, {1e3 * row:.0f} ms a row, {1e3 * central:.1f} ms a chunk",
+    row, size = run.planning / run.rows, MANY * run.size / run.rows
+    return (
+        f"{MANY} rows on paper: {MANY * row / 3600:.1f} h of processors that plan and "
+        f"{MANY * central / 3600:.1f} h of the one that hands them out, which so keeps "
+        f"{row / central:.0f} of them busy; {size / 1e6:.0f} MB"
     )
 
 
@@ -168,31 +150,25 @@ def placements(rows: int) -> dict[str, str]:
 @click.command()
 @click.option("--rows", default=10_000, help="Rows of the study of two processes, about.")
 @click.option("--compared", default=640, help="Rows of the studies that are compared, about.")
-@click.option("--chunk", default=8, help="Rows in a chunk.")
 @results.save_option
-def main(rows: int, compared: int, chunk: int, save: Path | None) -> None:
+def main(rows: int, compared: int, save: Path | None) -> None:
     """Measure sweeps."""
     vary, runs = placements(compared), dict[str, Run]()
     with tempfile.TemporaryDirectory() as folder:
-        runs["1 process"] = measured(vary, chunk, Path(folder) / "one", workers=1)
-        runs["2 processes"] = measured(vary, chunk, Path(folder) / "two", workers=2)
+        runs["1 process"] = measured(vary, Path(folder) / "one", workers=1)
+        runs["2 processes"] = measured(vary, Path(folder) / "two", workers=2)
         with cluster(2) as scheduler:
-            runs["Dask, 2 workers"] = measured(
-                vary, chunk, Path(folder) / "dask", scheduler=scheduler
-            )
+            runs["Dask, 2 workers"] = measured(vary, Path(folder) / "dask", scheduler=scheduler)
         if rows > compared:
-            runs["2 processes, all"] = measured(
-                placements(rows), chunk, Path(folder) / "all", workers=2
-            )
-        alone = kw.Study.open(Path(folder) / "one").table.drop_columns(["plan_time"])
+            runs["2 processes, all"] = measured(placements(rows), Path(folder) / "all", workers=2)
+        alone = without_time(Path(folder) / "one")
         for name in ("two", "dask"):
-            other = kw.Study.open(Path(folder) / name).table.drop_columns(["plan_time"])
-            if not other.equals(alone):
+            if without_time(Path(folder) / name) != alone:
                 raise click.ClickException(f"the rows of {name} differ")
         central = central_cost(Path(folder) / "light")
     load = os.getloadavg()[0]
     table = Table(
-        f"Placements of ur5_deburring, {chunk} in a chunk",
+        "Placements of ur5_deburring",
         (
             "",
             "rows",
@@ -218,10 +194,15 @@ def main(rows: int, compared: int, chunk: int, save: Path | None) -> None:
     table.show(console)
     scaling = runs["2 processes"].rate / runs["1 process"].rate
     console.print(f"from 1 to 2 processes: {scaling:.2f} times the rows a second")
-    estimate(runs["Dask, 2 workers"], central).show(console)
+    console.print(estimate(runs["Dask, 2 workers"], central))
     if save is not None:
         data = {name: vars(run) for name, run in runs.items()}
         results.save(save, "sweep", {"load": load, "scaling": scaling, "central": central, **data})
+
+
+def without_time(folder: Path) -> list[dict[str, Any]]:
+    """The rows of a study without the one column that differs between runs."""
+    return [{**row, "plan_time": None} for row in kw.Study.open(folder).rows()]
 
 
 @contextmanager

@@ -48,7 +48,7 @@ import knotwork as kw
 import results
 from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.interpolation.hermite import ModifiedHermiteSpline
+from knotwork.interpolation.modified_hermite_spline import ModifiedHermiteSpline
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.timing import Dynamics, TimedMotion, TimingLimits, TimingProblem, solve, windows
 from knotwork.waypoints import FloatArray

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 
 import knotwork
-import knotwork.cli.progress
+import knotwork.cli.progress_display
 from knotwork.cli.main import cli
 
 HERE = Path(__file__).parent
@@ -19,7 +19,7 @@ sys.path.insert(0, str(HERE / "extensions"))
 # The highlighting style sets up logging when it is imported, if nobody has.
 logging.getLogger().addHandler(logging.NullHandler())
 os.environ["COLUMNS"] = "96"  # the width of what commands print
-knotwork.cli.progress.PLAN_INTERVAL = 1e6  # and how slow the machine is does not matter
+knotwork.cli.progress_display.PLAN_INTERVAL = 1e6  # and how slow the machine is does not matter
 
 # Each command is loaded when it is asked for, and sphinx_click takes what it finds.
 cli.commands.update({name: cli.get_command(click.Context(cli), name) for name in cli.commands})

@@ -42,7 +42,7 @@ settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_exam
 @pytest.fixture
 def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
     """The `knotwork` command, run in this process; on a slow machine, too, it says no more."""
-    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", 1e6)
+    monkeypatch.setattr("knotwork.cli.progress_display.PLAN_INTERVAL", 1e6)
 
     def run(*arguments: object) -> Ran:
         monkeypatch.setattr(sys, "argv", ["knotwork", *map(str, arguments)])

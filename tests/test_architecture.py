@@ -231,11 +231,11 @@ IMPORTED_BY_TESTS = {
         "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
-    "a path that can't be followed at first": ("choosing.path_speeds",),
+    "a path that can't be followed at first": ("choosing.path_choice",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("editing",),
     "a clock of the test's own": ("choosing.choice", "timing.budget"),
     "the command in this process": ("cli.main",),
-    "what is said of progress, without a clock": ("cli.progress",),
+    "what is said of progress, without a clock": ("cli.progress_display",),
     "each old name has its test": ("errors.renamed",),
 }
 

@@ -152,7 +152,9 @@ def test_a_branch_that_is_not_kept_is_said_to_be_changed() -> None:
     assert kept.branch != fixed.branch
     assert "branch changed for the speeds" in kept.reason
     failed = solved({**hurried, "branch": "fixed"})
-    assert "another branch is feasible (branch: free)" in str(failed.infeasibilities[0])
+    assert "no other solution in this branch exceeds the limits by less (try branch: free)" in str(
+        failed.infeasibilities[0]
+    )
     assert failed.choices[0].reason == "smallest excess over the velocity limits, branch fixed"
 
 

@@ -13,7 +13,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.cli.progress import plan_state
+from knotwork.cli.progress_display import plan_state
 from knotwork.verification import CHECKS
 from patience import PATIENCE
 
@@ -153,7 +153,7 @@ def test_a_plan_that_tells_nothing_is_not_silent(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The check says nothing of how far it is; here it lasts until a line has been told."""
-    monkeypatch.setattr("knotwork.cli.progress.PLAN_INTERVAL", 0.001)
+    monkeypatch.setattr("knotwork.cli.progress_display.PLAN_INTERVAL", 0.001)
     lines: list[str] = []
     told = threading.Event()
 
@@ -162,7 +162,7 @@ def test_a_plan_that_tells_nothing_is_not_silent(
         lines.append(line)
         told.set()
 
-    monkeypatch.setattr("knotwork.cli.progress.echo", echo)
+    monkeypatch.setattr("knotwork.cli.progress_display.echo", echo)
     monkeypatch.setitem(CHECKS, "lasts", lambda *_: (told.wait(PATIENCE), ())[1])
     picture = tmp_path / "a.png"
     for command, *options in (("plan",), ("plot", "-o", picture), ("compare",)):
@@ -195,7 +195,7 @@ def test_the_check_is_told_with_the_motion_that_there_is() -> None:
 def test_progress_on_a_narrow_terminal_keeps_to_a_line(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.cli.progress.SHOWN_AFTER", 0.0)
+    monkeypatch.setattr("knotwork.cli.progress_display.SHOWN_AFTER", 0.0)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "50")
     monkeypatch.setenv("TERM", "xterm")

@@ -36,24 +36,24 @@ def tool(robot: kw.Robot, q: np.ndarray) -> pin.SE3:
     return data.oMf[model.getFrameId(robot.tool_frame)]
 
 
-def test_ways_are_on_the_path_within_limits_and_clear() -> None:
+def test_guides_are_on_the_path_within_limits_and_clear() -> None:
     robot = kw.load_robot("panda")
     motion, starts = line(robot)
 
     def clear(q: np.ndarray, time: float) -> np.ndarray:
         return np.asarray(np.abs(q[:, 2]) < 0.8)
 
-    ways = list(Ladder(robot, [motion], starts, clear).ways())
-    assert ways
-    for start, (guide,) in ways:
-        np.testing.assert_allclose(guide.at(0.0), starts[start], atol=1e-12)
+    guides = list(Ladder(robot, [motion], starts, clear).guided_starts(12))
+    assert guides
+    for start, (guide,) in guides:
+        np.testing.assert_allclose(guide.posture(0.0), starts[start], atol=1e-12)
         rungs = guide.postures.x
-        for s, q in zip(rungs, guide.at(rungs), strict=True):
+        for s, q in zip(rungs, guide.posture(rungs), strict=True):
             pose, asked = tool(robot, q), motion.path.pose(s)
             assert np.linalg.norm(pose.translation - asked.translation) < 1e-8
             assert np.linalg.norm(pin.log3(pose.rotation.T @ asked.rotation)) < 1e-8
             assert np.abs(q[2]) < 0.8
-        q = guide.at(np.linspace(0.0, 0.3, 200))
+        q = guide.posture(np.linspace(0.0, 0.3, 200))
         assert (robot.lower_position_limit <= q).all()
         assert (q <= robot.upper_position_limit).all()
         off = [
@@ -63,21 +63,21 @@ def test_ways_are_on_the_path_within_limits_and_clear() -> None:
         assert max(off) < 2e-3
 
 
-def test_nothing_is_a_way_where_all_collides() -> None:
+def test_no_guide_where_all_collides() -> None:
     robot = kw.load_robot("panda")
     motion, starts = line(robot)
     ladder = Ladder(robot, [motion], starts, lambda q, time: np.full(len(q), time < 3.0))
-    assert not list(ladder.ways())
+    assert not list(ladder.guided_starts(12))
 
 
 @pytest.mark.parametrize("turns", [0, 1])
-def test_the_way_from_a_start_hangs_on_nothing_else(turns: int) -> None:
+def test_guide_depends_on_its_start_only(turns: int) -> None:
     robot = kw.load_robot("ur5").with_virtual_joints(VirtualJoint("turn", "z", -0.4, 0.4))
     motion, starts = line(robot)
-    ways = dict(Ladder(robot, [motion], starts, None).ways())
-    start = next(iter(ways))
+    guides = dict(Ladder(robot, [motion], starts, None).guided_starts(12))
+    start = next(iter(guides))
     turned = starts[start] - 2.0 * np.pi * turns * np.sign(starts[start]) * (np.arange(7) == 3)
-    ((_, (guide,)),) = Ladder(robot, [motion], turned[None], None).ways()
+    ((_, (guide,)),) = Ladder(robot, [motion], turned[None], None).guided_starts(12)
     s = np.linspace(0.0, 0.3, 50)
-    gap = guide.at(s) - ways[start][0].at(s) - (turned - starts[start])
+    gap = guide.posture(s) - guides[start][0].posture(s) - (turned - starts[start])
     assert np.abs(gap).max() < 1e-6

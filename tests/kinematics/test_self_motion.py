@@ -11,7 +11,13 @@ import pytest
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence import Given, Rules, refine_sequence, weights
+from knotwork.kinematics.sequence import (
+    JointRules,
+    RefinementTask,
+    StepRules,
+    refine_sequence,
+    weights,
+)
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.waypoints import CartesianWaypoint
 
@@ -40,6 +46,11 @@ def anywhere(robot: kw.Robot, seed: int, count: int) -> np.ndarray:
     return 0.5 * (lower + upper) + 0.5 * (upper - lower) * within
 
 
+def rules_of(robot: kw.Robot) -> JointRules:
+    limit, endless, one = robot.velocity_limit, np.full(7, np.inf), np.ones(7)
+    return JointRules(limit, limit, -endless, endless, np.zeros(7, dtype=bool), one, 0 * one)
+
+
 @pytest.mark.parametrize(("robot", "seed"), [(PANDA, 3), (XARM, 4)])
 def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: int) -> None:
     q = anywhere(robot, seed, 5)
@@ -53,8 +64,8 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
     v = solve_velocities(robot, joint_axes(robot).jacobians(q), twists)[0]
     free: list[CartesianWaypoint | None] = list(waypoints)
     free[2] = None
-    rules = Rules(robot.velocity_limit, robot.velocity_limit, np.zeros(7, dtype=bool))
-    refined = refine_sequence(robot, Given(times, rules, free), q, v)
+    steps = [StepRules(duration) for duration in np.diff(times)]
+    refined = refine_sequence(robot, RefinementTask(rules_of(robot), steps, free), q, v)
     np.testing.assert_array_equal(refined[2], q[2])
     for before, after in zip(q, refined, strict=True):
         error = robot.forward(before).actInv(robot.forward(after))
@@ -73,12 +84,11 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
 def test_whole_turns_do_not_matter_for_what_is_near() -> None:
     q, near = anywhere(XARM, 6, 2)
     pose = CartesianWaypoint("a", 0.0, XARM.forward(q), pin.Motion.Zero())
-    rules = Rules(XARM.velocity_limit, XARM.velocity_limit, np.zeros(7, dtype=bool))
-    given = Given(np.zeros(1), rules, [pose], near)
+    task = RefinementTask(rules_of(XARM), (), [pose], near)
     turn = np.zeros(7)
     turn[6] = -2 * np.pi * np.sign(q[6])
     still = np.zeros((1, 7))
-    here, turned = (refine_sequence(XARM, given, one[None], still)[0] for one in (q, q + turn))
+    here, turned = (refine_sequence(XARM, task, one[None], still)[0] for one in (q, q + turn))
     assert np.abs(here - q).max() > 0.05
     np.testing.assert_allclose(turned, here + turn, atol=1e-6)
 

@@ -73,8 +73,8 @@ HOSTILE = {
     "nodes that double": ("a.dae", doubling(16), r"show 6.55e\+04 shapes; at most 5000"),
     "parts of a shape": ("a.dae", many_parts(), r"show 1\.01e\+04 shapes; at most 5000"),
     "nodes that double for ever": ("a.dae", doubling(90), "shapes; at most 5000"),
-    "long way down": ("a.dae", doubling(150), "more than 100 deep"),
-    "itself": ("a.dae", showing_itself(), "shows itself"),
+    "long way down": ("a.dae", doubling(150), "shapes; at most 5000"),
+    "itself": ("a.dae", showing_itself(), "nested too deep"),
     "nested": ("a.dae", nested(2000), "nested more than 100 deep"),
     "entities": ("a.dae", laughing(), "declares an entity"),
     "unit of nothing": ("a.dae", collada(meter=0.0), "Singular|area"),
@@ -136,7 +136,7 @@ def test_no_more_bytes_are_read_than_the_bound(tmp_path: Path) -> None:
 def test_more_triangles_than_the_bound_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.scene.meshes.size_limits.MOST_TRIANGLES", 3)
+    monkeypatch.setattr("knotwork.scene.meshes.size_limits.MOST_MESH_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):

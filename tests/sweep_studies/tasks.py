@@ -8,6 +8,7 @@ from typing import Any
 
 import psutil
 
+import knotwork as kw
 from patience import PATIENCE
 
 LIFT: dict[str, Any] = {
@@ -19,6 +20,11 @@ LIFT: dict[str, Any] = {
     ],
 }
 """A motion of one joint, which one second is too short for."""
+
+
+def without_time(study: kw.Study) -> list[dict[str, Any]]:
+    """The rows without the one column that differs between runs."""
+    return [{**row, "plan_time": None} for row in study.rows()]
 
 
 def planning(process: psutil.Process) -> list[psutil.Process]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import psutil
 import pytest
-from tasks import LIFT, all_end, planning
+from tasks import LIFT, all_end, planning, without_time
 
 import knotwork as kw
 from patience import PATIENCE
@@ -49,7 +49,7 @@ def ended(motion, scenario, space):
 CHECKS["ended"] = ended
 """
 RUNS = {
-    "sweep": "kw.sweep(task, {'rate': [100]}, workers=1, chunk=1, time_limit=10_000)",
+    "sweep": "kw.sweep(task, {'rate': [100]}, workers=1, time_limit=10_000)",
     "plan_many": "kw.plan_many([task] * 3, workers=1, time_limit=10_000)",
 }
 RUN = """
@@ -64,7 +64,7 @@ task = {task!r}
 
 
 def rows(task: Any, vary: dict[str, Any], **how: Any) -> Any:
-    return kw.sweep(task, vary, chunk=1, **how).table.drop_columns(["plan_time"])
+    return without_time(kw.sweep(task, vary, **how))
 
 
 def test_poses_are_tested_again_whose_process_others_end() -> None:
@@ -75,7 +75,7 @@ def test_poses_are_tested_again_whose_process_others_end() -> None:
 
     vary = {"frames.block.position[0]": [450, 2500]}
     ended = rows("ur5_deburring", vary, workers=1, progress=end)
-    assert ended.equals(rows("ur5_deburring", vary, workers=0))
+    assert ended == rows("ur5_deburring", vary, workers=0)
 
 
 def test_rows_are_planned_again_whose_process_others_end(
@@ -85,7 +85,7 @@ def test_rows_are_planned_again_whose_process_others_end(
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), *sys.path[1:])))
     monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
     vary = {"waypoints[up].after": "0.5:3:4"}
-    assert rows(LIFT, vary, workers=1).equals(rows(LIFT, vary, workers=0))
+    assert rows(LIFT, vary, workers=1) == rows(LIFT, vary, workers=0)
     assert (tmp_path / "begun").exists()
 
 
@@ -111,5 +111,5 @@ def test_what_hangs_ends_with_its_parent(name: str, end: signal.Signals, tmp_pat
 
 
 def test_a_time_limit_that_no_clock_has() -> None:
-    study = kw.sweep(LIFT, {"rate": [100]}, workers=1, chunk=1, time_limit=1e300)
+    study = kw.sweep(LIFT, {"rate": [100]}, workers=1, time_limit=1e300)
     assert study["verdict"] == kw.sweep(LIFT, {"rate": [100]}, workers=0)["verdict"]

@@ -111,7 +111,7 @@ def test_progress_has_rate_time_left_and_how_many_pass(
 
     sweep = kw.sweep
     monkeypatch.setattr("knotwork.sweeps.sweep", far)
-    monkeypatch.setattr("knotwork.cli.progress.SHOWN_AFTER", 0.0)
+    monkeypatch.setattr("knotwork.cli.progress_display.SHOWN_AFTER", 0.0)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setenv("TERM", "xterm")
@@ -123,7 +123,7 @@ def test_progress_has_rate_time_left_and_how_many_pass(
 def test_a_log_of_a_sweep_has_lines_of_progress(
     knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.cli.progress.SWEEP_INTERVAL", 0.005)
+    monkeypatch.setattr("knotwork.cli.progress_display.SWEEP_INTERVAL", 0.005)
     ran = knotwork("sweep", task, "--vary", "waypoints[up].after=2:3:9", "--workers", 0)
     done = [line.partition(" of 9 rows, ")[0] for line in ran.err.splitlines()]
     assert set(done) <= {"planning", *map(str, range(10))}

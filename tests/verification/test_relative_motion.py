@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import knotwork as kw
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
-from knotwork.scenario import Shape
+from knotwork.scenario import PlacedShape
 from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DistanceMeter
@@ -110,7 +110,7 @@ def test_no_plane_keeps_solids_farther_apart_than_they_are(arm: str) -> None:
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         across = np.empty_like(normal)
         for i, c in enumerate(combo):
-            distance[i], across[i] = table.measured(int(c), turn[k], shift[k]), table.normal
+            distance[i], across[i] = table.measure(int(c), turn[k], shift[k]), table.normal
         apart = distance > 1e-3
         assert (table.gaps(item, combo, normal, turn, shift)[apart] <= distance[apart] + 1e-6).all()
         gaps = table.gaps(item, combo, across, turn, shift)
@@ -132,11 +132,11 @@ def test_shapes_reach_as_far_as_the_planes_that_coal_finds(
     kind: str, size: tuple[float, ...]
 ) -> None:
     rng, meter, here = np.random.default_rng(2), DistanceMeter(), pin.SE3.Identity()
-    one = solid(Shape(kind, size, here), here)
+    one = solid(PlacedShape(kind, size, here), here)
     at_origin = Placed(one, np.eye(3), np.zeros(3))
     directions = rng.normal(size=(200, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     for n, reach in zip(directions, support(one, directions), strict=True):
-        beyond = solid(Shape("half_space", (*-n, -1.0), here), here)  # n·p ≥ 1 m
+        beyond = solid(PlacedShape("half_space", (*-n, -1.0), here), here)  # n·p ≥ 1 m
         wall = Placed(beyond, np.eye(3), np.zeros(3))
         assert meter.distance(wall, at_origin) == pytest.approx(1.0 - reach, abs=1e-9)

@@ -27,16 +27,20 @@ def data(line: Line2D) -> tuple[Any, Any]:
 
 
 def collections(axis: Axes, kind: str) -> list[Any]:
-    return [one for one in axis.collections if str(one.get_gid()).split(":")[0] == kind]
+    return [
+        one
+        for one in (*axis.collections, *axis.patches)
+        if str(one.get_gid()).split(":")[0] == kind
+    ]
 
 
 def notes(figure: Figure) -> list[str]:
-    return [
-        " ".join(text.get_text().split())
-        for axis in figure.axes
-        for text in axis.texts
-        if text.get_gid() == "note"
-    ]
+    """Notes above panels."""
+    return [" ".join(axis.get_title(loc="right").split()) for axis in figure.axes]
+
+
+def label(axis: Axes) -> str:
+    return " ".join(axis.get_ylabel().split())
 
 
 def waypoint_names(axis: Axes) -> list[Text]:
@@ -60,6 +64,7 @@ def written(figure: Figure) -> Iterator[tuple[str, Bbox]]:
             axis.xaxis.label,
             axis.yaxis.label,
             axis.title,
+            axis._right_title,  # type: ignore[attr-defined]
             *axis.texts,
             *waypoint_names(axis),
         ]

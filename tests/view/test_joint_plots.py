@@ -15,6 +15,7 @@ from figures import (
     collections,
     data,
     heading,
+    label,
     legend_words,
     lines,
     notes,
@@ -45,7 +46,7 @@ def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
     assert len(figure.axes) == 4
     units = ("deg", "deg/s", "deg/s²", "deg/s³")
     for axis, quantity, unit in zip(figure.axes, QUANTITIES, units, strict=True):
-        assert axis.get_ylabel() == f"{quantity} [{unit}]"
+        assert label(axis) == f"{quantity} [{unit}]"
         drawn = [str(line.get_gid()).split(":")[2] for line in lines(axis, "curve")]
         assert drawn == list(deburring.trajectory.joint_names)
         assert len({str(line.get_color()) for line in lines(axis, "curve")}) == 6
@@ -71,7 +72,7 @@ def test_curves_are_the_trajectory(deburring: Plan, degrees: bool) -> None:
             np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-9 * factor)
             assert time[0] == deburring.trajectory.start_time
             assert time[-1] == deburring.trajectory.end_time
-    assert ("[deg/s]" if degrees else "[rad/s]") in figure.axes[1].get_ylabel()
+    assert ("[deg/s]" if degrees else "[rad/s]") in label(figure.axes[1])
 
 
 def test_joints_that_share_a_panel_show_the_limits_of_the_nearest() -> None:
@@ -87,10 +88,8 @@ def test_joints_that_share_a_panel_show_the_limits_of_the_nearest() -> None:
     (limit,) = lines(velocity, "limit")  # the other is far from the curves
     assert set(data(limit)[1]) == {0.8}
     assert notes(figure)[0] == "b: 94 % of limit ±0.8 rad/s"
-    assert (velocity.get_ylabel(), acceleration.get_ylabel()) == (
-        "velocity [rad/s]",
-        "acceleration [rad/s²]",
-    )
+    assert label(velocity) == "velocity [rad/s]"
+    assert label(acceleration) == "acceleration [rad/s²]"
     assert not lines(acceleration, "limit")
     with pytest.raises(UnknownNameError, match="a4, slide"):
         plot_joints(plan, size="a3")
@@ -189,19 +188,6 @@ def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) ->
     assert len(bands) == 1
 
 
-def test_notes_hide_no_curve() -> None:
-    plan = kw.plan("panda_pick_place")
-    figure = plot_joints(plan)
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    found = 0
-    for axis in figure.axes:
-        for note in (text for text in axis.texts if text.get_gid() == "note"):
-            found += 1
-            bottom = axis.transData.inverted().transform(note.get_window_extent(renderer).p0)[1]
-            assert all(np.nanmax(data(line)[1]) < bottom for line in lines(axis, "curve"))
-    assert found == 4
-
-
 def test_one_joint_overlays_planners_told_apart_without_colour(
     paper_case: Plan, cubic: Plan
 ) -> None:
@@ -232,7 +218,8 @@ def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
     for left, right in (figure.axes[:2], figure.axes[2:]):
         assert left.get_ylim() == right.get_ylim()
         assert len(lines(left, "curve")) == len(lines(right, "curve")) == 6
-    assert [axis.get_title() for axis in figure.axes[:2]] == ["modified-hermite", "trapezoidal"]
+    headings = [text.get_text() for axis in figure.axes[:2] for text in axis.texts]
+    assert headings == ["modified-hermite", "trapezoidal"]
 
 
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:

@@ -99,7 +99,7 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     most = np.nanmax(data(curve)[1]) / 1e3  # the value is the worst sample, the excess what is left
     assert worst.value * (1 - 1e-6) <= most <= worst.value + worst.excess + 1e-9
     assert len(lines(axis, "broken")) == 1
-    (note,) = [text.get_text() for text in axis.texts if text.get_gid() == "note"]
+    note = axis.get_title(loc="right")
     assert note.startswith(f"{1e3 * worst.value:.3g} {unit} at ")
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figures import collections, data, lines, notes, outside, overlaps, waypoint_names
+from figures import collections, data, label, lines, notes, outside, overlaps, waypoint_names
 
 import knotwork as kw
 from knotwork import Plan
@@ -46,7 +46,7 @@ def loose() -> Plan:
 
 
 def panel(figure: Any, title: str) -> Any:
-    (axis, *_) = (one for one in figure.axes if one.get_ylabel().startswith(title))
+    (axis, *_) = (one for one in figure.axes if label(one).startswith(title))
     return axis
 
 

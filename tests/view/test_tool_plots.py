@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from figures import data, lines
+from figures import data, label, lines
 
 import knotwork as kw
 from knotwork import Plan
@@ -20,7 +20,7 @@ from knotwork.view import plot_joints, plot_tool
 def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
     deburring = deburring_by_waypoints
     figure = plot_tool(deburring)
-    labels = [axis.get_ylabel() for axis in figure.axes]
+    labels = [label(axis) for axis in figure.axes]
     assert labels == [
         "tool speed [mm/s]",
         "turning speed [deg/s]",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figures import data, lines, notes
+from figures import data, label, lines, notes
 
 import knotwork as kw
 from drawn import scene
@@ -68,13 +68,13 @@ def test_without_objects_no_clearance_is_shown() -> None:
     del given["scene"]["objects"]
     plan = kw.plan(given)
     assert scene(plan.view())["strip"]["clearance"] is None
-    assert plot_tool(plan).axes[-1].get_ylabel() != "clearance [mm]"
+    assert label(plot_tool(plan).axes[-1]) != "clearance [mm]"
 
 
 def test_the_plot_of_the_tool_has_a_row_of_clearance_with_the_margin_as_limit() -> None:
     figure = plot_tool(made())
     axis = figure.axes[-1]
-    assert axis.get_ylabel() == "clearance [mm]"
+    assert label(axis) == "clearance [mm]"
     _, value = data(lines(axis, "curve")[0])
     assert value.min() == pytest.approx(1e3 * (nearest(made()).value or 0.0), abs=1)
     (limit,) = (set(data(one)[1]) for one in lines(axis, "limit"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +12,7 @@ from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
 from knotwork.scenario import JointTarget, Scenario, resolved
 from knotwork.task import ChosenMotion, Velocity
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.timing import TimedMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -34,8 +33,7 @@ def with_chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]])
     for segment, motion in found:
         if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
-    for k, near in _solutions(task, positions, units):
-        waypoints[k]["near"] = near
+    waypoints.update(solutions_near(task, positions))
     for i in free.ways:
         waypoints[scenario.index[i]]["way"] = None
     for segment, motion in found:
@@ -73,19 +71,26 @@ class _Units:
         }
 
 
-def _solutions(
-    task: FreeTask, positions: FloatArray, units: _Units
-) -> Iterator[tuple[int, dict[str, float]]]:
-    """The solutions of the poses, by waypoint of the task, to select them again."""
-    index, paths = task.scenario.index, task.scenario.paths
+def solutions_near(
+    task: FreeTask, positions: FloatArray | None = None
+) -> dict[int, dict[str, Any]]:
+    """Changes of the task's waypoints that select the solutions of the poses again.
+
+    Args:
+        task: The task.
+        positions: Joint positions of all rows [rad or m], by default those of its solution.
+    """
+    positions = task.waypoints.position if positions is None else positions
+    index, paths, units = task.scenario.index, task.scenario.paths, _Units(task)
     # in the task, the end of a path and of the wait there are one waypoint; a wait on a frame that
     # moves is a path as well, but a pose without another path to it has a solution of its own
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
-    done = {index[i] for first, i in along if index[i] != index[first]}
+    followed = {index[i] for first, i in along if index[i] != index[first]}
+    poses: dict[int, int] = {}
     for i, waypoint in enumerate(task.scenario.waypoints):
-        if isinstance(waypoint, CartesianWaypoint) and index[i] not in done:
-            done.add(index[i])
-            yield index[i], units.by_joint(positions[task.rows[i]])
+        if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
+            poses.setdefault(index[i], i)
+    return {k: {"near": units.by_joint(positions[task.rows[i]])} for k, i in poses.items()}
 
 
 def _speed(task: FreeTask, i: int, q: FloatArray, v: FloatArray, units: _Units) -> dict[str, Any]:

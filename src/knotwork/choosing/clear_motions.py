@@ -13,7 +13,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.refined import part
 from knotwork.retiming import stop_on_path
 from knotwork.robot import Robot
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
 from knotwork.timing import TimedMotion, TimingProblem
 from knotwork.timing.binding import binding_limits

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.choosing.choice import ChosenTimes
-from knotwork.choosing.path_speeds import RAMPS
+from knotwork.choosing.path_speeds import Bound
 from knotwork.joint_quantities import rate_unit
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
@@ -139,7 +139,7 @@ def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float
         what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
         if one.quantity == "jerk" and one.joint in chosen.assumed_jerk:
             what += " (assumed)"
-        if one.quantity == RAMPS.quantity:
+        if one.quantity == Bound.RAMPS:
             asked = chosen.scenario.paths[0].asked
             what += f" at path.acceleration, {text(asked.acceleration, 'm/s²')},"
         found.setdefault((one.start, one.end), []).append((what, one.share))

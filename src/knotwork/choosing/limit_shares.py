@@ -11,7 +11,8 @@ from typing import NamedTuple, cast
 import numpy as np
 import pinocchio as pin
 
-from knotwork.choosing.task import FreeTask
+from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.joint_field import Guide
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.polynomial import PiecewisePolynomial
@@ -23,8 +24,8 @@ from knotwork.waypoints import FloatArray
 PLACES = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
 """Evaluation points in each piece of a curve: both ends, where it may jump, and between them."""
 
-ON_RAMP = np.linspace(1e-6, 1.0 - 1e-6, 33)
-"""Evaluation points in each change of speed."""
+SAMPLES = np.linspace(1e-6, 1.0 - 1e-6, 33)
+"""Evaluation points in each piece of a timing."""
 
 TOOL_MARGIN = 1e-3
 """Fraction by which the tool stays below its limit along a path, so that it can be approached."""
@@ -37,13 +38,13 @@ class Limit(NamedTuple):
     """A limit.
 
     Attributes:
-        name: Name of a joint or a frame; empty for the tool.
+        joint: Name of a joint or a frame; empty for the tool.
         quantity: Limited quantity.
         order: Power of the speed along a path with which it grows.
         size: Number of components of the quantity.
     """
 
-    name: str
+    joint: str
     quantity: str
     order: int
     size: int = 1
@@ -62,33 +63,34 @@ class LimitShares:
     """
 
     def __init__(self, task: FreeTask, path: ScenarioPath) -> None:
-        space, asked = task.space, task.scenario.motion_limits
+        space, motion = task.space, task.scenario.motion_limits
         self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
         self._bounds = space.limits
-        joints, frames = space.joint_names, []
-        quantities = ("velocity", "acceleration", "jerk")
-        limits = [Limit(one, what, 1 + k) for k, what in enumerate(quantities) for one in joints]
-        self._effort = (
-            task.dynamics(path.first) if np.isfinite(space.limits["effort"]).any() else None
-        )
-        if self._effort is not None:
-            limits += [Limit(one, "effort", 2) for one in joints]
-        if asked.tool_speed is not None:
-            limits.append(Limit("", "tool speed", 1, 3))
-            most = (1.0 - TOOL_MARGIN) * asked.tool_speed
-            frames.append((robot.require_tool(), pin.getFrameVelocity, most))
-        for frame in asked.frame_speeds:
-            limits.append(Limit(frame.frame, "speed", 1, 3))
-            index = robot.frame_index(frame.frame)
-            frames.append((index, pin.getFrameVelocity, frame.speed))
-        if asked.tool_acceleration is not None:
-            limits.append(Limit("", "tool acceleration", 2, 3))
-            acceleration = pin.getFrameClassicalAcceleration
-            frames.append((robot.require_tool(), acceleration, asked.tool_acceleration))
-        self.limits, self._frames = tuple(limits), frames
-        sizes = np.array([one.size for one in limits])
+        efforts = bool(np.isfinite(space.limits["effort"]).any())
+        self._effort = task.dynamics(path.first) if efforts else None
+        orders = {"velocity": 1, "acceleration": 2, "jerk": 3} | ({"effort": 2} if efforts else {})
+        limits = [
+            Limit(j, name, order) for name, order in orders.items() for j in space.joint_names
+        ]
+        velocity, acceleration = pin.getFrameVelocity, pin.getFrameClassicalAcceleration
+        frames = [
+            (Limit(frame.frame, "speed", 1, 3), velocity, frame.speed)
+            for frame in motion.frame_speeds
+        ]
+        if motion.tool_speed is not None:
+            bound = (1.0 - TOOL_MARGIN) * motion.tool_speed
+            frames.append((Limit("", "tool speed", 1, 3), velocity, bound))
+        if motion.tool_acceleration is not None:
+            bound = motion.tool_acceleration
+            frames.append((Limit("", "tool acceleration", 2, 3), acceleration, bound))
+        self.limits = (*limits, *(limit for limit, _, _ in frames))
+        self._frames = [
+            (robot.frame_index(limit.joint) if limit.joint else robot.require_tool(), read, bound)
+            for limit, read, bound in frames
+        ]
+        sizes = np.array([limit.size for limit in self.limits])
         self.starts = np.cumsum(sizes) - sizes
-        self.orders = np.array([one.order for one in limits])
+        self.orders = np.array([limit.order for limit in self.limits])
 
     def components(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
         """Signed components of the quantities, each divided by its limit, shape (n, c).
@@ -118,10 +120,23 @@ class LimitShares:
         """Shares of the limits, shape (n, m), from components of shape (n, c)."""
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
-    def of_curve(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
-        """Largest shares that a motion uses between times, shape (k - 1, m), for k times."""
-        t, q, v, a, j = _states(curve)
-        return greatest_of_each(self.shares(self.components(q, v, a, j)), t, times)
+    def of_motion(self, task: FreeTask, path: ScenarioPath) -> FloatArray:
+        """Largest shares that the planned motion uses on each part of a path, shape (3n, m).
+
+        Args:
+            task: A task with known speeds along its paths.
+            path: The path in this task.
+        """
+        rows, points = task.rows, task.waypoints
+        inserted = slice(rows[path.first], rows[path.last] + 1)
+        time, q, v, a = (
+            np.asarray(values)[inserted]
+            for values in (points.time, points.position, points.velocity, points.acceleration)
+        )
+        curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(task.scenario), acceleration=a)
+        t, *states = _states(curve)
+        ends = path.motion.start_time + parts(path.motion.timing)
+        return _largest(self.shares(self.components(*states)), t, ends)
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
@@ -130,12 +145,12 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     return x, *(curve(x, order) for order in range(4))
 
 
-def greatest_of_each(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+def _largest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
     """Largest shares (n, m) at parameters x (n,) on each of the intervals between k ends."""
-    found = np.zeros((len(ends) - 1, shares.shape[1]))
-    index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(found) - 1)
-    np.maximum.at(found, index, shares)
-    return found
+    largest = np.zeros((len(ends) - 1, shares.shape[1]))
+    index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(largest) - 1)
+    np.maximum.at(largest, index, shares)
+    return largest
 
 
 def parts(timing: Timing) -> FloatArray:
@@ -172,41 +187,29 @@ class SharesAlongPath:
         robot, start, pull = task.start(path)
         pull = pull if isinstance(pull, Guide) else pull / full_speed
         self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
-        q, d1, d2, d3 = (one[:, : shares.robot.dof] for one in states)
-        none = np.zeros_like(q)
-        rest = shares.components(q, none, none, none)
+        q, d1, d2, d3 = (values[:, : shares.robot.dof] for values in states)
+        zero = np.zeros_like(q)
+        at_rest = shares.components(q, zero, zero, zero)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
-        others = ((d1, d2, d3), (none, d1, none), (none, none, 3.0 * d2), (none, none, d1))
-        factors = [shares.components(q, *one) - rest for one in others]
-        self._terms = np.stack([rest, *factors], axis=1)
-        self._powers = np.repeat(shares.orders, [one.size for one in shares.limits])
+        factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
+        terms = [shares.components(q, *factor) - at_rest for factor in factors]
+        self._terms = np.stack([at_rest, *terms], axis=1)
+        self._powers = np.repeat(shares.orders, [limit.size for limit in shares.limits])
         self._ends = timing.times
 
     def at(self, timing: Timing) -> FloatArray:
         """Largest shares on each of the parts of n stretches with a timing, shape (3n, m)."""
-        curve, ends = timing.arc_length, parts(timing)
-        found = np.zeros((len(ends) - 1, len(self._shares.limits)))
-        for c, begin, end in zip(curve.c.T, curve.x[:-1], curve.x[1:], strict=True):
-            k = int(np.searchsorted(ends, 0.5 * (begin + end))) - 1
-            used = self._on_ramp(c, end - begin) if c[:3].any() else self._at_speed(c, end - begin)
-            np.maximum(found[k], used.max(axis=0, initial=0.0), out=found[k])
-        return found
-
-    def _at_speed(self, c: FloatArray, duration: float) -> FloatArray:
-        first, last = np.searchsorted(self._s, (c[-1], c[-1] + c[-2] * duration))
-        terms = self._terms[max(first - 1, 0) : last + 1]
-        return self._shares.shares(terms[:, 0] + terms[:, 1] * c[-2] ** self._powers)
-
-    def _on_ramp(self, c: FloatArray, duration: float) -> FloatArray:
-        t = ON_RAMP * duration
-        s, v, a, j = (np.polyval(np.polyder(c, order), t)[:, None] for order in range(4))
+        curve = timing.arc_length
+        t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * SAMPLES).ravel()
+        t = np.union1d(t, np.interp(self._s, curve(t), t))
+        s, v, a, j = (curve(t, order)[:, None] for order in range(4))
         after = np.clip(np.searchsorted(self._s, s[:, 0]), 1, len(self._s) - 1)
         low, high = self._s[after - 1], self._s[after]
         part = np.clip((s[:, 0] - low) / (high - low), 0.0, 1.0)[:, None, None]
         terms = (1.0 - part) * self._terms[after - 1] + part * self._terms[after]
-        rates = np.stack((v**0 + 0.0 * self._powers, v**self._powers, a + 0.0 * self._powers,
-                          v * a + 0.0 * self._powers, j + 0.0 * self._powers), axis=1)  # fmt: skip
-        return self._shares.shares((terms * rates).sum(axis=1))
+        components = terms[:, 0] + terms[:, 1] * v**self._powers
+        components += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
+        return _largest(self._shares.shares(components), t, parts(timing))
 
     def greatest_speeds(self, allowed: FloatArray) -> FloatArray:
         """Largest constant speed in the middle of each stretch [m/s], in closed form, shape (n,).
@@ -217,12 +220,12 @@ class SharesAlongPath:
             allowed: Largest permitted share of each limit on each stretch, shape (n, m).
         """
         starts = self._shares.starts
-        rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]
-        sizes = np.sqrt(np.add.reduceat(factor**2, starts, axis=1))
-        rest = rest * np.sign(factor[:, starts])
+        at_rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]
+        sizes = self._shares.shares(factor)
+        at_rest = at_rest * np.sign(factor[:, starts])
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.maximum(allowed[index] - rest, 0.0)
+            room = np.maximum(allowed[index] - at_rest, 0.0)
             speeds = np.where(sizes > 0.0, room / sizes, np.inf) ** (1.0 / self._shares.orders)
         part = (self._s - self._ends[index]) / np.diff(self._ends)[index]
         index[np.abs(part - 0.5) > MIDDLE] = -1

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from knotwork.choosing.chosen_values import solutions_near
 from knotwork.choosing.limit_shares import Limit
 from knotwork.choosing.path_errors import no_speeds
-from knotwork.choosing.path_speeds import (
-    AT_MOST,
-    NEXT,
-    NoSpeedsError,
-    PathSpeeds,
-    rounded,
-)
+from knotwork.choosing.path_speeds import Bound, NoSpeedsError, PathSpeeds, rounded
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, resolved
+from knotwork.errors import FollowingError, PathError
+from knotwork.scenario import FreeTimes, Scenario, resolved
 from knotwork.scenario.joint_space import joint_space
-from knotwork.task import Task
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding
+
+MAX_PLANS = 8
+"""Largest number of planned motions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ def with_greatest_speeds(
     solution: TaskSolution | None,
     caps: Mapping[int, float] = MappingProxyType({}),
 ) -> TimedPaths:
-    """Choose the free speeds along tool paths.
+    """Choose the free speeds along tool paths, until a planned motion keeps the limits.
 
     Args:
         scenario: The task.
@@ -56,47 +55,93 @@ def with_greatest_speeds(
         InputError: No speeds are feasible, or the task can't be solved.
     """
     space = joint_space(scenario)
-    paths = [path for path in scenario.paths if path.asked.at_most]
-    if not paths:
+    if not free.path_speed:
         solution = solution or solve_task(scenario, space, knots_of(scenario))
         return TimedPaths(FreeTask(scenario, free, space, solution))
+    if solution is not None:
+        near = solutions_near(FreeTask(scenario, free, space, solution))
+        scenario = resolved(scenario.task.with_waypoints(near), scenario.places)
     task = FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
-    found = TimedPaths(task)
-    for path in paths:
-        places = [path.first + 1 + k for k in range(len(path.stretches))]
-        most = {k: min(one, caps.get(places[k], one)) for k, one in path.asked.at_most.items()}
-        problem = PathSpeeds(task, path, most)
+    problems = {}
+    for number, path in enumerate(scenario.paths):
+        if path.asked.at_most:
+            bounds = {
+                k: (caps[path.first + 1 + k], Bound.NEIGHBOURS)
+                if caps.get(path.first + 1 + k, most) < most
+                else (most, Bound.AT_MOST)
+                for k, most in path.asked.at_most.items()
+            }
+            problems[number] = PathSpeeds(task, path, bounds)
+    try:
+        return _fastest(task, problems)
+    except NoSpeedsError as error:
+        raise no_speeds(task, error) from None
+
+
+def _fastest(task: FreeTask, problems: Mapping[int, PathSpeeds]) -> TimedPaths:
+    """The fastest of some planned motions along the paths that keep the limits.
+
+    Each one corrects the expectation of the next, until each speed has a limiting constraint.
+
+    Raises:
+        NoSpeedsError: No speeds are feasible.
+    """
+    best: TimedPaths | None = None
+    least, speeds, before = math.inf, dict[int, float](), dict[int, float]()
+    failed: NoSpeedsError | None = None
+    for _ in range(MAX_PLANS):
         try:
-            chosen = problem.greatest()
+            for problem in problems.values():
+                chosen = problem.choose()
+                speeds |= {problem.path.first + 1 + k: speed for k, speed in chosen.items()}
         except NoSpeedsError as error:
-            raise no_speeds(task, problem, error) from None
+            failed = error
+            break
+        if speeds == before:
+            break
+        before = dict(speeds)
+        try:
+            timed = _with_speeds(task, speeds)
+        except (PathError, FollowingError):
+            for problem in problems.values():
+                problem.lower_caps()
+            continue
+        paths = {number: timed.scenario.paths[number] for number in problems}
+        excess = [problem.verify(timed, paths[number]) for number, problem in problems.items()]
+        failed = next((error for error in excess if error), None)
+        if failed is not None:
+            continue
         limits = {
-            k: NEXT if places[k] in caps and one == AT_MOST else one
-            for k, one in chosen.limits.items()
+            problem.path.first + 1 + k: problem.limiting(k)
+            for problem in problems.values()
+            for k in problem.speeds
         }
-        found = replace(
-            found,
-            speeds=found.speeds | {places[k]: speed for k, speed in chosen.speeds.items()},
-            binding=(*found.binding, *_binding(task, path, limits)),
-        )
-    scenario = resolved(_with_speeds(task, found.speeds), scenario.places)
-    space = joint_space(scenario)
-    solution = solution or solve_task(scenario, space, knots_of(scenario))
-    left = scenario.free or replace(free, path_speed={})
-    return replace(found, task=FreeTask(scenario, left, space, solution))
+        duration = sum(path.motion.timing.duration for path in paths.values())
+        if duration < least:
+            least, best = duration, TimedPaths(timed, before, tuple(_binding(task, limits)))
+        if None not in limits.values():
+            break
+    if best is None:
+        raise failed or NoSpeedsError(task.scenario.paths[0], 0, Bound.TOLERANCES)
+    return best
 
 
-def _binding(task: FreeTask, path: ScenarioPath, limits: Mapping[int, Limit]) -> Iterator[Binding]:
-    names = [waypoint.name for waypoint in task.scenario.waypoints[path.first : path.last + 1]]
-    for k, limit in limits.items():
-        yield Binding(names[k], names[k + 1], limit.name, limit.quantity, None)
-
-
-def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> Task:
-    """The task with these speeds along its paths [m/s]."""
+def _with_speeds(task: FreeTask, speeds: Mapping[int, float]) -> FreeTask:
+    """The task with these speeds along its paths [m/s], solved."""
     scenario, unit = task.scenario, task.scenario.shown_length[0]
-    asked = scenario.task.with_waypoints(
+    changed = scenario.task.with_waypoints(
         {scenario.index[i]: {"speed": rounded(unit * speed)} for i, speed in speeds.items()}
     )
-    # with these speeds every waypoint has a time
-    return asked if task.free.duration.any() else asked.replace(times=None)
+    if not task.free.duration.any():  # with these speeds every waypoint has a time
+        changed = changed.replace(times=None)
+    scenario = resolved(changed, scenario.places)
+    space, free = joint_space(scenario), scenario.free or replace(task.free, path_speed={})
+    return FreeTask(scenario, free, space, solve_task(scenario, space, knots_of(scenario)))
+
+
+def _binding(task: FreeTask, limits: Mapping[int, Limit | Bound | None]) -> Iterator[Binding]:
+    """Limiting constraints by the waypoints at the ends of stretches."""
+    names = [waypoint.name for waypoint in task.scenario.waypoints]
+    for i, limit in limits.items():
+        joint, quantity = limit[:2] if isinstance(limit, Limit) else ("", limit or Bound.RAMPS)
+        yield Binding(names[i - 1], names[i], joint, str(quantity), None)

@@ -1,106 +1,70 @@
-"""Maximum constant speeds along a tool path, from q(s) and its derivatives.
+"""Maximum constant speeds along one tool path, from q(s) and its derivatives.
 
 The speeds follow from the limits in closed form where the speed is constant, and are lowered until
-changes of speed keep the limits, too. The motion at these speeds is planned once. If it uses
-other shares of the limits than expected, the ratio corrects the expectation.
+changes of speed keep the limits, too. A planned motion corrects the expected shares of the limits.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
-from knotwork.choosing.limit_shares import (
-    Limit,
-    LimitShares,
-    SharesAlongPath,
-    greatest_of_each,
-    of_stretches,
-    parts,
-)
-from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.errors import FollowingError, PathError
-from knotwork.interpolation import ModifiedHermiteSpline
-from knotwork.kinematics.following.continuation import continue_along
-from knotwork.kinematics.following.limiting_constraint import fastest
+from knotwork.choosing.limit_shares import Limit, LimitShares, SharesAlongPath, of_stretches
+from knotwork.choosing.task import FreeTask
+from knotwork.errors import PathError
 from knotwork.scenario import ScenarioPath
-from knotwork.task_to_joint import followed_path
-from knotwork.tool_paths import TimedPath, Timing
 from knotwork.waypoints import FloatArray
 
 Speeds = dict[int, float]
 """Speeds [m/s] by index of the stretch."""
 
-DIGITS = 4
+SPEED_DIGITS = 4
 """Number of digits that speeds are rounded down to."""
 
-SLOWEST = 1e-3
+MIN_SPEED = 1e-3
 """Lower bound of chosen speeds [m/s]."""
 
-EXPECTED, PLANNED = 0.998, 0.9995
+EXPECTED_SHARE, PLANNED_SHARE = 0.998, 0.9995
 """Largest used share of each limit, as expected and as planned."""
 
-NEAR = 1.02
-"""Factor on the speed that must exceed a limit for the limit to be the binding one."""
-
-NOTEWORTHY = 0.3
-"""Shares below this are not compared with the planned ones."""
-
-CAREFUL = 1.001
+EXCESS_FACTOR = 1.001
 """Factor on the expectation where a limit is exceeded."""
 
-ROUNDED = 0.85
+RAMP_RATIO = 0.85
 """Fraction of the expected share that planned changes of speed use, per order of a limit."""
 
-PLANS = 8
-"""Largest number of planned motions for one path."""
-
-MOST_SLOWER, LEAST_SLOWER = 0.8, 0.995
+MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-FINER = 0.98
-"""Ratio of the speeds tried for a stretch that was slowed down together with others."""
+FASTER = 1.02
+"""Factor on a speed that must exceed a bound for this to be the limiting one."""
 
-RAMPS = Limit("", "room for changes of speed", 1)
 
-NEXT = Limit("", "the motion before or after", 1)
+class Bound(StrEnum):
+    """A bound of a speed along a path other than a limit."""
 
-AT_MOST = Limit("", "at_most", 1)
-
-UNBOUNDED = Limit("", "no limit", 1)
-
-TOLERANCES = Limit("", "the tolerance of the path", 1)
+    RAMPS = "room for changes of speed"
+    NEIGHBOURS = "the motion before or after"
+    AT_MOST = "at_most"
+    TOLERANCES = "the tolerance of the path"
+    NOTHING = "no limit"
 
 
 class NoSpeedsError(Exception):
     """No speeds along a path keep the limits.
 
     Attributes:
+        path: The path.
         stretch: A stretch without feasible speeds.
         limit: The exceeded limit.
     """
 
-    def __init__(self, stretch: int, limit: Limit) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, limit: Limit | Bound) -> None:
         super().__init__()
-        self.stretch, self.limit = stretch, limit
-
-
-@dataclass(frozen=True, eq=False)
-class ChosenSpeeds:
-    """Chosen speeds along a path.
-
-    Attributes:
-        speeds: Speeds [m/s], by index of the stretch.
-        limits: Limiting constraint of each.
-        timing: Timing of the path at these speeds.
-    """
-
-    speeds: Speeds
-    limits: dict[int, Limit]
-    timing: Timing
+        self.path, self.stretch, self.limit = path, stretch, limit
 
 
 class PathSpeeds:
@@ -109,136 +73,69 @@ class PathSpeeds:
     Args:
         task: The task.
         path: One of its paths.
-        most: Upper bounds of the free speeds [m/s], by index of the stretch.
+        caps: Upper bounds of the free speeds [m/s] and what they stem from, by index of the
+            stretch.
     """
 
-    def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
-        self.task, self.path, self.unit = task, path, task.scenario.shown_length[0]
-        self.asked = path.asked.choosing(most)
-        self.at_most = dict(sorted(most.items()))
-        self.caps = dict(self.at_most)
+    def __init__(
+        self, task: FreeTask, path: ScenarioPath, caps: Mapping[int, tuple[float, Bound]]
+    ) -> None:
+        self.path, self.asked, self.caps = path, path.asked, dict(caps)
+        self.unit = task.scenario.shown_length[0]
         self.shares = LimitShares(task, path)
-        given = (*path.asked.speeds, *most.values())
-        fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
+        speeds = (*path.asked.speeds, *(cap for cap, _ in caps.values()))
+        fastest = max((one for one in speeds if one and math.isfinite(one)), default=1.0)
         self.along = SharesAlongPath(task, path, self.shares, fastest)
-        self._corrections = np.ones((3 * len(self.asked.lengths), len(self.shares.limits)))
-        self._corrections[0::3] = self._corrections[2::3] = ROUNDED ** (self.shares.orders - 1.0)
+        self._ratio = np.ones((3 * len(path.stretches), len(self.shares.limits)))
+        self._ratio[0::3] = self._ratio[2::3] = RAMP_RATIO ** (self.shares.orders - 1.0)
+        self.used = np.zeros_like(self._ratio)
 
-    def greatest(self) -> ChosenSpeeds:
-        """Maximum speeds among some planned motions that keep all limits.
-
-        The expectation is corrected by each planned motion, until each speed has a
-        binding limit.
-
-        Raises:
-            NoSpeedsError: No speeds are feasible.
-        """
-        best: ChosenSpeeds | None = None
-        failed: NoSpeedsError | None = None
-        for _ in range(PLANS):
-            try:
-                speeds = self.expected()
-            except NoSpeedsError as error:
-                if best or failed:
-                    failed = error
-                    break
-                speeds = self._fitted(self.bounds)  # the expectation may be too high
-            if best and speeds == best.speeds:
-                break
-            timing, used = self.asked.timed(speeds)[0], self._planned(speeds)
-            if used is None:
-                failed = NoSpeedsError(min(speeds, default=0), TOLERANCES)
-                self.caps = {k: MOST_SLOWER * speed for k, speed in speeds.items()}
-            elif (used <= PLANNED).all():
-                if best is None or timing.duration < best.timing.duration:
-                    found = {k: self._limiting(k, speeds, used) for k in speeds}
-                    limits = {k: one or RAMPS for k, one in found.items()}
-                    best = ChosenSpeeds(speeds, limits, timing)
-                    if None not in found.values():
-                        break
-                self._correct(timing, used)
-            else:
-                row, column = np.unravel_index(int(used.argmax()), used.shape)
-                failed = NoSpeedsError(int(row) // 3, self.shares.limits[column])
-                self._correct(timing, used)
-            if failed and not speeds:
-                break
-        if best is None:
-            raise failed or NoSpeedsError(0, RAMPS)
-        return best
-
-    def expected(self) -> Speeds:
+    def choose(self) -> Speeds:
         """Maximum speeds that are expected to keep the limits.
 
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        bounds = self.along.greatest_speeds(EXPECTED / self._corrections[1::3])
-        self.bounds = {k: min(float(bounds[k]), cap) for k, cap in self.caps.items()}
-        speeds = self._fitted(self.bounds)
-        while (used := self._used(speeds)).max() > 1.0:
-            speeds = self._fitted(self._slower(speeds, used))
-        for k, bound in self.bounds.items():
-            speeds = self._raised(speeds, k, bound)
+        bounds = self.along.greatest_speeds(EXPECTED_SHARE / self._ratio[1::3])
+        speeds = self._fit({k: min(float(bounds[k]), cap) for k, (cap, _) in self.caps.items()})
+        while (used := self._expected(speeds)).max() > 1.0:
+            speeds = self._fit(self._slow_down(speeds, of_stretches(used)))
+        self.speeds = speeds
         return speeds
 
-    def _raised(self, speeds: Speeds, k: int, speed: float) -> Speeds:
-        """Speeds with a higher one of one stretch, if feasible, and the others unchanged.
-
-        Args:
-            speeds: Feasible speeds.
-            k: Index of the stretch.
-            speed: Largest speed to try [m/s].
-        """
-        while speed > speeds[k]:
-            try:
-                trial = self._fitted({**speeds, k: speed})
-            except NoSpeedsError:
-                speed *= FINER
-                continue
-            used = self._used(trial)
-            if trial[k] > speeds[k] and used.max() <= 1.0:
-                return trial
-            factor = float(self._factors(used).min(initial=FINER))
-            speed = trial[k] * max(factor, MOST_SLOWER)
-        return speeds
-
-    def _used(self, speeds: Speeds) -> FloatArray:
-        """Largest corrected shares on each stretch, relative to the permitted ones."""
+    def _expected(self, speeds: Speeds) -> FloatArray:
+        """Expected shares of the parts of stretches, relative to the permitted ones."""
         used = self.along.at(self.asked.timed(speeds)[0])
-        return np.asarray(used * self._corrections / EXPECTED)
+        return np.asarray(used * self._ratio / EXPECTED_SHARE)
 
     def _factors(self, used: FloatArray) -> FloatArray:
         """Factors on the speeds at which shares are fully used, shape (n, m)."""
         return np.asarray(np.maximum(used, 1e-9) ** (-1.0 / self.shares.orders))
 
-    def _slower(self, speeds: Speeds, used: FloatArray) -> Speeds:
-        """Lower speeds where a limit is exceeded, in one step at most to that of a neighbour.
+    def _slow_down(self, speeds: Speeds, used: FloatArray) -> Speeds:
+        """Lower the speed where a limit is exceeded most, in one step at most to a neighbour's.
 
         Between equal speeds no ramp is needed.
         """
-        used = of_stretches(used)
-        factors = self._factors(used)
-        worst = factors.argmin(axis=1)
-        all_of = self.asked.timed(speeds)[1]
-        slower = dict(speeds)
-        for k in np.flatnonzero((used > 1.0).any(axis=1)).tolist():
-            own = [k] if k in speeds else [*[j for j in speeds if j < k][-1:]]
-            own += [] if k in speeds else [*[j for j in speeds if j > k][:1]]
-            limit = self.shares.limits[worst[k]]
-            if not own:
-                raise NoSpeedsError(k, limit)
-            factor = float(np.clip(factors[k, worst[k]], MOST_SLOWER, LEAST_SLOWER))
-            for j in own:
-                lower = factor * speeds[j]
-                if lower < SLOWEST:
-                    raise NoSpeedsError(j, limit)
-                beside = (all_of[i] for i in (j - 1, j + 1) if 0 <= i < len(all_of))
-                lower = max((one for one in beside if lower <= one < speeds[j]), default=lower)
-                slower[j] = min(slower[j], lower)
+        k = int(used.max(axis=1).argmax())
+        factors = self._factors(used[k])
+        limit = self.shares.limits[int(factors.argmin())]
+        factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
+        # beside a stretch with a given speed, the next ones with a chosen speed
+        before, after = [j for j in speeds if j < k][-1:], [j for j in speeds if j > k][:1]
+        stretches = [k] if k in speeds else before + after
+        if not stretches:
+            raise NoSpeedsError(self.path, k, limit)
+        all_speeds, slower = self.asked.timed(speeds)[1], dict(speeds)
+        for j in stretches:
+            lower = factor * speeds[j]
+            if lower < MIN_SPEED:
+                raise NoSpeedsError(self.path, k, limit)
+            neighbours = (*all_speeds[max(j - 1, 0) : j], *all_speeds[j + 1 : j + 2])
+            slower[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
         return slower
 
-    def _fitted(self, speeds: Speeds) -> Speeds:
+    def _fit(self, speeds: Speeds) -> Speeds:
         """Rounded speeds with room for changes of speed, none above the given ones.
 
         Raises:
@@ -246,80 +143,64 @@ class PathSpeeds:
         """
         for k, speed in speeds.items():
             if math.isinf(speed):
-                raise NoSpeedsError(k, UNBOUNDED)
+                raise NoSpeedsError(self.path, k, Bound.NOTHING)
         while True:
-            bounded = {k: self._rounded(max(speed, SLOWEST)) for k, speed in speeds.items()}
+            bounded = {
+                k: rounded(self.unit * max(speed, MIN_SPEED)) / self.unit
+                for k, speed in speeds.items()
+            }
             try:
                 speeds = self.asked.fitted(bounded)
             except PathError as error:
-                raise NoSpeedsError(getattr(error, "stretch", 0), RAMPS) from error
+                stretch = getattr(error, "stretch", None) or 0
+                raise NoSpeedsError(self.path, stretch, Bound.RAMPS) from error
             if speeds == bounded:
                 return speeds
 
-    def _rounded(self, speed: float) -> float:
-        """A speed as written to the file."""
-        return rounded(self.unit * speed) / self.unit
+    def lower_caps(self) -> None:
+        """Lower all speeds because the arm can't follow the path at the chosen ones."""
+        for k, speed in self.speeds.items():
+            if speed <= MIN_SPEED:
+                raise NoSpeedsError(self.path, k, Bound.TOLERANCES)
+            self.caps[k] = MAX_SLOWDOWN * speed, Bound.TOLERANCES
 
-    def _planned(self, speeds: Speeds) -> FloatArray | None:
-        """Shares that the planned motion uses on each stretch; `None` if it is infeasible."""
-        scenario, path, own = self.task.scenario, self._timed(speeds), self.shares.robot
-        robot, start, pull = self.task.start(path)
-        knots, times = knots_of(scenario), path.motion.start_time + parts(path.motion.timing)
-        ends = times[[0, *range(3, len(times), 3)]]
-        try:
-            way = continue_along(robot, path.motion, start[None], ends, pull=pull)
-            time, _, *states, _ = followed_path(scenario, robot, path, start, knots, way, pull)
-        except (PathError, FollowingError):
-            return None
-        q, v, a = (one[:, : own.dof] for one in states)
-        curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
-        used = self.shares.of_curve(curve, times)
-        # a chosen start depends on velocities along the path, too
-        fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0]) / robot.velocity_limit
-        steps = greatest_of_each(fast, 0.5 * (way.time[1:] + way.time[:-1]), times)
-        np.maximum(used[:, : own.dof], steps[:, : own.dof], out=used[:, : own.dof])
-        return used
+    def verify(self, task: FreeTask, path: ScenarioPath) -> NoSpeedsError | None:
+        """The limit that a planned motion exceeds, or `None`; its shares correct the expected ones.
 
-    def _timed(self, speeds: Speeds) -> ScenarioPath:
-        """The path with these speeds."""
-        timing, found = self.asked.timed(speeds)
-        start = self.path.motion.start_time
-        times, full = (start + timing.times).tolist(), (start + timing.full_speed).tolist()
-        stretches = tuple(
-            replace(one, start=times[k], end=times[k + 1], speed=found[k], full_speed=(*full[k],))
-            for k, one in enumerate(self.path.stretches)
-        )
-        motion = TimedPath(self.path.motion.path, timing, start)
-        return replace(self.path, motion=motion, stretches=stretches, asked=self.asked)
-
-    def _correct(self, timing: Timing, used: FloatArray) -> None:
-        """Correct the expectation by the planned shares."""
-        if self.task.scenario.task.pull_to_middle:
-            full_speed = float(timing.speeds.max())
-            self.along = SharesAlongPath(self.task, self.path, self.shares, full_speed)
-        expected = self.along.at(timing)
-        compared = np.maximum(used, self._corrections * expected) > NOTEWORTHY
+        Args:
+            task: The task with the chosen speeds.
+            path: The path in this task.
+        """
+        timing = path.motion.timing
+        if task.scenario.task.pull_to_middle:
+            self.along = SharesAlongPath(task, path, self.shares, float(timing.speeds.max()))
+        used, expected = self.shares.of_motion(task, path), self.along.at(timing)
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
-        ratio[used > PLANNED] *= CAREFUL
-        self._corrections = np.where(compared, ratio, self._corrections)
+        ratio[used > PLANNED_SHARE] *= EXCESS_FACTOR
+        compared = np.maximum(used, self._ratio * expected) > 0.3
+        self._ratio = np.where(compared, ratio, self._ratio)
+        self.used = used
+        row, column = divmod(int(used.argmax()), used.shape[1])
+        kept = used[row, column] <= PLANNED_SHARE
+        return None if kept else NoSpeedsError(self.path, row // 3, self.shares.limits[column])
 
-    def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
-        """Limiting constraint of a stretch's speed, or `None`."""
-        if speeds[k] >= self._rounded(self.caps[k]):
-            return AT_MOST if self.caps[k] == self.at_most[k] else TOLERANCES
-        faster = self._fitted({**speeds, k: speeds[k] / FINER})
-        if faster[k] <= speeds[k]:
-            return RAMPS
-        all_of = self.asked.timed(speeds)[1]
-        beside = (j for j in (k - 1, k, k + 1) if 0 <= j < len(all_of))
-        alike = [j for j in beside if all_of[j] == all_of[k]]
-        factors = self._factors(of_stretches(used)[alike].max(axis=0))
-        return self.shares.limits[int(factors.argmin())] if factors.min() < NEAR else None
+    def limiting(self, k: int) -> Limit | Bound | None:
+        """Limiting constraint of a stretch's chosen speed after `verify`; `None` without one."""
+        cap, bound = self.caps[k]
+        if FASTER * self.speeds[k] > cap:
+            return bound
+        if self._fit({**self.speeds, k: FASTER * self.speeds[k]})[k] <= self.speeds[k]:
+            return Bound.RAMPS
+        speeds = self.asked.timed(self.speeds)[1]
+        neighbours = range(max(k - 1, 0), min(k + 2, len(speeds)))
+        alike = [j for j in neighbours if speeds[j] == speeds[k]]
+        factors = self._factors(of_stretches(self.used)[alike].max(axis=0))
+        return self.shares.limits[int(factors.argmin())] if factors.min() < FASTER else None
 
 
 def rounded(speed: float) -> float:
     """A speed rounded down to a few digits."""
     if math.isinf(speed):
         return speed
-    digit = 10.0 ** (math.floor(math.log10(speed)) - DIGITS + 1)
-    return float(f"{math.floor(speed / digit * (1.0 + 1e-12)) * digit:.{DIGITS}g}")
+    digit = 10.0 ** (math.floor(math.log10(speed)) - SPEED_DIGITS + 1)
+    return float(f"{math.floor(speed / digit * (1.0 + 1e-12)) * digit:.{SPEED_DIGITS}g}")

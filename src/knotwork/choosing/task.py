@@ -21,7 +21,7 @@ ErrorT = TypeVar("ErrorT", bound=InputError)
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.scene.model import CollisionModel
+    from knotwork.scene.collision_model import CollisionModel
     from knotwork.timing import Dynamics
 
 

@@ -9,7 +9,7 @@ from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task import ChosenMotion
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance

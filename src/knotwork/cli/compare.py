@@ -19,7 +19,7 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
-from knotwork.cli.progress import shown_progress
+from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.comparison import Comparison, Refusal, Score, best
 from knotwork.comparison import compare as compare_planners

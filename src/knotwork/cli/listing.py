@@ -18,7 +18,7 @@ from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import further_robots
 from knotwork.scenario import load_scenario
 from knotwork.scene.building import robot_collision_model
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
 from knotwork.units import Units, readable
 

@@ -22,7 +22,7 @@ from knotwork.cli.parameters import (
     package_path_option,
     planner_option,
 )
-from knotwork.cli.progress import shown_progress
+from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.short_report import print_next, print_short_plan
 from knotwork.cli.terminal import echo, echo_line
 from knotwork.errors import InputError, KnotworkError

@@ -22,7 +22,7 @@ from knotwork.cli.parameters import (
     package_path_option,
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
-from knotwork.cli.progress import shown_progress
+from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError

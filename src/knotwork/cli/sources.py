@@ -16,7 +16,7 @@ from knotwork.cli.logs import (
     smoothed_log,
 )
 from knotwork.cli.parameters import PlanOptions
-from knotwork.cli.progress import shown_progress
+from knotwork.cli.progress_display import shown_progress
 from knotwork.cli.terminal import echo
 from knotwork.documents import resources
 from knotwork.errors import InputError

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from knotwork.cli import tables
@@ -23,15 +22,8 @@ def study_to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dic
         "finished": len(study),
         "passed": study.passed,
         "reasons": study.reasons,
-        "best": None if best is None else {"figure": figure, "row": _plain(best)},
+        "best": None if best is None else {"figure": figure, "row": best},
         "folder": str(study.folder) if study.folder is not None else None,
-    }
-
-
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in row.items()
     }
 
 

@@ -18,7 +18,7 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
-from knotwork.cli.progress import shown_sweep
+from knotwork.cli.progress_display import shown_sweep
 from knotwork.cli.study_tables import print_best, print_study, study_to_dict
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -31,7 +31,7 @@ PICTURE = "study.png"
 
 
 @click.command(
-    epilog="Exit codes: 0 a row passes, 1 none does, 2 the input is wrong. Needs the packages of "
+    epilog="Exit codes: 0 a row passes, 1 none does, 2 the input is wrong. --scheduler needs "
     "`pip install 'knotwork[sweep]'`."
 )
 @click.argument("source", metavar="SCENARIO|STUDY")
@@ -125,9 +125,9 @@ def sweep(
 
     Values are selected by their path in the file, such as frames.block.position[0] or
     waypoints[pick].after, in the file's units. A row has the verdict, the reason of a failure,
-    and figures of the motion; all rows are saved in the folder of the study, as Parquet. If STUDY
-    is such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen (--best,
-    --freeze).
+    and figures of the motion; all rows are saved in the folder of the study, as lines of JSON. If
+    STUDY is such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen
+    (--best, --freeze).
     """
     target = _picture_path(picture, Path(source) if is_study(source) else out)
     for name in [*(figures or []), *filter(None, [best])]:

@@ -14,7 +14,7 @@ from knotwork.errors.plain_text import nameless
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task import PathWaypoint, Task
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 Change = Mapping[str, Any]

@@ -17,7 +17,7 @@ from knotwork.documents import REMOVED, Document, Location, parse, read_text
 from knotwork.documents.items import changed_text
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.task.units import unit_at
+from knotwork.task.si_units import unit_at
 
 MOST_STEPS = 1000
 """Largest number of edits that can be undone."""

@@ -16,7 +16,7 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.geometry import Frames, placed
 from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.units import in_si, si_factors
+from knotwork.task.si_units import in_si, si_factors
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which depends on a path

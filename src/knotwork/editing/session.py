@@ -24,7 +24,7 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.view.edit_server import EditServer
 from knotwork.view.scene import make_scene
 from knotwork.view.show import scene_of

@@ -14,11 +14,11 @@ from .base import WaypointDataError as WaypointDataError
 from .base import did_you_mean as did_you_mean
 from .base import shown as shown
 from .base import together as together
-from .paths import CornerError as CornerError
-from .paths import PathError as PathError
-from .paths import RampError as RampError
-from .paths import SlowStretchError as SlowStretchError
-from .paths import StretchTimeError as StretchTimeError
+from .path_errors import CornerError as CornerError
+from .path_errors import PathError as PathError
+from .path_errors import RampError as RampError
+from .path_errors import SlowStretchError as SlowStretchError
+from .path_errors import StretchTimeError as StretchTimeError
 from .tasks import BranchError as BranchError
 from .tasks import FollowingError as FollowingError
 from .tasks import NoWayFoundError as NoWayFoundError

@@ -12,10 +12,10 @@ from .franka import to_franka as to_franka
 from .keyframes import to_mujoco as to_mujoco
 from .lossless import Points as Points
 from .lossless import motion_points as motion_points
-from .polynomials import to_drake as to_drake
-from .polynomials import to_mat as to_mat
-from .polynomials import to_scipy as to_scipy
-from .polynomials import to_scipy_npz as to_scipy_npz
+from .polynomial_files import to_drake as to_drake
+from .polynomial_files import to_mat as to_mat
+from .polynomial_files import to_scipy as to_scipy
+from .polynomial_files import to_scipy_npz as to_scipy_npz
 from .programs import to_krl as to_krl
 from .programs import to_ls as to_ls
 from .programs import to_rapid as to_rapid

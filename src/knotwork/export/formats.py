@@ -107,9 +107,9 @@ _ALL = (
     Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, True, True),
     Format("parquet", _PARQUET, ".parquet", "samples", TableOptions, True, True),
     Format("mujoco", _MUJOCO, ".xml", "keyframes", RateOptions),
-    Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
-    Format("scipy", _SCIPY, ".npz", "polynomials", binary=True),
-    Format("drake", _DRAKE, "", "polynomials", binary=True),
+    Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomial_files", binary=True),
+    Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True),
+    Format("drake", _DRAKE, "", "polynomial_files", binary=True),
 )
 
 FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})

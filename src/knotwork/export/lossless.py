@@ -17,8 +17,8 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import differentiate
 from knotwork.polynomial.extrema import candidates
-from knotwork.polynomial.hermite import raised, two_point_coefficients
 from knotwork.polynomial.refined import refined
+from knotwork.polynomial.two_point import raised, two_point_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 

@@ -13,7 +13,7 @@ from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import finite_number
 from knotwork.export.lossless import MOST_POINTS, largest_difference
 from knotwork.polynomial.extrema import candidates
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 

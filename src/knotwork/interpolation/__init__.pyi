@@ -1,5 +1,5 @@
-from .hermite import ModifiedHermiteSpline as ModifiedHermiteSpline
 from .knots import BalancedKnots as BalancedKnots
+from .modified_hermite_spline import ModifiedHermiteSpline as ModifiedHermiteSpline
 from .options import Planner as Planner
 from .options import PlannerOptions as PlannerOptions
 from .registry import PLANNERS as PLANNERS

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import OptionError, did_you_mean
-from knotwork.interpolation.hermite import EndAcceleration
 from knotwork.interpolation.knots import BalancedKnots
+from knotwork.interpolation.modified_hermite_spline import EndAcceleration
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import ChosenRun, JointWaypoints
 

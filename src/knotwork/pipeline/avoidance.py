@@ -4,50 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.interpolation import PLANNER_SPECS, planner_and_rule
+from knotwork.pipeline.planned_motion import PlannedMotion
+from knotwork.pipeline.scenario_planner import ScenarioPlanner
+from knotwork.scenario import FreeTimes
 from knotwork.task_to_joint import Step, TaskSolution
 from knotwork.verification.checked_motion import AT_WAYPOINT
-from knotwork.verification.collisions import (
-    collision_note,
-    failed_pairs,
-)
+from knotwork.verification.collisions import collision_note, failed_pairs
 from knotwork.verification.finding import TRIED
 from knotwork.waypoints import FloatArray
 
-PlanT = TypeVar("PlanT", bound=Any)
-"""A plan, of which scenario, space, report, solution and chosen times are read."""
 
-
-class Planner(Protocol[PlanT]):
-    """Plans one scenario with any sequence of solutions of its poses.
-
-    Attributes:
-        most: Maximum number of sequences to plan.
-    """
-
-    @property
-    def most(self) -> int:
-        """See the class."""
-
-    def solve(self, avoided: Sequence[Step]) -> TaskSolution:
-        """Find the best sequence of solutions without some steps."""
-
-    def plan(self, solution: TaskSolution | None) -> PlanT:
-        """Plan a sequence of solutions, by default the best."""
-
-    def late(self) -> bool:
-        """Whether the time budget has ended."""
-
-    def with_ways(self, ends: Sequence[int]) -> Planner[PlanT] | None:
-        """The planner of the task with `way: clear` at some waypoints, if times are chosen."""
-
-
-def best_of_sequences(planner: Planner[PlanT]) -> PlanT:
+def best_of_sequences(planner: ScenarioPlanner) -> PlannedMotion:
     """Plan the best sequence of solutions whose motion collides nowhere.
 
     Where the motion between two waypoints collides, or none is found, the solutions at both are not
@@ -59,7 +31,7 @@ def best_of_sequences(planner: Planner[PlanT]) -> PlanT:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
         InputError: The task is wrong.
     """
-    best: PlanT | None = None
+    best: PlannedMotion | None = None
     first_error: NoWayFoundError | None = None
     solution: TaskSolution | None = None
     blocked: Sequence[int] | None = None
@@ -85,13 +57,13 @@ def best_of_sequences(planner: Planner[PlanT]) -> PlanT:
         tried += 1
         if not blocked or solution is None or solution.sequence is None:
             break
-        if tried == planner.most or planner.late():
+        if tried == planner.most_sequences or planner.is_late:
             break
         q = solution.sequence
         known.append(solution.waypoints.position)
         avoided += [(i, q[i], q[i + 1]) for i in blocked]
         solution = planner.solve(avoided)
-        if any(np.array_equal(one, solution.waypoints.position) for one in known):
+        if any(np.array_equal(q, solution.waypoints.position) for q in known):
             break
     if best is None:
         raise first_error or AssertionError("a sequence without a plan has an error")
@@ -107,28 +79,33 @@ def best_of_sequences(planner: Planner[PlanT]) -> PlanT:
     )
 
 
-def _colliding_intervals(plan: Any) -> list[int]:
+def _colliding_intervals(plan: PlannedMotion) -> list[int]:
     """Intervals between waypoints in which a plan collides."""
     times = plan.scenario.times
-    when = [one.at for one in failed_pairs(plan.report.findings) if one.at is not None]
-    after = np.searchsorted(times, when, side="right")
+    pairs = failed_pairs(plan.report.findings)
+    after = np.searchsorted(times, [p.at for p in pairs if p.at is not None], side="right")
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _with_detour(planner: Planner[PlanT], best: PlanT, tried: int) -> PlanT:
+def _with_detour(planner: ScenarioPlanner, best: PlannedMotion, tried: int) -> PlannedMotion:
     """A plan around the obstacles that all sequences hit, or the best one and what was tried."""
-    ends, late = _possible_ways(best), planner.late()
-    timed, notes = _with_chosen_time(best, ends), []
-    other = None if late or not timed else planner.with_ways(timed)
-    if other is not None:
+    ends, late, notes = _detour_ends(best), planner.is_late, []
+    timed = _with_chosen_time(best, ends)
+    if timed and not late:
+        from knotwork.choosing.task import with_ways
+
         ends = [i for i in ends if i not in timed]
         try:
-            found = best_of_sequences(other)
+            scenario = with_ways(planner.scenario, timed)
+            detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
         else:
-            if _rank(found) < _rank(best):
-                return _with_finding(found, _taken(best, timed))
+            if _rank(detour) < _rank(best):
+                names = _quoted_names(best, timed)
+                return _with_finding(
+                    detour, f"the fastest motion collides, so way: clear was taken at {names}"
+                )
     if proposal := _proposal(best, ends):
         notes.append(proposal)
     when = " when the budget ended" if late else ""
@@ -142,65 +119,69 @@ def _with_detour(planner: Planner[PlanT], best: PlanT, tried: int) -> PlanT:
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
-def _rank(plan: Any) -> tuple[int, int]:
+def _rank(plan: PlannedMotion) -> tuple[int, int]:
     """Rank of a plan, smaller is better: number of colliding pairs, then of all failures."""
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _possible_ways(plan: Any) -> list[int]:
+def _detour_ends(plan: PlannedMotion) -> list[int]:
     """Indices of waypoints at which `way: clear` could avoid a collision on the way there.
 
     The motion is between two collision-free waypoints and is not a tool path. Waypoints passed at a
     free velocity keep one, so that the motions to them and from them are replaced together.
     """
-    scenario = plan.scenario
+    scenario, free = plan.scenario, _free_times(plan)
     asked = scenario if plan.chosen is None else plan.chosen.asked
     planner, _ = planner_and_rule(asked.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or asked.task.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
-    fixed |= set(plan.space.waits) | {end - 1 for end in (asked.free.ways if asked.free else ())}
+    fixed |= set(plan.space.waits) | {end - 1 for end in (free.ways if free else ())}
     hit: set[int] = set()
     blocked: set[int] = set()
-    for start, end in (span for one in failed_pairs(plan.report.findings) for span in one.spans):
+    for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
         first, last = np.searchsorted(scenario.times, (start - AT_WAYPOINT, end + AT_WAYPOINT))
         hit.add(int(first) - 1)
         blocked.update(range(int(first) - 1, int(last)) if last > first else ())
-    ends, vain = ({i + 1 for i in some} for some in (hit - fixed - blocked, blocked))
-    passed = [i for i, kind in enumerate(asked.free.speed if asked.free else ()) if kind == "free"]
+    ends, unusable = ({i + 1 for i in starts} for starts in (hit - fixed - blocked, blocked))
+    passed = [i for i, kind in enumerate(free.speed if free else ()) if kind == "free"]
     for i in (*passed, *reversed(passed)):
-        for together in (ends, vain):
+        for together in (ends, unusable):
             if together & {i, i + 1}:
                 together |= {i, i + 1}
-    return sorted(ends - vain)
+    return sorted(ends - unusable)
 
 
-def _with_chosen_time(plan: Any, ends: Sequence[int]) -> list[int]:
+def _free_times(plan: PlannedMotion) -> FreeTimes | None:
+    """Unknowns that were chosen for a plan."""
+    return None if plan.chosen is None else plan.chosen.asked.free
+
+
+def _with_chosen_time(plan: PlannedMotion, ends: Sequence[int]) -> list[int]:
     """The waypoints among some whose times are chosen."""
-    return [i for i in ends if plan.chosen and plan.chosen.asked.free.duration[i - 1]]
+    free = _free_times(plan)
+    return [i for i in ends if free and free.duration[i - 1]]
 
 
-def _named(plan: Any, ends: Sequence[int]) -> str:
+def _quoted_names(plan: PlannedMotion, ends: Sequence[int]) -> str:
     return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
 
 
-def _proposal(plan: Any, ends: Sequence[int]) -> str:
+def _proposal(plan: PlannedMotion, ends: Sequence[int]) -> str:
     """Proposal of `way: clear` for some waypoints, or an empty text."""
     if not ends or plan.scenario.scene.moves:
         return ""
     motions = "the motion find its way" if len(ends) == 1 else "these motions find their way"
-    passed = plan.chosen and any(plan.chosen.asked.free.speed[i] == "free" for i in ends)
+    free = _free_times(plan)
+    passed = free and any(free.speed[i] == "free" for i in ends)
     # ways that are passed at a free velocity are one motion, and take no times
     times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
-    return f"way: clear at {_named(plan, ends)}{times} lets {motions} (not tried)"
+    return f"way: clear at {_quoted_names(plan, ends)}{times} lets {motions} (not tried)"
 
 
-def _taken(plan: Any, ends: Sequence[int]) -> str:
-    """Message that `way: clear` was taken without being requested."""
-    return f"the fastest motion collides, so way: clear was taken at {_named(plan, ends)}"
-
-
-def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:
+def _with_finding(
+    plan: PlannedMotion, message: str, quantity: str = "sequences_tried"
+) -> PlannedMotion:
     """The plan with a finding on the sequences of solutions that were tried."""
     finding = collision_note(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))

@@ -18,11 +18,11 @@ from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.task import Task
 from knotwork.task.places import read_document
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 
-PARTS = (
+SCENE_KEYS = (
     *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
     *("continuity", "tolerances"),
 )
@@ -50,8 +50,12 @@ def check_alone(
     """
     surroundings = read_document(scene) if scene is not None else Document({})
     if not isinstance(surroundings.data, dict):
-        raise surroundings.error((), "is not a mapping", f"keys of a scenario: {', '.join(PARTS)}")
-    data = {key: copy.copy(surroundings.data[key]) for key in PARTS if key in surroundings.data}
+        raise surroundings.error(
+            (), "is not a mapping", f"keys of a scenario: {', '.join(SCENE_KEYS)}"
+        )
+    data = {
+        key: copy.copy(surroundings.data[key]) for key in SCENE_KEYS if key in surroundings.data
+    }
     if limits is not None:
         data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
     if robot is not None:
@@ -59,9 +63,10 @@ def check_alone(
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give it with --robot or in the scene")
     places = surroundings.places
-    given = data["robot"]
+    described = data["robot"]
     folder = None if places.file is None else places.file.parent
-    described = places.document(given, ("robot",)) if isinstance(given, dict) else given
+    if isinstance(described, dict):
+        described = places.document(described, ("robot",))
     moved = load_robot(described, relative_to=folder)
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
@@ -76,9 +81,13 @@ def check_alone(
     space = joint_space(asked)
     report = check(motion, asked, space=space, defects=defects)
     # the ends of the motion are its own waypoints
-    found = [one for one in report.findings if one.subject not in ("waypoint", "segment")]
-    found = [one for one in found if one.quantity not in ("time_span", "no_start")]
-    return motion, asked, space, replace(report, findings=tuple(found))
+    findings = tuple(
+        finding
+        for finding in report.findings
+        if finding.subject not in ("waypoint", "segment")
+        and finding.quantity not in ("time_span", "no_start")
+    )
+    return motion, asked, space, replace(report, findings=findings)
 
 
 def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> Task:
@@ -99,14 +108,14 @@ def _task_of(motion: JointTrajectory, data: dict[str, Any], places: Places) -> T
     return task.replace(waypoints=ends)
 
 
-def _limits(given: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
+def _limits(source: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
     """Limits from a mapping, a file or YAML."""
-    if isinstance(given, Mapping):
-        return given
-    is_file = Path(given).is_file()
-    found = (documents.read(Path(given)) if is_file else documents.parse(str(given), None)).data
-    found = found.get("limits", found) if isinstance(found, dict) else found
-    if not isinstance(found, dict):
+    if isinstance(source, Mapping):
+        return source
+    is_file = Path(source).is_file()
+    data = (documents.read(Path(source)) if is_file else documents.parse(str(source), None)).data
+    limits = data.get("limits", data) if isinstance(data, dict) else data
+    if not isinstance(limits, dict):
         accepted = "a file with limits, or YAML such as '{acceleration: 8, jerk: 400}'"
-        raise InputError(f"limits are {given!r}; accepted: {accepted}")
-    return found
+        raise InputError(f"limits are {source!r}; accepted: {accepted}")
+    return limits

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,43 +12,35 @@ import numpy as np
 
 from knotwork.documents import Document, edited
 from knotwork.errors import InputError
+from knotwork.pipeline.planned_motion import PlannedMotion
 from knotwork.pipeline.remaining_scene import by_joint, on_moving_frames, scene_from
-from knotwork.pipeline.speed_override import NEAR, TOLERANCE, passed_times, retimed
+from knotwork.pipeline.speed_override import PATH_TOLERANCE, SAME_TIME, change_speed
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import first_rest, inverse_time, joint_stop, stop_on_path
 from knotwork.scenario import Scenario, resolved
-from knotwork.scenario.events import action_of, segments
-from knotwork.scenario.joint_space import JointSpace, joint_space
+from knotwork.scenario.event_reader import action_of, segments
+from knotwork.scenario.joint_space import joint_space
 from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Task
 from knotwork.task.places import moved_paths
-from knotwork.task.units import si_factors
-from knotwork.trajectory import JointTrajectory, Segment
-from knotwork.trajectory.events import on_at
+from knotwork.task.si_units import si_factors
+from knotwork.trajectory import Segment
+from knotwork.trajectory.motion_events import on_at
 from knotwork.verification import Finding, check
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from knotwork.verification import Report
-
-CHOICES = (
+PLANNING_KEYS = (
     *("start", "near", "branch", "times", "ways", "duration", "objective", "chosen", "knots"),
     *("planner", "planner_options", "path"),
 )
 """Planning options of a task, of no use for a given motion."""
 
 
-class ExecutionMixin:
-    """Changes to a running plan."""
-
-    if TYPE_CHECKING:
-        scenario: Scenario
-        space: JointSpace
-        joint_waypoints: JointWaypoints
-        trajectory: JointTrajectory
-        report: Report
+class ExecutedMotion(PlannedMotion):
+    """A planned motion, and changes to it while it runs."""
 
     def scaled(self, profile: Mapping[float, float]) -> Self:
         """Execute the same path at another speed.
@@ -76,7 +69,7 @@ class ExecutionMixin:
                 ("waypoints", i), "is in a moving frame, which keeps its own speed"
             )
         limits = self.space.limits["acceleration"], self.space.limits["jerk"]
-        motion, clock, known = retimed(profile, self.trajectory, self.scenario.times, limits)
+        motion, clock, known = change_speed(profile, self.trajectory, self.scenario.times, limits)
         span = self.trajectory.start_time, float(clock(clock.x[-1]))
         return self._with_motion(motion, clock, span, (START, "end"), known)
 
@@ -120,13 +113,13 @@ class ExecutionMixin:
         ends = f"stop from {at:g} s", "stopped"
         if not on_path:
             return self._with_motion(joint_stop(q, v, a, *limits), None, (at, at), ends)
-        found = stop_on_path(self.trajectory.polynomial, at, *limits, TOLERANCE)
-        if found is None:
+        stop = stop_on_path(self.trajectory.polynomial, at, *limits, PATH_TOLERANCE)
+        if stop is None:
             raise InputError(
                 f"{self.scenario.name}: no stop on the path from {at:g} s keeps the limits "
                 "before the motion ends; accepted: an earlier time, or on_path=False"
             )
-        clock, motion = found
+        clock, motion = stop
         return self._with_motion(motion, clock, (at, float(clock(clock.x[-1]))), ends)
 
     def _with_motion(
@@ -147,141 +140,123 @@ class ExecutionMixin:
             known: Findings to report.
         """
         scenario, space = self.scenario, self.space
-        own = {one.name: one.time for one in scenario.waypoints}
-        begin, end = (next((k for k in own if abs(own[k] - time) < NEAR), None) for time in span)
-        ends = begin or ends[0], (None if clock is None else end) or ends[1]
-        task = scene_from(scenario, space.robot, self.trajectory, span, ends)
-        names = self._names(motion, clock, ends)
-        times = np.array(sorted(names))
-        units = si_factors(scenario.task.units)
-        waits = self._waits(names, clock)
-        place = {name: time for time, name in names.items() if time not in waits.values()}
-        actions = self._actions(place, clock, span[0])
-        waypoints = []
-        for name, time in sorted(place.items(), key=lambda one: one[1]):
-            one: dict[str, Any] = {"time": time, "name": name}
-            one["joints"] = by_joint(space, motion(time), *units)
-            if time in waits:
-                one["wait"] = waits[time] - time
-            else:
-                one["velocity"] = by_joint(space, motion(time, 1), *units)
-            if actions[name]:
-                one["do"] = actions[name]
-            waypoints.append(one)
-        ends_given = {
-            end: by_joint(space, motion(motion.x[i], 2), *units)
-            for end, i in (("start", 0), ("end", -1))
+        arrivals = self._arrivals(motion, clock, span, ends)
+        names = list(arrivals)
+        task = scene_from(scenario, space.robot, self.trajectory, span, (names[0], names[-1]))
+        waits = {
+            first.name: second.name
+            for (first, second), (i, k) in zip(
+                pairwise(scenario.waypoints), pairwise(scenario.index), strict=True
+            )
+            if i == k and {first.name, second.name} <= arrivals.keys()
         }
-        task = _without_file(task, scenario).replace(
-            **dict.fromkeys(CHOICES), waypoints=waypoints, end_acceleration=ends_given
-        )
-        asked = resolved(task)
-        parts = self._segments(clock) or segments(asked)
-        return self._checked(asked, motion, times, parts, known)
+        placed = {name: time for name, time in arrivals.items() if name not in waits.values()}
+        actions = self._actions(placed, clock, span[0])
+        units = si_factors(scenario.task.units)
 
-    def _checked(
-        self,
-        asked: Scenario,
-        motion: PiecewisePolynomial,
-        times: FloatArray,
-        parts: tuple[Segment, ...],
-        known: Sequence[Finding],
-    ) -> Self:
-        """The plan of a motion for a task, with given times of its waypoints [s]."""
-        space, moved = self.space, joint_space(asked)
+        def values(time: float, order: int) -> dict[str, float]:
+            return by_joint(space, motion(time, order), *units)
+
+        waypoints = [
+            {"time": time, "name": name, "joints": values(time, 0)}
+            | (
+                {"wait": arrivals[waits[name]] - time}
+                if name in waits
+                else {"velocity": values(time, 1)}
+            )
+            | ({"do": actions[name]} if actions[name] else {})
+            for name, time in placed.items()
+        ]
+        first, last = motion.x[[0, -1]].tolist()
+        changed = resolved(
+            _without_file(task, scenario).replace(
+                **dict.fromkeys(PLANNING_KEYS),
+                waypoints=waypoints,
+                end_acceleration={"start": values(first, 2), "end": values(last, 2)},
+            )
+        )
+        changed_space, times = joint_space(changed), np.array([*arrivals.values()])
+        carrying = changed_space.carrying
         trajectory = replace(
             self.trajectory,
             polynomial=motion,
             waypoint_times=times,
-            events=tuple(one.event for one in asked.events),
-            loads=moved.carrying.loads(float(motion.x[0])) if moved.carrying else (),
-            segments=parts,
+            events=tuple(asked.event for asked in changed.events),
+            loads=carrying.loads(first) if carrying else (),
+            segments=segments(changed) if clock is None else self._segments(clock),
         )
-        passed_through = JointWaypoints(
-            space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
-        )
-        return replace(  # type: ignore[type-var]  # the one class that inherits it is a dataclass
+        return replace(
             self,
-            scenario=asked,
-            space=moved,
-            joint_waypoints=passed_through,
+            scenario=changed,
+            space=changed_space,
+            joint_waypoints=JointWaypoints(
+                space.joint_names,
+                times,
+                motion(times),
+                motion(times, 1),
+                joint_units=space.joint_units,
+            ),
             trajectory=trajectory,
-            report=check(trajectory, asked, space=moved, known=known),
+            report=check(trajectory, changed, space=changed_space, known=known),
             left_out=(),
             solution=None,
             chosen=None,
             sequences=1,
         )
 
-    def _names(
+    def _arrivals(
         self,
         motion: PiecewisePolynomial,
         clock: PiecewisePolynomial | None,
+        span: tuple[float, float],
         ends: tuple[str, str],
-    ) -> dict[float, str]:
-        """Names of a motion's waypoints by time: its ends, and the ones that it passes."""
-        names = dict(zip(motion.x[[0, -1]].tolist(), ends, strict=True))
-        if clock is None:
-            return names
-        passed = passed_times(self.scenario.times, clock)
-        for time, when in zip(passed, inverse_time(clock, passed), strict=True):
-            near = next((one for one in names if abs(one - when) < NEAR), float(when))
-            i = int(np.flatnonzero(self.scenario.times == time)[0])
-            names[near] = self.scenario.waypoints[i].name
-        return names
+    ) -> dict[str, float]:
+        """Times of a motion's waypoints by name, in order: its ends, and those that it passes."""
+        start, end = motion.x[[0, -1]].tolist()
+        low, high = span if clock is not None else (span[0], span[0])
+        points = self.scenario.waypoints
+        passed = [p for p in points if low - SAME_TIME <= p.time <= high + SAME_TIME]
+        old = np.array([waypoint.time for waypoint in passed])
+        new = np.full(len(old), start) if clock is None else inverse_time(clock, old)
+        for i, time in enumerate(new):
+            new[i] = next((t for t in (start, end) if abs(t - time) < SAME_TIME), time)
+        arrivals = dict(zip((point.name for point in passed), new.tolist(), strict=True))
+        if start not in arrivals.values():
+            arrivals = {ends[0]: start} | arrivals
+        return arrivals if end in arrivals.values() else arrivals | {ends[1]: end}
 
     def _actions(
-        self, place: Mapping[str, float], clock: PiecewisePolynomial | None, start: float
+        self, placed: Mapping[str, float], clock: PiecewisePolynomial | None, start: float
     ) -> dict[str, list[dict[str, Any]]]:
         """Actions at waypoints, for given times; at the first one all signals already on."""
         outputs, events = self.scenario.task.outputs, self.trajectory.events
-        found: dict[str, list[dict[str, Any]]] = {name: [] for name in place}
-        begun = start + NEAR if clock is None else start - NEAR
-        found[min(place, key=place.__getitem__)] += [
-            action_of(one, outputs) for one in on_at(events, begun)
-        ]
+        begin = start + SAME_TIME if clock is None else start - SAME_TIME
+        actions: dict[str, list[dict[str, Any]]] = {name: [] for name in placed}
+        actions[next(iter(placed))] += [action_of(event, outputs) for event in on_at(events, begin)]
         if clock is None:
-            return found
-        last = float(clock(clock.x[-1])) + NEAR
-        for event in events:
-            if not begun < event.time <= last:
-                continue
-            when = float(inverse_time(clock, np.array([event.time]))[0])
+            return actions
+        end = float(clock(clock.x[-1])) + SAME_TIME
+        for event in (event for event in events if begin < event.time <= end):
+            time = float(inverse_time(clock, np.array([event.time]))[0])
             name = event.waypoint
-            if name not in place:
-                name = max(place, key=lambda one: (place[one] <= when + NEAR, place[one]))
-            later = when - place[name]
-            moment = {"after" if later > 0.0 else "before": abs(later)}
-            found[name].append(action_of(event, outputs) | (moment if abs(later) > NEAR else {}))
-        return found
+            if name not in placed:
+                name = [name for name, t in placed.items() if t <= time + SAME_TIME][-1]
+            delay = time - placed[name]
+            moment = {"after" if delay > 0.0 else "before": abs(delay)}
+            is_later = abs(delay) > SAME_TIME
+            actions[name].append(action_of(event, outputs) | (moment if is_later else {}))
+        return actions
 
-    def _waits(
-        self, names: Mapping[float, str], clock: PiecewisePolynomial | None
-    ) -> dict[float, float]:
-        """Ends of the waits at waypoints, by the times of arrival."""
-        if clock is None:
-            return {}
-        place = {name: time for time, name in names.items()}
-        points, index = self.scenario.waypoints, self.scenario.index
-        pairs = ((points[i].name, points[i + 1].name, i) for i in range(len(points) - 1))
-        return {
-            place[one]: place[other]
-            for one, other, i in pairs
-            if index[i] == index[i + 1] and one in place and other in place
-        }
-
-    def _segments(self, clock: PiecewisePolynomial | None) -> tuple[Segment, ...]:
-        """Segments of a motion with another clock; empty if unknown."""
-        if clock is None:
-            return ()
+    def _segments(self, clock: PiecewisePolynomial) -> tuple[Segment, ...]:
+        """Segments of the motion with another clock."""
         first, last = clock(clock.x[[0, -1]])
-        found = []
-        for one in self.trajectory.segments:
-            ends = np.array([max(one.start, first), min(one.end, last)])
-            if ends[1] - ends[0] > NEAR:
+        executed = []
+        for segment in self.trajectory.segments:
+            ends = np.array([max(segment.start, first), min(segment.end, last)])
+            if ends[1] - ends[0] > SAME_TIME:
                 start, end = inverse_time(clock, ends).tolist()
-                found.append(replace(one, start=start, end=end))
-        return tuple(found)
+                executed.append(replace(segment, start=start, end=end))
+        return tuple(executed)
 
 
 def _without_file(task: Task, scenario: Scenario) -> Task:

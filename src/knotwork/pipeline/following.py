@@ -13,7 +13,7 @@ from knotwork.errors.arguments import finite_number
 from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.insertion import with_waypoints_inserted
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.kinematics.following.proof import PathTolerance
+from knotwork.kinematics.following.path_proof import PathTolerance
 from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
@@ -21,23 +21,23 @@ from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, sp
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints, read_only
 
-AT_START = 1e-6
+START_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""
 
-USUAL = ToleranceSet()
+DEFAULT_TOLERANCES = ToleranceSet()
 
 
 def follow_path(
     robot: Robot | str | Path,
     path: ToolPath | Curve,
     speed: float,
-    tolerance: float = USUAL.path,
+    tolerance: float = DEFAULT_TOLERANCES.path,
     *,
     start: ArrayLike | None = None,
     rotation: ArrayLike | None = None,
     acceleration: float | None = None,
-    orientation_tolerance: float = USUAL.path_orientation,
-    speed_tolerance: float = USUAL.path_speed,
+    orientation_tolerance: float = DEFAULT_TOLERANCES.path_orientation,
+    speed_tolerance: float = DEFAULT_TOLERANCES.path_speed,
     pull_to_middle: float = 0.0,
 ) -> JointTrajectory:
     """Follow a tool path at constant speed, through automatically inserted waypoints.
@@ -84,21 +84,19 @@ def follow_path(
     tool_path = _tool_path(arm, path, q, rotation)
     if start is None:
         q = solve_pose_ik(arm, tool_path.pose(0.0), q).q
-    motion = _timed(tool_path, finite_number(speed, "speed", "m/s", positive=True), acceleration)
+    motion = _timed_path(
+        tool_path, finite_number(speed, "speed", "m/s", positive=True), acceleration
+    )
     _check_start(arm, motion, q)
-    return _followed(JointsOnPath(arm, motion, q, pull), allowed)
-
-
-def _followed(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
-    """The checked motion along the path."""
+    joints = JointsOnPath(arm, motion, q, pull)
     joints.check()
     followed = with_waypoints_inserted(joints, allowed)
     waypoints = JointWaypoints(
-        joint_names=joints.robot.joint_names,
+        joint_names=arm.joint_names,
         time=followed.time,
         position=followed.position,
         velocity=followed.velocity,
-        joint_units=joints.robot.joint_units,
+        joint_units=arm.joint_units,
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
@@ -106,10 +104,10 @@ def _followed(joints: JointsOnPath, allowed: PathTolerance) -> JointTrajectory:
     return trajectory
 
 
-def _tolerance(value: float, what: str, unit: str) -> float:
-    number = finite_number(value, what, unit, positive=True)
+def _tolerance(value: float, name: str, unit: str) -> float:
+    number = finite_number(value, name, unit, positive=True)
     if number < SMALLEST_PATH_TOLERANCE:
-        raise InputError(f"{what} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
+        raise InputError(f"{name} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
     return number
 
 
@@ -126,11 +124,11 @@ def _tool_path(
         raise InputError(
             f"path is a {type(path).__name__}; give a ToolPath or a curve of kw.tool_paths"
         )
-    kept = robot.forward(start).rotation if rotation is None else rotation
-    return ToolPath([path], OrientationCurve.constant(kept, path.length))
+    constant = robot.forward(start).rotation if rotation is None else rotation
+    return ToolPath([path], OrientationCurve.constant(constant, path.length))
 
 
-def _timed(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:
+def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:
     if acceleration is None and path.stops:
         raise PathError("the path has stops; give acceleration")
     lengths = [curve.length for curve in path.curves]
@@ -148,10 +146,10 @@ def _timed(path: ToolPath, speed: float, acceleration: float | None) -> TimedPat
 
 def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
     """Raise an error if the tool is not at the start of the path."""
-    wanted, found = motion.path.pose(0.0), robot.forward(start)
-    distance = float(np.linalg.norm(found.translation - wanted.translation))
-    angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ found.rotation)))
-    if distance > AT_START or angle > AT_START:
+    wanted, actual = motion.path.pose(0.0), robot.forward(start)
+    distance = float(np.linalg.norm(actual.translation - wanted.translation))
+    angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ actual.rotation)))
+    if max(distance, angle) > START_TOLERANCE:
         near = [round(value, 9) for value in (distance, float(np.degrees(angle)))]
         raise InputError(
             f"with start the tool is {near[0]:.4g} m and {near[1]:.4g} deg away from "

@@ -11,24 +11,24 @@ FEASIBILITY = "Feasibility"
 """Group of findings that hold whatever motion goes through the joint waypoints."""
 
 
-def infeasible(found: Infeasibility, units: Units) -> Finding:
+def infeasible(limit: Infeasibility, units: Units) -> Finding:
     """The finding for a velocity limit that is exceeded whatever solutions are chosen."""
-    needed, _ = units.shown(found.velocity, found.unit)
-    allowed = units.text(found.limit, found.unit, ".4g")
-    why = "on average" if found.until else "for the tool's velocity"
+    needed, _ = units.shown(limit.velocity, limit.unit)
+    allowed = units.text(limit.limit, limit.unit, ".4g")
+    why = "on average" if limit.until else "for the tool's velocity"
     return Finding(
         group=FEASIBILITY,
         subject="waypoint",
-        name=found.waypoint,
+        name=limit.waypoint,
         quantity="joint_velocity_needed",
         verdict="failed",
-        fact=found.sentence.removesuffix(f"; {found.remedy}"),
-        value=found.velocity,
-        limit=found.limit,
-        margin=found.limit - found.velocity,
-        unit=found.unit,
-        time=None if found.until else found.start,
-        label=f"{one_line(found.joint)} needs {readable(needed)} of {allowed} {why}",
-        remedy=found.remedy,
-        interval=(found.start, found.end) if found.until else None,
+        fact=limit.sentence.removesuffix(f"; {limit.remedy}"),
+        value=limit.velocity,
+        limit=limit.limit,
+        margin=limit.limit - limit.velocity,
+        unit=limit.unit,
+        time=None if limit.until else limit.start,
+        label=f"{one_line(limit.joint)} needs {readable(needed)} of {allowed} {why}",
+        remedy=limit.remedy,
+        interval=(limit.start, limit.end) if limit.until else None,
     )

@@ -45,11 +45,11 @@ def clearance_between(
     """
     robot = OtherRobot(**other)
     name = Path(robot.scenario).stem
-    given = scenario.task.scene
-    around = given.model_copy(update={"robots": {**given.robots, name: robot}})
-    both = resolved(scenario.task.replace(scene=around), scenario.places).scene
+    scene = scenario.task.scene
+    both = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
+    resolved_scene = resolved(scenario.task.replace(scene=both), scenario.places).scene
     space = space if space is not None else joint_space(scenario)
-    found = nearest_to(trajectory, replace(scenario, scene=both), space, name)
-    if found is None:
+    nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
+    if nearest is None:
         raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that can collide")
-    return found
+    return nearest

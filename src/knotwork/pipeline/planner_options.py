@@ -61,7 +61,7 @@ def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
 
 
 def supported_options(
-    options: PlannerOptions, own: str, planner: str
+    options: PlannerOptions, original: str, planner: str
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
     """Keep those options of one planner that another one supports.
 
@@ -70,14 +70,14 @@ def supported_options(
 
     Args:
         options: The options.
-        own: Their planner.
+        original: Their planner.
         planner: The other planner; a rule may follow after a colon.
 
     Returns:
         The supported options, and the names of the others.
     """
     base, ruled = planner_and_rule(planner)
-    same = base == planner_and_rule(own)[0]
+    same = base == planner_and_rule(original)[0]
     left_out = tuple(
         name
         for name in options.requested
@@ -109,22 +109,22 @@ class Interpolation:
     replaced: frozenset[str]
 
     @classmethod
-    def of(cls, scenario: Scenario, planner: str | None, knots: Knots) -> Interpolation:
+    def read(cls, scenario: Scenario, planner: str | None, knots: Knots) -> Interpolation:
         """Read the options of a scenario; arguments as of `knotwork.plan`.
 
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
-        own, left_out = scenario.planner, tuple[str, ...]()
-        given = {"planner": planner, "knots": knots}
-        replaced = frozenset(name for name, value in given.items() if value is not None)
+        original, left_out = scenario.planner, tuple[str, ...]()
+        arguments = {"planner": planner, "knots": knots}
+        replaced = frozenset(name for name, value in arguments.items() if value is not None)
         with nullcontext() if planner else scenario.error_context("planner"):
-            get_planner(planner or own)
-        scenario = replace(scenario, planner=planner or own)
+            get_planner(planner or original)
+        scenario = replace(scenario, planner=planner or original)
         space = joint_space(scenario)
         options = planner_options(scenario, space)
-        if scenario.planner != own:
-            options, left_out = supported_options(options, own, scenario.planner)
+        if scenario.planner != original:
+            options, left_out = supported_options(options, original, scenario.planner)
         if knots is not None:
             if "knots" in planner_and_rule(scenario.planner)[1]:
                 raise InputError(

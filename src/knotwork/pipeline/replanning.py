@@ -11,14 +11,14 @@ from knotwork.errors import InputError
 from knotwork.errors.plain_text import nameless
 from knotwork.pipeline.remaining_scene import by_joint, held_at
 from knotwork.scenario import Scenario, resolved
-from knotwork.scenario.events import action_of
+from knotwork.scenario.event_reader import action_of
 from knotwork.scenario.joint_space import moved_robot
-from knotwork.scenario.repeats import expanded
+from knotwork.scenario.repetitions import expanded
 from knotwork.scenario.waypoint_reader import START
 from knotwork.task import Action, EndAcceleration, PlainTask, Task
-from knotwork.task.units import si_factors
+from knotwork.task.si_units import si_factors
 from knotwork.trajectory import JointTrajectory
-from knotwork.trajectory.events import on_at
+from knotwork.trajectory.motion_events import on_at
 
 
 def scenario_from(
@@ -58,11 +58,11 @@ def _task_from(
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
     q, v, a = (motion(at, nu) for nu in range(3))
     goals = [
-        one if one.name else one.replace(name=nameless(i)) for i, one in enumerate(task.waypoints)
+        waypoint if waypoint.name else waypoint.replace(name=nameless(i))
+        for i, waypoint in enumerate(task.waypoints)
     ]
-    first = task.start is None and len(goals) > 1
-    own = goals.pop(0) if first else None
-    name = own.name if own is not None else START
+    replaced = goals.pop(0) if task.start is None and len(goals) > 1 else None
+    name = START if replaced is None else replaced.name
     for held in held_at(current, at) if current is not None else ():
         if task.tool is None or held not in task.tool.holds:
             raise InputError(
@@ -71,21 +71,24 @@ def _task_from(
                 "}` with its shape"
             )
     units = si_factors(task.units)
-    state: dict[str, Any] = {"name": name, "time": 0.0, "joints": by_joint(motion, q, *units)}
-    state["velocity"] = by_joint(motion, v, *units)
-    actions = [] if own is None else list(own.actions)
-    at_once = [one for one in actions if one.after is one.before is one.at is None]
-    switched: set[str | int | None] = {one.output for one in at_once}
-    switched |= {task.outputs.get(name, name) for one in at_once for name in one.signals}
-    on = (
-        one
-        for one in on_at(motion.events, at)
-        if task.outputs.get(one.name, one.signal) not in switched
-    )
-    actions = [*(Action(**action_of(one, task.outputs)) for one in on), *actions]
-    if actions:
-        state["do"] = actions
-    given = task.end_acceleration
-    ends = {"end": given.end} if isinstance(given, EndAcceleration) else {}
-    ends["start"] = by_joint(motion, a, *units)
+    actions = [] if replaced is None else list(replaced.actions)
+    immediate = [x for x in actions if x.after is x.before is x.at is None]
+    switched: set[str | int | None] = {action.output for action in immediate}
+    switched |= {task.outputs.get(key, key) for action in immediate for key in action.signals}
+    kept_on = [
+        Action(**action_of(event, task.outputs))
+        for event in on_at(motion.events, at)
+        if task.outputs.get(event.name, event.signal) not in switched
+    ]
+    state: dict[str, Any] = {
+        "name": name,
+        "time": 0.0,
+        "joints": by_joint(motion, q, *units),
+        "velocity": by_joint(motion, v, *units),
+    }
+    if kept_on or actions:
+        state["do"] = [*kept_on, *actions]
+    ends = {"start": by_joint(motion, a, *units)}
+    if isinstance(task.end_acceleration, EndAcceleration):
+        ends["end"] = task.end_acceleration.end
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)

@@ -20,17 +20,17 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
-TOLERANCE = 1e-6
+PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""
 
-NEAR = 1e-9
+SAME_TIME = 1e-9
 """Times nearer to one another than this [s] are the same."""
 
-CAPS, STRETCHES = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
+LOWER_CAPS, CHANGE_FACTORS = (1.0, 0.97, 0.9, 0.8, 0.65, 0.5), (1.0, 1.5, 2.5, 5.0, 10.0)
 """Maximum overrides, and factors of the durations of changes, tried where limits are exceeded."""
 
 
-def retimed(
+def change_speed(
     profile: Mapping[float, float],
     trajectory: JointTrajectory,
     times: FloatArray,
@@ -54,40 +54,42 @@ def retimed(
 
     def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
         clock = profile.clock(trajectory.start_time, trajectory.duration)
-        reached = inverse_time(clock, passed_times(times, clock)).tolist()
-        return cubic_through(compose(curve, clock), TOLERANCE, reached)[0], clock
+        first, last = clock(clock.x[[0, -1]])
+        passed = times[(times >= first - SAME_TIME) & (times <= last + SAME_TIME)]
+        reached = inverse_time(clock, passed).tolist()
+        return cubic_through(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
     if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):
         return motion, clock, []
-    tried = sorted(product(CAPS, STRETCHES), key=lambda one: 20.0 * (1.0 - one[0]) + one[1])
-    for cap, stretch in tried:  # a lower override counts more than a slower change of it
-        feasible = _slower(requested, cap, stretch)
-        other, slower = execute(feasible)
-        if keeps_joint_limits(other, curve, *limits):
-            return other, slower, [_override_finding(requested, feasible, float(slower.x[-1]))]
+    attempts = sorted(product(LOWER_CAPS, CHANGE_FACTORS), key=_loss)
+    for cap, factor in attempts:
+        executed = _slow_down(requested, cap, factor)
+        slower, slower_clock = execute(executed)
+        if keeps_joint_limits(slower, curve, *limits):
+            finding = _override_finding(requested, executed, float(slower_clock.x[-1]))
+            return slower, slower_clock, [finding]
     return motion, clock, []
 
 
-def _slower(asked: Profile, cap: float, stretch: float) -> Profile:
+def _loss(attempt: tuple[float, float]) -> float:
+    """Order of attempts: a lower override counts more than a slower change of it."""
+    cap, factor = attempt
+    return 20.0 * (1.0 - cap) + factor
+
+
+def _slow_down(asked: Profile, cap: float, factor: float) -> Profile:
     """An override that never exceeds a cap, with changes that take longer."""
     times, rates = [0.0], [min(float(asked.rates[0]), cap)]
     for begin, end, rate in zip(asked.times, asked.times[1:], asked.rates[1:], strict=False):
         if min(rate, cap) == rates[-1]:
             continue
-        if begin - times[-1] > NEAR:
+        if begin - times[-1] > SAME_TIME:
             times.append(float(begin))
             rates.append(rates[-1])
-        times.append(times[-1] + stretch * float(end - begin))
+        times.append(times[-1] + factor * float(end - begin))
         rates.append(min(float(rate), cap))
     return Profile(np.array(times), np.array(rates))
-
-
-def passed_times(times: FloatArray, clock: PiecewisePolynomial) -> FloatArray:
-    """Waypoint times that the retimed motion reaches."""
-    first, last = clock(clock.x[[0, -1]])
-    passed: FloatArray = times[(times >= first - NEAR) & (times <= last + NEAR)]
-    return passed
 
 
 def _override_finding(requested: Profile, executed: Profile, end: float) -> Finding:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from knotwork.foreign.header import HeadingError, column, quantity_named
-from knotwork.foreign.units import words
+from knotwork.foreign.unit_words import words
 
 STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
 PREFERRED_TOPIC = "joint_states"

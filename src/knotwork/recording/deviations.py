@@ -11,8 +11,8 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import raised
 from knotwork.polynomial.refined import part, refined
+from knotwork.polynomial.two_point import raised
 from knotwork.recording.alignment import Alignment
 from knotwork.recording.lateness import delay_text
 from knotwork.trajectory import JointTrajectory

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.waypoints import FloatArray
 
 DEGREE = 3

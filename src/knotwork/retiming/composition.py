@@ -10,8 +10,8 @@ from knotwork.errors import InputError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
-from knotwork.polynomial.hermite import raised
 from knotwork.polynomial.refined import refined
+from knotwork.polynomial.two_point import raised
 from knotwork.retiming.clock import inverse_time
 from knotwork.waypoints import FloatArray
 

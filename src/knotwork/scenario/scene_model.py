@@ -19,7 +19,7 @@ STANDING = "base"
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class PlacedShape:
     """A solid, placed in the frame that carries it.
 
     Attributes:
@@ -46,7 +46,7 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class SceneObject:
+class PlacedObject:
     """A fixed object, or one that moves with a frame.
 
     Attributes:
@@ -59,7 +59,7 @@ class SceneObject:
     """
 
     name: str
-    shape: Shape
+    shape: PlacedShape
     allow: tuple[str, ...] = ()
     visual: bool = False
     carrier: MovingFrame | None = None
@@ -67,7 +67,7 @@ class SceneObject:
 
 
 @dataclass(frozen=True, eq=False)
-class HeldObject:
+class GraspedObject:
     """An object that moves with the tool between two waypoints.
 
     Attributes:
@@ -81,7 +81,7 @@ class HeldObject:
     """
 
     name: str
-    shape: Shape
+    shape: PlacedShape
     take: str
     leave: str
     allow: tuple[str, ...] = ()
@@ -91,7 +91,7 @@ class HeldObject:
 
 
 @dataclass(frozen=True, eq=False)
-class OtherRobot:
+class PlacedRobot:
     """Another robot in motion.
 
     Attributes:
@@ -141,21 +141,23 @@ class Scene:
         moving: Moving frames of the file, by name.
     """
 
-    objects: tuple[SceneObject, ...] = ()
-    tool: tuple[Shape, ...] = ()
-    held: tuple[HeldObject, ...] = ()
-    robots: tuple[OtherRobot, ...] = ()
+    objects: tuple[PlacedObject, ...] = ()
+    tool: tuple[PlacedShape, ...] = ()
+    held: tuple[GraspedObject, ...] = ()
+    robots: tuple[PlacedRobot, ...] = ()
     rules: CollisionRules = CollisionRules()
     moving: Mapping[str, MovingFrame] = field(default_factory=dict)
 
     @property
     def moves(self) -> bool:
         """Whether anything that may collide moves independently of the robot."""
-        carriers = [one.carrier for one in self.objects if not one.visual]
-        carriers += [carrier for one in self.held for carrier in one.carriers]
-        return bool(self.robots) or any(one is not None and one.moves for one in carriers)
+        carriers = [item.carrier for item in self.objects if not item.visual]
+        carriers += [carrier for held in self.held for carrier in held.carriers]
+        return bool(self.robots) or any(
+            carrier is not None and carrier.moves for carrier in carriers
+        )
 
     def asks(self) -> bool:
         """Whether the scenario has anything to check besides the robot's own links."""
-        objects = any(not one.visual for one in self.objects)
+        objects = any(not item.visual for item in self.objects)
         return bool(self.tool or self.held or self.robots or objects)

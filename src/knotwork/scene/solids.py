@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import InputError
-from knotwork.scenario import Shape
+from knotwork.scenario import PlacedShape
 from knotwork.scene.cells import Cells, read_cells
 from knotwork.scene.hulls import convex_hull
 from knotwork.scene.meshes.mesh_files import read_mesh, read_points
@@ -40,7 +40,7 @@ class Solid:
         cells: Cells of a point cloud, or `None`.
     """
 
-    shape: Shape
+    shape: PlacedShape
     geometry: Any
     rotation: FloatArray
     translation: FloatArray
@@ -80,7 +80,7 @@ class Placed(NamedTuple):
     origin: FloatArray
 
 
-def solid(shape: Shape, carrier: Any) -> Solid:
+def solid(shape: PlacedShape, carrier: Any) -> Solid:
     """Make a solid.
 
     Args:

@@ -1,11 +1,11 @@
 from .files import write_file as write_file
 from .files import write_files as write_files
-from .reading import knot_disagreement as knot_disagreement
-from .reading import load_trajectory as load_trajectory
-from .reading import read_trajectory_document as read_trajectory_document
-from .reading import trajectory_from_dict as trajectory_from_dict
 from .sets import digests as digests
 from .sets import set_disagreement as set_disagreement
+from .trajectory_file import knot_disagreement as knot_disagreement
+from .trajectory_file import load_trajectory as load_trajectory
+from .trajectory_file import read_trajectory_document as read_trajectory_document
+from .trajectory_file import trajectory_from_dict as trajectory_from_dict
 from .writing import rows_to_csv as rows_to_csv
 from .writing import to_csv as to_csv
 from .writing import to_json as to_json

@@ -27,9 +27,9 @@ from knotwork.verification.checks import own_checks
 
 START_LIMIT = 120.0
 """Time for imports in a child [s], not counted for a row."""
-LONGEST = 1e6
+LONGEST_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
-POLL = 1.0
+POLL_PERIOD = 1.0
 """Longest interval between checks of the number of tasks in progress [s]."""
 # One process is one thread of work; NumPy's threads would slow down the others.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -52,9 +52,9 @@ def refuse_own_checks(instead: str) -> None:
     Raises:
         InputError: Checks are registered; `instead` is the advice.
     """
-    if own := own_checks():
+    if names := own_checks():
         raise InputError(
-            f"child processes do not have your own checks ({', '.join(own)}); {instead}"
+            f"child processes do not have your own checks ({', '.join(names)}); {instead}"
         )
 
 
@@ -81,22 +81,22 @@ class Child:
             ChildCrashedError: The process ended twice, or this object was closed.
         """
         try:
-            return self._asked((function, arguments), limit)
+            return self._ask((function, arguments), limit)
         except ChildCrashedError:
-            return self._asked((function, arguments), limit)
+            return self._ask((function, arguments), limit)
 
-    def _asked(self, question: Any, limit: float) -> Any:
+    def _ask(self, question: Any, limit: float) -> Any:
         if self._closed:
             raise ChildCrashedError("it was closed")
         if self._process is None:
-            self._pipe, other = Pipe()
-            with other:
+            self._pipe, far_end = Pipe()
+            with far_end:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-m", "knotwork.sweeps.child", str(other.fileno())],
+                    [sys.executable, "-m", "knotwork.sweeps.child", str(far_end.fileno())],
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
-                    pass_fds=[other.fileno()],
+                    pass_fds=[far_end.fileno()],
                     env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
                 )
             try:
@@ -107,38 +107,35 @@ class Child:
 
     def _answer(self, question: Any, limit: float) -> Any:
         """The child's answer; the child is ended after the time limit."""
-        process, ok, answer = self._process, True, Exception()
+        process = self._process
         try:
             self._pipe.send(question)
-            late = not self._pipe.poll(min(limit, LONGEST))
-            if not late:
-                ok, answer = self._pipe.recv()
+            answer = self._pipe.recv() if self._pipe.poll(min(limit, LONGEST_LIMIT)) else None
         except (EOFError, OSError) as error:
-            self._process = None
-            _end(process, self._pipe)
-            raise ChildCrashedError(_exit_reason(process.returncode)) from error
-        if late:
-            self._process = None
-            _end(process, self._pipe)
+            raise ChildCrashedError(_exit_reason(self._end(process))) from error
+        if answer is None:
+            self._end(process)
             raise ChildTimeoutError(f"took longer than {limit:g} s")
+        ok, result = answer
         if not ok:
-            raise answer
-        return answer
+            raise result
+        return result
+
+    def _end(self, process: Any) -> int:
+        """End the process, which may have ended already, and give its exit code."""
+        self._process = None
+        process.kill()
+        code: int = process.wait()
+        self._pipe.close()
+        return code
 
     def close(self) -> None:
         """End the process at once, and start none again."""
         self._closed = True
         process, self._process = self._process, None
-        if process is not None:  # whoever waits for an answer closes the pipe
+        if process is not None:  # the thread that waits for an answer closes the pipe
             process.kill()
             process.wait()
-
-
-def _end(process: subprocess.Popen[bytes], pipe: Any) -> None:
-    """End a process that may have ended already, and close its pipe."""
-    process.kill()
-    process.wait()
-    pipe.close()
 
 
 def _exit_reason(code: int) -> str:
@@ -158,21 +155,19 @@ def by_children(
     Yields:
         Results of the tasks, in the order of completion.
     """
-    children = [Child() for _ in range(workers)]
-    free: queue.SimpleQueue[Child] = queue.SimpleQueue()
-    for child in children:
-        free.put(child)
+    children: list[Child] = []
+    thread = threading.local()
 
-    def performed(item: Item) -> Answer:
-        child = free.get()
-        try:
-            return task(child, item)
-        finally:
-            free.put(child)
+    def begin() -> None:
+        thread.child = Child()
+        children.append(thread.child)
 
-    with ThreadPoolExecutor(workers) as pool:
+    def perform(item: Item) -> Answer:
+        return task(thread.child, item)
+
+    with ThreadPoolExecutor(workers, initializer=begin) as pool:
         try:
-            yield from as_ready(lambda item: pool.submit(performed, item), items, lambda: workers)
+            yield from as_ready(lambda item: pool.submit(perform, item), items, lambda: workers)
         finally:  # inside, as the pool waits for running tasks after an interrupt
             for child in children:
                 child.close()
@@ -182,14 +177,14 @@ def as_ready(
     submit: Callable[[Item], Future[Answer]], items: Iterable[Item], most: Callable[[], int]
 ) -> Iterator[Answer]:
     """Submit items, at most `most()` at a time, and give answers in the order of completion."""
-    left, waiting = iter(items), set[Future[Answer]]()
+    remaining, waiting = iter(items), set[Future[Answer]]()
     while True:
-        waiting.update(map(submit, islice(left, max(0, most() - len(waiting)))))
+        waiting.update(map(submit, islice(remaining, max(0, most() - len(waiting)))))
         if not waiting:
             return
-        ready, waiting = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
-        for one in ready:
-            yield one.result()
+        ready, waiting = wait(waiting, timeout=POLL_PERIOD, return_when=FIRST_COMPLETED)
+        for future in ready:
+            yield future.result()
 
 
 def _load() -> None:
@@ -202,19 +197,19 @@ def main() -> None:
     pipe: Any = Connection(int(sys.argv[1]))
     # The parent handles keyboard interrupts, and ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    asked: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    questions: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
-    def listen() -> None:
+    def receive_questions() -> None:
         """End this process when the parent has gone."""
         try:
             while True:
-                asked.put(pipe.recv())
+                questions.put(pipe.recv())
         finally:
             os._exit(0)
 
-    threading.Thread(target=listen, daemon=True).start()
+    threading.Thread(target=receive_questions, daemon=True).start()
     while True:
-        function, arguments = asked.get()
+        function, arguments = questions.get()
         try:
             answer = True, function(*arguments)
         except Exception as error:

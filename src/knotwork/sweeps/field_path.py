@@ -15,7 +15,7 @@ _KINDS: dict[type, tuple[str, str]] = {
     dict: ("a mapping", ".key"),
     list: ("a list", "[index]"),
 }
-_PART = re.compile(r"\.?([^.\[\]]+)|\[([^\[\]]+)\]")
+_PATH_PART = re.compile(r"\.?([^.\[\]]+)|\[([^\[\]]+)\]")
 
 
 def location_of(path: str, document: Document) -> Location:
@@ -35,15 +35,15 @@ def location_of(path: str, document: Document) -> Location:
     data = document.data
     location: Location = ()
     for i, (key, in_brackets) in enumerate(parts):
-        here: Any
+        part: Any
         last = i + 1 == len(parts)
         if isinstance(data, Mapping) and not in_brackets:
             if key not in data and not last:
-                raise _missing(path, location, key, data)
-            here, data = key, data.get(key)
+                raise _missing_key(path, location, key, data)
+            part, data = key, data.get(key)
         elif isinstance(data, list) and in_brackets:
-            here = _index(path, location, key, data)
-            data = data[here]
+            part = _index(path, location, key, data)
+            data = data[part]
         else:
             kind, accepted = _KINDS.get(type(data), ("a single value", "nothing more"))
             key_text = f"[{key}]" if in_brackets else f".{key}"
@@ -51,11 +51,11 @@ def location_of(path: str, document: Document) -> Location:
                 f"{path}: {_where(location)} is {kind}, which has no {key_text}; accepted: "
                 f"{accepted}"
             )
-        location = (*location, here)
+        location = (*location, part)
     return location
 
 
-def varied(document: Document, edits: Edits) -> Scenario:
+def scenario_with(document: Document, edits: Edits) -> Scenario:
     """The scenario of a task with other values.
 
     Args:
@@ -72,11 +72,11 @@ def _parts(path: str) -> list[tuple[str, bool]]:
     """Keys and indices of a path, and whether each is in brackets."""
     parts, at = [], 0
     while at < len(path):
-        found = _PART.match(path, at)
-        if found is None or (at == 0 and path[0] in ".["):
+        match = _PATH_PART.match(path, at)
+        if match is None or (at == 0 and path[0] in ".["):
             break
-        parts.append((found[1] or found[2], found[1] is None))
-        at = found.end()
+        parts.append((match[1] or match[2], match[1] is None))
+        at = match.end()
     if not path or at < len(path):
         raise InputError(
             f"{path!r} is not a path of a value; accepted: keys separated by dots and indices in "
@@ -93,14 +93,14 @@ def _index(path: str, location: Location, key: str, items: list[Any]) -> int:
         return names.index(key)
     known = [name for name in names if name]
     if known and not key.lstrip("-").isdecimal():
-        raise _missing(path, location, key, known)
+        raise _missing_key(path, location, key, known)
     accepted = f"; accepted: 0 to {len(items) - 1}" if items else ""
     raise InputError(
         f"{path}: {_where(location)} has {len(items)} items, so [{key}] does not exist{accepted}"
     )
 
 
-def _missing(path: str, location: Location, key: str, known: Any) -> InputError:
+def _missing_key(path: str, location: Location, key: str, known: Any) -> InputError:
     return InputError(f"{path}: {_where(location)} has no {key!r}; {did_you_mean(key, known)}")
 
 

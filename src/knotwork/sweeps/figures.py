@@ -28,7 +28,7 @@ class RowFigure:
         title: Title in pictures.
         unit: SI unit; empty for a fraction of a limit and for singular values.
         more_is_better: Whether the best row has the largest value.
-        of: Computes it from a plan.
+        value_of: Computes it from a plan.
         at_rest: Quantity of its findings, if an arm at rest has it, so that a stop shared by
             all rows may be the worst place: see `shared_rest`. Empty for others.
     """
@@ -37,7 +37,7 @@ class RowFigure:
     title: str
     unit: str
     more_is_better: bool
-    of: Callable[[Plan], float | None]
+    value_of: Callable[[Plan], float | None]
     at_rest: str = ""
 
 
@@ -50,19 +50,21 @@ def _use(quantity: str) -> RowFigure:
     # tools also have a position at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
-    def of(plan: Plan) -> float | None:
-        found = plan.report.select(quantity=quantity, **kind)
-        if any(one.only_sampled for one in found):
+    def largest_use(plan: Plan) -> float | None:
+        findings = plan.report.select(quantity=quantity, **kind)
+        if any(finding.only_sampled for finding in findings):
             return None  # its use is unknown
-        return max((one.use for one in found if one.use is not None), default=None)
+        uses = (finding.use for finding in findings)
+        return max((use for use in uses if use is not None), default=None)
 
     title = f"part used of limits of {quantity.replace('_', ' ')}"
     at_rest = quantity if quantity in ("position", "effort") else ""
-    return RowFigure(f"{quantity}_use", title, "", False, of, at_rest)
+    return RowFigure(f"{quantity}_use", title, "", False, largest_use, at_rest)
 
 
 def _values(plan: Plan, quantity: str) -> Iterator[float]:
-    return (one.value for one in plan.report.select(quantity=quantity) if one.value is not None)
+    values = (finding.value for finding in plan.report.select(quantity=quantity))
+    return (value for value in values if value is not None)
 
 
 def _least_singular(plan: Plan) -> float | None:
@@ -75,23 +77,23 @@ def _deviation(plan: Plan) -> float | None:
 
 def _clearance(around: bool, plan: Plan) -> float | None:
     """Minimum clearance to the surroundings, or of the robot and held objects to itself."""
-    found = plan.report.select(quantity="clearance", subject="pair")
-    values = (one.value for one in found if one.around == around and one.value is not None)
-    return min(values, default=None)
+    pairs = plan.report.select(quantity="clearance", subject="pair")
+    values = (pair.value for pair in pairs if pair.around == around)
+    return min((value for value in values if value is not None), default=None)
 
 
 def _squared_effort(plan: Plan) -> float | None:
     if plan.space.carrying is None:
         return None
-    return sum(squared_effort(*one) for one in plan.space.carrying.parts(plan.trajectory))
+    return sum(squared_effort(*part) for part in plan.space.carrying.parts(plan.trajectory))
 
 
 _SINGULAR = "smallest_singular_value"
 _outer, _inner = partial(_clearance, True), partial(_clearance, False)
 
 FIGURES: dict[str, RowFigure] = {
-    one.name: one
-    for one in (
+    figure.name: figure
+    for figure in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
         RowFigure(_SINGULAR, "smallest singular value", "", True, _least_singular, _SINGULAR),
         RowFigure("clearance", "clearance to the surroundings", "m", True, _outer, "clearance"),

@@ -1,74 +1,86 @@
-"""The folder of a study: its definition, and the finished rows, one file per chunk."""
+"""The folder of a study: its definition, and a line of JSON for each finished row."""
 
 from __future__ import annotations
 
-import io
 import json
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from knotwork import storage
 from knotwork.documents import read_text
 from knotwork.errors import InputError
-from knotwork.sweeps.rows import own_version
+from knotwork.sweeps.outcome import Outcome
 from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from_dict
 
-STUDY, CHUNKS = "study.json", "chunks"
+STUDY, ROWS = "study.json", "rows.jsonl"
 FORMAT = "knotwork.study"
-KEPT = "finished rows are kept, continue with --resume"
-PER_FOLDER = 1000
-"""Largest number of files in a folder; folders of many thousands are slow to list."""
+LARGEST_STUDY = 2_000_000_000
+"""Largest file of rows to read [bytes], enough for a million rows."""
+RESUME_ADVICE = "finished rows are kept, continue with --resume"
+
+
+def own_version() -> str:
+    """Version of Knotwork; empty if it is not installed but only on the path."""
+    try:
+        return version("knotwork")
+    except PackageNotFoundError:
+        return ""
 
 
 class StudyFolder:
-    """The folder of a study.
+    """The finished rows of a study, in memory and in a folder.
 
     Attributes:
-        path: Path of the folder; `None` keeps the rows in memory.
+        path: Path of the folder; `None` keeps the rows in memory only.
         spec: The study.
-        size: Number of rows in a chunk.
+        rows: The finished rows by number, each a value per column.
     """
 
-    def __init__(self, path: Path | None, spec: StudySpec, size: int) -> None:
-        self.path, self.spec, self.size = path, spec, size
-        self._kept: dict[int, bytes] = {}
+    def __init__(self, path: Path | None, spec: StudySpec) -> None:
+        self.path, self.spec = path, spec
+        self.rows: dict[int, dict[str, Any]] = {}
 
-    @property
-    def count(self) -> int:
-        """Number of chunks, finished or not."""
-        return -(-len(self.spec) // self.size)
-
-    def write(self, index: int, content: bytes) -> None:
-        """Write the rows of a chunk, whole or not at all.
+    def add(self, row: int, outcome: Outcome) -> None:
+        """Keep the outcome of a row, at once.
 
         Raises:
             InputError: The file can't be written, or the study was removed.
         """
+        self.rows[row] = self.spec.record(row, outcome)
         if self.path is None:
-            self._kept[index] = content
             return
         if not is_study(self.path):
             raise InputError(f"{self.path}: {STUDY} was removed while the study was planned")
         try:
-            storage.write_file(_file(self.path, index), content)
-        except InputError as error:
-            error.add(KEPT)
-            raise
+            with (self.path / ROWS).open("a", encoding="utf-8") as file:
+                file.write(json.dumps(self.rows[row]) + "\n")
+        except OSError as error:
+            reason = error.strerror or error
+            raise InputError(f"can't write to {self.path}: {reason}; {RESUME_ADVICE}") from error
 
-    def finished(self) -> dict[int, Any]:
-        """Files of the finished chunks by index, in order."""
-        if self.path is None:
-            return {index: io.BytesIO(content) for index, content in sorted(self._kept.items())}
-        found = {}
-        for folder in sorted((self.path / CHUNKS).glob("*/")):
-            for file in sorted(folder.glob("*.parquet")):
-                if file.stem.isdecimal() and file == _file(self.path, int(file.stem)):
-                    found[int(file.stem)] = file
-        return found
+    def read(self) -> None:
+        """Read the finished rows; the last line may be cut off by the end of a process.
 
-
-def _file(folder: Path, index: int) -> Path:
-    return folder / CHUNKS / f"{index // PER_FOLDER:04d}" / f"{index:07d}.parquet"
+        Raises:
+            InputError: The file can't be read, or has other lines than rows of the study.
+        """
+        file = (self.path or Path()) / ROWS
+        if not file.exists():
+            return
+        complete, _, _ = read_text(file, LARGEST_STUDY).rpartition("\n")
+        for number, line in enumerate(complete.splitlines(), start=1):
+            try:
+                record = json.loads(line)
+                row = record["row"]
+                if tuple(record) != self.spec.columns or row not in range(len(self.spec)):
+                    raise ValueError("it is not a row of this study")
+            except (ValueError, LookupError, TypeError, RecursionError) as error:
+                raise InputError(
+                    f"{file}: line {number} can't be read ({error}); remove it, and continue with "
+                    "--resume"
+                ) from error
+            self.rows[row] = record
 
 
 def is_study(path: Path | str) -> bool:
@@ -76,23 +88,20 @@ def is_study(path: Path | str) -> bool:
     return (Path(path) / STUDY).is_file()
 
 
-def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
+def create(path: Path, spec: StudySpec) -> StudyFolder:
     """Create the folder of a study.
 
     Raises:
         InputError: The folder can't be created, or has a study, or rows without description.
     """
-    folder = StudyFolder(path, spec, size)
-    if folder.finished() and not is_study(path):
+    if (path / ROWS).exists() and not is_study(path):
         raise InputError(
             f"{path} has rows of a study but no {STUDY} that describes it; give another folder"
         )
     data = {
         "format": FORMAT,
         "knotwork": own_version(),
-        "digest": spec.digest,
         "rows": len(spec),
-        "chunk": size,
         "file": str(spec.document.file) if spec.document.file is not None else None,
         "study": spec.to_dict(),
     }
@@ -111,39 +120,32 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
             f"{path} has a study already; continue it with --resume (resume=True), or give "
             "another folder"
         ) from error
-    return folder
+    return StudyFolder(path, spec)
 
 
 def open_study(path: Path) -> StudyFolder:
     """Open the folder of a study.
 
     Raises:
-        InputError: The folder is not a study, or its `study.json` is invalid.
+        InputError: The folder is not a study, or its files are invalid.
     """
     data = _read(path)
     try:
-        spec = spec_from_dict(data["study"], data["file"])
-        size = int(data["chunk"])
-        if size < 1:
-            raise ValueError(f"its chunks have {size} rows")
+        folder = StudyFolder(path, spec_from_dict(data["study"], data["file"]))
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{path / STUDY}: is invalid ({type(error).__name__}: {error}); accepted: "
             "the file written by knotwork sweep"
         ) from error
-    return StudyFolder(path, spec, size)
+    folder.read()
+    return folder
 
 
-def reopen(path: Path, spec: StudySpec, size: int | None) -> StudyFolder:
+def reopen(path: Path, spec: StudySpec) -> StudyFolder:
     """Open the folder of a study to continue it.
 
-    Args:
-        path: Path of the folder.
-        spec: The study.
-        size: Number of rows in a chunk; `None` for that of the folder.
-
     Raises:
-        InputError: The folder has another study, or one with chunks of another size.
+        InputError: The folder has another study, or one of another version.
     """
     data = _read(path)
     if data.get("knotwork") != own_version():
@@ -157,18 +159,16 @@ def reopen(path: Path, spec: StudySpec, size: int | None) -> StudyFolder:
             f"{path} has another study: {first_difference(there, here)}; give the same scenario "
             "and values, or another folder"
         )
-    folder = StudyFolder(path, spec, open_study(path).size)
-    if size not in (None, folder.size):
-        raise InputError(
-            f"chunk is {size}, and {path} has chunks of {folder.size} rows; leave chunk out"
-        )
+    folder = open_study(path)
+    lines = "".join(json.dumps(record) + "\n" for record in folder.rows.values())
+    storage.write_file(path / ROWS, lines)  # without a line that was cut off
     return folder
 
 
 def _read(path: Path) -> dict[str, Any]:
     if not is_study(path):
         raise InputError(
-            f"{path} is not the folder of a study: it has no {STUDY}; accepted: a folder that "
+            f"{path} is not the folder of a study: it has no {STUDY}; accepted: a folder "
             "written by knotwork sweep"
         )
     try:
@@ -178,9 +178,9 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f"{path / STUDY}: is not the description of a study")
     study = data.get("study")
-    version = study.get("version") if isinstance(study, dict) else None
-    if version != VERSION:
+    found = study.get("version") if isinstance(study, dict) else None
+    if found != VERSION:
         raise InputError(
-            f"{path / STUDY}: has version {version}, and {VERSION} is accepted; run the study again"
+            f"{path / STUDY}: has version {found}, and {VERSION} is accepted; run the study again"
         )
     return data

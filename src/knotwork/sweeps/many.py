@@ -53,23 +53,22 @@ def plan_many(
         raise InputError(f"workers is {workers!r}; it must be a whole number of at least 1")
     refuse_own_checks("use kw.plan")
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
-    given = list(scenarios)
-    for i, one in enumerate(given):
-        if not isinstance(one, str | Path | Mapping | Task | Scenario):
-            raise InputError(
-                f"scenarios[{i}] is {shown(one)}; accepted: a name, path, mapping, task or scenario"
-            )
+    tasks = list(scenarios)
+    for i, task in enumerate(tasks):
+        accepted = "a name, path, mapping, task or scenario"
+        if not isinstance(task, str | Path | Mapping | Task | Scenario):
+            raise InputError(f"scenarios[{i}] is {shown(task)}; accepted: {accepted}")
 
-    def planned(child: Child, place: int) -> tuple[int, Plan | KnotworkError]:
+    def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
         try:
-            return place, child.call(_plan, given[place], limit=limit)
+            return i, child.call(_plan, tasks[i], limit=limit)
         except (ChildTimeoutError, ChildCrashedError) as error:
-            return place, KnotworkError(str(error))
+            return i, KnotworkError(str(error))
         except Exception as error:  # a fault in one does not stop the others
-            return place, KnotworkError(f"internal error: {type(error).__name__}: {error}")
+            return i, KnotworkError(f"internal error: {type(error).__name__}: {error}")
 
-    found = dict(by_children(planned, range(len(given)), min(count, max(1, len(given)))))
-    return [found[place] for place in range(len(given))]
+    plans = dict(by_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
+    return [plans[i] for i in range(len(tasks))]
 
 
 def _plan(scenario: Any) -> Plan | KnotworkError:

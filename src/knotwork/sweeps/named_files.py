@@ -13,7 +13,7 @@ from knotwork.documents import read, read_text
 from knotwork.errors import InputError
 from knotwork.scene.meshes.locating import find_mesh
 
-LARGEST = 500_000_000
+LARGEST_FILE = 500_000_000
 """Largest size of a named file: no reader takes more, and a text may name any file."""
 _DOCUMENTS = (".yaml", ".yml", ".json")
 _MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
@@ -29,29 +29,29 @@ def named_files(data: Any, folder: Path) -> dict[str, Path]:
     Returns:
         Paths by the name in the data, in order; for a file named in another, by both names.
     """
-    found: dict[str, Path] = {}
-    _add(found, "", ((text, folder / text) for text in _texts(data)))
-    return dict(sorted(found.items()))
+    files: dict[str, Path] = {}
+    _add(files, "", ((text, folder / text) for text in _texts(data)))
+    return dict(sorted(files.items()))
 
 
 def file_digests(data: Any, folder: Path) -> dict[str, str]:
     """SHA-256 of these files, by the same names."""
-    found = {}
+    digests = {}
     for name, path in named_files(data, folder).items():
         with contextlib.suppress(OSError):  # reported when the scenario is read
-            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
-    return found
+            digests[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return digests
 
 
-def _add(found: dict[str, Path], named_by: str, files: Iterator[tuple[str, Path]]) -> None:
-    for text, path in files:
+def _add(files: dict[str, Path], named_by: str, named: Iterator[tuple[str, Path]]) -> None:
+    for text, path in named:
         name = f"{named_by}{text}"
         try:
-            if name in found or not path.is_file() or path.stat().st_size > LARGEST:
+            if name in files or not path.is_file() or path.stat().st_size > LARGEST_FILE:
                 continue
-            found[name] = path
+            files[name] = path
             if named_by.count(" > ") < 2:  # scenario, robot, URDF, mesh
-                _add(found, f"{name} > ", _named_in(path))
+                _add(files, f"{name} > ", _named_in(path))
         except (OSError, ValueError):
             continue  # not a valid file name, or an unreadable file
 

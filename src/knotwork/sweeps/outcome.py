@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from knotwork import errors
 from knotwork.documents import Document, Edits, Location
 from knotwork.pipeline import Plan, plan
-from knotwork.sweeps.field_path import varied
+from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.shared_rest import row_figures
 
 PASSED, FAILED, REFUSED = "passed", "failed", "refused"
@@ -54,17 +54,17 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
     """Plan a document with other values."""
     begin = time.perf_counter()
     try:
-        made = plan(varied(document, edits))
-        return _judged(made, edits, time.perf_counter() - begin)
+        motion = plan(scenario_with(document, edits))
+        return _with_motion(motion, edits, time.perf_counter() - begin)
     except Exception as error:  # an internal error in one row does not stop the others
         return _without_motion(error, time.perf_counter() - begin)
 
 
-def _judged(made: Plan, varied: Collection[Location], plan_time: float) -> Outcome:
-    figures, failures = row_figures(made, varied), made.report.failures
+def _with_motion(motion: Plan, varied: Collection[Location], plan_time: float) -> Outcome:
+    figures, failures = row_figures(motion, varied), motion.report.failures
     if failures:
         return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
-    sampled = len(made.report.sampled)
+    sampled = len(motion.report.sampled)
     are = "is" if sampled == 1 else "are"
     message = f"{sampled} of its requirements {are} sampled only" if sampled else ""
     return Outcome(PASSED, "", message, figures, plan_time)

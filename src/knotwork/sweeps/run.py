@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,23 +16,17 @@ from knotwork.errors.arguments import finite_number
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import refuse_own_checks
-from knotwork.sweeps.executors import Chunk, Planned, chunk_of
-from knotwork.sweeps.field_path import varied
+from knotwork.sweeps.executors import RowTask
+from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
 from knotwork.sweeps.outcome import PASSED
-from knotwork.sweeps.rows import arrow, to_parquet
 from knotwork.sweeps.spec import StudySpec, scenario_document
-from knotwork.sweeps.study import Study, study_of
+from knotwork.sweeps.study import Study
 from knotwork.sweeps.variations import make_axes
 from knotwork.task import Task
 
 TIME_LIMIT = 60.0
 """Default time limit of a row [s]."""
-CHUNK = 8
-"""Number of rows in a chunk."""
-SMALL, MOST_FILES = 32, 2000
-"""Numbers of chunks: small studies have fewer rows in each, so that all workers get some; large
-ones more, as each chunk takes some 20 ms of the process that hands them out."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +76,6 @@ def sweep(
     scheduler: str | None = None,
     stop_after: int | None = None,
     time_limit: float = TIME_LIMIT,
-    chunk: int | None = None,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> Study:
     """Plan and check a scenario with varied values, one row per combination.
@@ -105,7 +97,6 @@ def sweep(
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop after this many passing rows.
         time_limit: Time limit of a row [s].
-        chunk: Number of rows planned together; by default up to 8, more in large studies.
         progress: Callback for finished rows.
 
     Raises:
@@ -117,18 +108,16 @@ def sweep(
     >>> kw.sweep(task, {"waypoints[1].after": "1:2:3", "rate": [100, 200]}, workers=0).reasons
     {'velocity': 2}
     """
-    arrow()
     workers = _checked_workers(workers, scheduler)
-    for name, count in (("stop_after", stop_after), ("chunk", chunk), ("samples", samples)):
+    for name, count in (("stop_after", stop_after), ("samples", samples)):
         _check_count(name, count, 1)
     axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
-    run = partial(executors.planned, workers=workers, scheduler=scheduler)
-    made = _folder(spec, out, resume, chunk)
-    _plan_rest(made, run, progress, stop_after or math.inf)
-    return study_of(made)
+    folder = _folder(spec, out, resume)
+    _plan_missing(folder, workers, scheduler, progress, stop_after or math.inf)
+    return Study(folder)
 
 
 def _checked_workers(workers: int | None, scheduler: str | None) -> int:
@@ -145,45 +134,38 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
     return workers
 
 
-def _folder(
-    spec: StudySpec, out: str | Path | None, resume: bool, chunk: int | None
-) -> StudyFolder:
+def _folder(spec: StudySpec, out: str | Path | None, resume: bool) -> StudyFolder:
     """The study's folder, created or continued."""
     if not isinstance(out, str | Path | None):
         raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
-    size = chunk or max(1, min(CHUNK, len(spec) // SMALL), len(spec) // MOST_FILES)
     if out is None:
         if resume:
             raise InputError("there is no study to continue: resume is given without out")
-        return StudyFolder(None, spec, size)
-    if resume and is_study(out):
-        return reopen(Path(out), spec, chunk)
-    return create(Path(out), spec, size)
+        return StudyFolder(None, spec)
+    return reopen(Path(out), spec) if resume and is_study(out) else create(Path(out), spec)
 
 
-def _plan_rest(
+def _plan_missing(
     folder: StudyFolder,
-    run: Callable[[Iterator[Chunk]], Iterator[Planned]],
+    workers: int,
+    scheduler: str | None,
     progress: Callable[[SweepProgress], None] | None,
     most: float,
 ) -> None:
-    """Plan the remaining rows, until enough pass; finished rows are kept at once."""
-    spec, finished, begin = folder.spec, folder.finished().keys(), time.monotonic()
-    verdicts = study_of(folder)["verdict"] if finished else []
-    before = done = len(verdicts)
-    passed = verdicts.count(PASSED)
-    left = [index for index in range(folder.count) if index not in finished]
-    if passed >= most or not left:
+    """Plan the rows that are not finished, until enough pass; each is kept at once."""
+    spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
+    passed = sum(row["verdict"] == PASSED for row in folder.rows.values())
+    missing = [row for row in range(len(spec)) if row not in folder.rows]
+    if passed >= most or not missing:
         return
-    chunks = (chunk_of(spec, index, folder.size) for index in left)
-    with closing(run(chunks)) as results:  # type: ignore[type-var]
-        for index, rows in results:
-            folder.write(index, to_parquet(spec, rows))
-            done += len(rows)
-            passed += sum(one.verdict == PASSED for one in rows.values())
+    tasks = (RowTask(row, spec.document, spec.edits(row), spec.time_limit) for row in missing)
+    with closing(executors.plan_rows(tasks, workers, scheduler)) as results:  # type: ignore[type-var]
+        for row, outcome in results:
+            folder.add(row, outcome)
+            passed += outcome.verdict == PASSED
             if progress is not None:
                 seconds = time.monotonic() - begin
-                progress(SweepProgress(done, len(spec), passed, before, seconds))
+                progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))
             if passed >= most:
                 return
 
@@ -204,7 +186,7 @@ def _refuse_wrong_values(spec: StudySpec) -> None:
     faults: list[InputError] = []
     for row in (0, len(spec) // 2, len(spec) - 1):
         try:
-            varied(spec.document, spec.edits(row))
+            scenario_with(spec.document, spec.edits(row))
             return
         except InputError as error:
             faults.append(error)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import groupby
 
 from knotwork.documents import Location
@@ -30,9 +30,9 @@ from knotwork.waypoints import CartesianWaypoint
 
 INSTANT = 1e-3
 """Length of motion examined for one time [s]."""
-NEAR = 1 / PARTS
+SAME_PLACE = 1 / PARTS
 """Precision of the place of a worst value, as a fraction of the motion."""
-AS_BAD = 1e-6
+SAME_VALUE = 1e-6
 """Relative tolerance of equal values."""
 
 
@@ -43,56 +43,53 @@ def row_figures(plan: Plan, varied: Collection[Location] = ()) -> dict[str, floa
         plan: The motion.
         varied: Locations in the scenario's document that differ between rows.
     """
-    shared, others = _divided(plan, varied)
+    shared_times, stretches = _split_motion(plan, varied)
+    cut = cache(partial(_cut_plan, plan))
 
-    @cache
-    def between(start: float, end: float) -> Plan:
-        return _between(plan, start, end)
-
-    def found(figure: RowFigure) -> float | None:
-        whole = figure.of(plan)
-        if whole is None or not figure.at_rest or not others:
-            return whole
-        worst = [
-            one.time
-            for one in plan.report.select(quantity=figure.at_rest)
-            if one.time is not None and whole in (one.value, one.use)
+    def compute(figure: RowFigure) -> float | None:
+        value = figure.value_of(plan)
+        if value is None or not figure.at_rest or not stretches:
+            return value
+        worst_times = [
+            finding.time
+            for finding in plan.report.select(quantity=figure.at_rest)
+            if finding.time is not None and value in (finding.value, finding.use)
         ]
-        near = NEAR * plan.trajectory.duration
-        at = [rest for rest in shared if any(abs(time - rest) <= near for time in worst)]
-        values = [figure.of(between(time, time)) for time in at]
-        if any(value is not None and _as_bad(value, whole, figure) for value in values):
-            left = [value for one in others if (value := figure.of(between(*one))) is not None]
-            return (min if figure.more_is_better else max)(left, default=None)
-        return whole
+        near = SAME_PLACE * plan.trajectory.duration
+        at = [t for t in shared_times if any(abs(time - t) <= near for time in worst_times)]
+        if any(_is_as_bad(figure.value_of(cut(t, t)), value, figure) for t in at):
+            remaining = (figure.value_of(cut(*stretch)) for stretch in stretches)
+            worst = min if figure.more_is_better else max
+            return worst((x for x in remaining if x is not None), default=None)
+        return value
 
-    return {name: found(figure) for name, figure in FIGURES.items()}
+    return {name: compute(figure) for name, figure in FIGURES.items()}
 
 
-def _divided(
+def _split_motion(
     plan: Plan, varied: Collection[Location]
 ) -> tuple[list[float], list[tuple[float, float]]]:
     """Times [s] of waypoints that all rows share, and time intervals between other ones."""
-    handled = {name for one in plan.scenario.scene.held for name in (one.take, one.leave)}
+    handled = {name for held in plan.scenario.scene.held for name in (held.take, held.leave)}
 
-    def is_shared(one: ScenarioWaypoint) -> bool:
-        if isinstance(one, CartesianWaypoint) or one.name in handled:
+    def is_shared(waypoint: ScenarioWaypoint) -> bool:
+        if isinstance(waypoint, CartesianWaypoint) or waypoint.name in handled:
             return False
-        where = one.location
+        where = waypoint.location
         return not any(place[: len(where)] == where[: len(place)] for place in varied)
 
-    shared: list[float] = []
-    others: list[tuple[float, float]] = []
-    for alike, waypoints in groupby(plan.scenario.waypoints, key=is_shared):
-        times = [one.time for one in waypoints]
-        if alike:
-            shared += times
+    shared_times: list[float] = []
+    stretches: list[tuple[float, float]] = []
+    for is_alike, waypoints in groupby(plan.scenario.waypoints, key=is_shared):
+        times = [waypoint.time for waypoint in waypoints]
+        if is_alike:
+            shared_times += times
         else:
-            others.append((times[0], times[-1]))
-    return shared, others
+            stretches.append((times[0], times[-1]))
+    return shared_times, stretches
 
 
-def _between(plan: Plan, start: float, end: float) -> Plan:
+def _cut_plan(plan: Plan, start: float, end: float) -> Plan:
     """The plan cut to a time interval, with everything that figures use."""
     motion = plan.trajectory
     if end - start < INSTANT:
@@ -102,12 +99,14 @@ def _between(plan: Plan, start: float, end: float) -> Plan:
     cut = replace(motion, polynomial=curve, waypoint_times=None)
     arguments = Motion(cut, plan.space), plan.scenario, plan.space
     checks = (joint_limits, effort_limits, singularity, collisions)
-    findings = [one for look in checks for one in look(*arguments)]
-    report = replace(plan.report, start_time=start, end_time=end, findings=tuple(findings))
+    findings = tuple(finding for check in checks for finding in check(*arguments))
+    report = replace(plan.report, start_time=start, end_time=end, findings=findings)
     return replace(plan, trajectory=cut, report=report)
 
 
-def _as_bad(value: float, whole: float, figure: RowFigure) -> bool:
-    """Whether a value is no better than that of the whole motion."""
-    better = value - whole if figure.more_is_better else whole - value
-    return better <= AS_BAD * abs(whole)
+def _is_as_bad(value: float | None, reference: float, figure: RowFigure) -> bool:
+    """Whether a value is known, and no better than a reference."""
+    if value is None:
+        return False
+    gain = value - reference if figure.more_is_better else reference - value
+    return gain <= SAME_VALUE * abs(reference)

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from knotwork.documents import REMOVED, Document, Edits, Location, field_path, read, resources
-from knotwork.documents.edits import differences
+from knotwork.documents.edits import differences, flow
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.sweeps.field_path import location_of
 from knotwork.sweeps.figures import FIGURES
 from knotwork.sweeps.named_files import file_digests
+from knotwork.sweeps.outcome import Outcome
 from knotwork.sweeps.variations import Axis
 from knotwork.task import Task
 from knotwork.verification.checks import own_checks
 
 TEXTS = ("verdict", "reason", "message")
-VERSION = 3
+LONGEST_LINE = 10**9
+VERSION = 4
 """Version of the meaning of rows; folders of another version are not continued."""
 
 
@@ -42,12 +42,12 @@ class StudySpec:
     time_limit: float
 
     def __post_init__(self) -> None:
-        taken: dict[Location, str] = {}
+        seen: dict[Location, str] = {}
         for path, location in zip(self.paths, self.locations, strict=True):
-            for other, name in taken.items():
+            for other, name in seen.items():
                 if location[: len(other)] == other or other[: len(location)] == location:
                     raise InputError(f"{path} and {name} vary the same value; leave out one")
-            taken[location] = path
+            seen[location] = path
 
     def __len__(self) -> int:
         return math.prod(len(axis) for axis in self.axes)
@@ -64,26 +64,34 @@ class StudySpec:
 
     def values(self, row: int) -> tuple[Any, ...]:
         """The values of a row, in the order of `paths`."""
-        found: list[Any] = []
+        values: list[Any] = []
         for axis in reversed(self.axes):
             row, i = divmod(row, len(axis))
-            found = [column[i] for column in axis.columns] + found
-        return tuple(found)
+            values = [column[i] for column in axis.columns] + values
+        return tuple(values)
 
     def edits(self, row: int) -> Edits:
         """The values of a row by their location in the document."""
         return dict(zip(self.locations, self.values(row), strict=True))
 
     @cached_property
-    def columns(self) -> dict[str, str]:
-        """The type of each column of the rows; number, varied fields, verdict and figures."""
-        kinds = dict.fromkeys(TEXTS, "string") | dict.fromkeys((*FIGURES, "plan_time"), "double")
-        varied = {}
-        for axis in self.axes:
-            for path, values in zip(axis.paths, axis.columns, strict=True):
-                name = f"given.{path}" if path == "row" or path in kinds else path
-                varied[name] = _kind(values)
-        return {"row": "int64", **varied, **kinds}
+    def columns(self) -> tuple[str, ...]:
+        """Columns of the rows: number, varied fields, verdict, figures and planning time."""
+        results = (*TEXTS, *FIGURES, "plan_time")
+        varied = (f"given.{path}" if path in ("row", *results) else path for path in self.paths)
+        return "row", *varied, *results
+
+    def record(self, row: int, outcome: Outcome) -> dict[str, Any]:
+        """A finished row by column; varied mappings and lists are text, as in a file."""
+        values = (
+            value if isinstance(value, int | float | str) else flow(value, width=LONGEST_LINE)
+            for value in self.values(row)
+        )
+        figures = (outcome.figures.get(name) for name in FIGURES)
+        finite = (x if x is not None and math.isfinite(x) else None for x in figures)
+        texts = outcome.verdict, outcome.reason, outcome.message
+        cells = (row, *values, *texts, *finite, outcome.plan_time)
+        return dict(zip(self.columns, cells, strict=True))
 
     @cached_property
     def _files(self) -> dict[str, str]:
@@ -105,12 +113,6 @@ class StudySpec:
             "time_limit": self.time_limit,
             "checks": own_checks(),
         }
-
-    @cached_property
-    def digest(self) -> str:
-        """SHA-256 of everything that determines the rows."""
-        text = json.dumps(self.to_dict(), sort_keys=True, default=repr)
-        return hashlib.sha256(text.encode()).hexdigest()
 
 
 def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
@@ -137,10 +139,10 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
     return Document(scenario.task.to_dict(), scenario.source)
 
 
-def first_difference(one: Any, other: Any) -> str | None:
+def first_difference(there: Any, here: Any) -> str | None:
     """Describe the first difference between two studies."""
-    for location, value in differences(one, other).items():
-        old = one
+    for location, value in differences(there, here).items():
+        old = there
         for key in location:
             if isinstance(old, Mapping) and key not in old:
                 return f"{field_path(location)} is only here"
@@ -149,12 +151,3 @@ def first_difference(one: Any, other: Any) -> str | None:
             return f"{field_path(location)} is only there"
         return f"{field_path(location)} is {shown(old)} there and {shown(value)} here"
     return None
-
-
-def _kind(values: Iterable[Any]) -> str:
-    kinds = {type(value) for value in values}
-    if kinds == {bool}:
-        return "bool"
-    if kinds == {int} and all(abs(value) < 2**62 for value in values):
-        return "int64"
-    return "double" if kinds <= {int, float} else "string"

@@ -13,13 +13,11 @@ from knotwork import storage
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
 from knotwork.scenario import Scenario
-from knotwork.sweeps.field_path import varied
+from knotwork.sweeps.field_path import scenario_with
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
-from knotwork.sweeps.rows import MOST_BYTES, arrow, read_rows, schema_of
-from knotwork.sweeps.spec import StudySpec
-from knotwork.task.units import unit_at
+from knotwork.task.si_units import unit_at
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -40,41 +38,28 @@ class Study:
         folder: Folder of the rows, or `None` for rows in memory.
     """
 
-    def __init__(self, spec: StudySpec, files: Sequence[Any], folder: Path | None = None) -> None:
-        self.spec, self.folder, self._files = spec, folder, tuple(files)
+    def __init__(self, folder: StudyFolder) -> None:
+        self.spec, self.folder = folder.spec, folder.path
+        self._rows = [row for _, row in sorted(folder.rows.items())]
 
     @classmethod
     def open(cls, folder: str | Path) -> Study:
         """Open the folder of a study.
 
         Raises:
-            InputError: The folder is not a study.
+            InputError: The folder is not a study, or a file of it can't be read.
         """
-        return study_of(open_study(Path(folder)))
-
-    @cached_property
-    def table(self) -> Any:
-        """All rows as a `pyarrow.Table`.
-
-        Raises:
-            InputError: A file of the folder can't be read.
-        """
-        pa, _ = arrow()
-        parts, left = [schema_of(self.spec).empty_table()], MOST_BYTES
-        for file in self._files:
-            parts.append(read_rows(file, self.spec, left))
-            left -= parts[-1].nbytes
-        return pa.concat_tables(parts).sort_by("row")
+        return cls(open_study(Path(folder)))
 
     @property
-    def columns(self) -> dict[str, str]:
-        """Columns and their types; `row`, the varied fields, the verdict, and the figures."""
+    def columns(self) -> tuple[str, ...]:
+        """Columns: `row`, the varied fields, the verdict, the figures, and the planning time."""
         return self.spec.columns
 
     @property
     def varied(self) -> tuple[str, ...]:
         """Names of the columns of varied fields, in the order of `StudySpec.paths`."""
-        return tuple(self.columns)[1 : 1 + len(self.spec.paths)]
+        return self.columns[1 : 1 + len(self.spec.paths)]
 
     @property
     def together(self) -> tuple[tuple[str, ...], ...]:
@@ -86,8 +71,8 @@ class Study:
     def name(self) -> str:
         """Name of the scenario."""
         document = self.spec.document
-        given = document.data.get("name")
-        return str(given or (document.file.stem if document.file is not None else "scenario"))
+        name = document.data.get("name")
+        return str(name or (document.file.stem if document.file is not None else "scenario"))
 
     @cached_property
     def titles(self) -> dict[str, str]:
@@ -108,7 +93,7 @@ class Study:
         return FIGURES
 
     def __len__(self) -> int:
-        return int(self.table.num_rows)
+        return len(self._rows)
 
     def __getitem__(self, column: str) -> list[Any]:
         """Values of a column, `None` for missing ones.
@@ -118,11 +103,11 @@ class Study:
         """
         if column not in self.columns:
             raise InputError(f"no column {column!r}; accepted: {', '.join(self.columns)}")
-        return self.table.column(column).to_pylist()  # type: ignore[no-any-return]
+        return [row[column] for row in self._rows]
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """The rows, each by the names of the columns."""
-        yield from self.table.to_pylist()
+        yield from map(dict, self._rows)
 
     @property
     def passed(self) -> int:
@@ -159,7 +144,7 @@ class Study:
         """
         if not 0 <= row < len(self.spec):
             raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
-        return varied(self.spec.document, self.spec.edits(row))
+        return scenario_with(self.spec.document, self.spec.edits(row))
 
     def freeze(self, row: int, path: str | Path) -> Path:
         """Write the scenario of a row, comments kept as far as its file still has them.
@@ -191,8 +176,3 @@ class Study:
         from knotwork.view.study_plot import plot_study
 
         return plot_study(self, figures)
-
-
-def study_of(folder: StudyFolder) -> Study:
-    """The finished rows of the study in a folder."""
-    return Study(folder.spec, list(folder.finished().values()), folder.path)

@@ -20,7 +20,7 @@ ACCEPTED = "a range FROM:TO:COUNT, values separated by commas, or uniform(FROM, 
 _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
 _RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
 _UNIFORM = re.compile(rf"\s*uniform\({_NUMBER},{_NUMBER}\)\s*")
-MOST_ROWS = 100_000_000
+MOST_STUDY_ROWS = 1_000_000
 """Largest number of rows of a study."""
 
 
@@ -45,7 +45,7 @@ class _Uniform:
     low: float
     high: float
 
-    def drawn(self, count: int, seed: int, path: str) -> tuple[float, ...]:
+    def draw(self, count: int, seed: int, path: str) -> tuple[float, ...]:
         """Reproducible numbers; NumPy does not promise equal ones across versions."""
         source = random.Random(f"{seed} {path}")
         return tuple(self.low + (self.high - self.low) * source.random() for _ in range(count))
@@ -73,13 +73,15 @@ def make_axes(
     """
     if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
         raise InputError(f"vary is {shown(vary)}; accepted: a mapping of paths to their values")
-    given = {path: _values(path, spec) for path, spec in vary.items()}
+    values_of = {path: _values(path, spec) for path, spec in vary.items()}
     axes: list[dict[str, Sequence[Any]]] = [_rows(Path(rows))] if rows is not None else []
     for path in axes[0] if axes else ():
-        if path in given:
+        if path in values_of:
             raise InputError(f"{path} is varied twice: by {rows} and on its own; leave out one")
-    axes += [{path: one} for path, one in given.items() if not isinstance(one, _Uniform)]
-    uniform = {path: one for path, one in given.items() if isinstance(one, _Uniform)}
+    uniform = {path: values for path, values in values_of.items() if isinstance(values, _Uniform)}
+    axes += [
+        {path: values} for path, values in values_of.items() if not isinstance(values, _Uniform)
+    ]
     if samples is not None and not uniform:
         raise InputError("samples are given, but nothing is random; accepted: uniform(FROM, TO)")
     if together and axes:
@@ -90,10 +92,10 @@ def make_axes(
             first = next(iter(uniform))
             raise InputError(f"{first} is random, and the number of samples is not given")
         drawn: dict[str, Sequence[Any]] = {
-            path: one.drawn(samples, seed, path) for path, one in uniform.items()
+            path: interval.draw(samples, seed, path) for path, interval in uniform.items()
         }
         axes = [axes[0] | drawn] if together and axes else [*axes, drawn]
-    return _checked(axes)
+    return _make_axes(axes)
 
 
 def _common_length(columns: Mapping[str, Sequence[Any]], samples: int | None) -> int:
@@ -106,17 +108,17 @@ def _common_length(columns: Mapping[str, Sequence[Any]], samples: int | None) ->
     return next(iter(lengths.values()))
 
 
-def _checked(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
+def _make_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
     if not axes:
         raise InputError(f"nothing is varied; accepted: a path and its values, {ACCEPTED}")
     for path, values in (item for axis in axes for item in axis.items()):
         if not values:
             raise InputError(f"{path} has no values; accepted: one or more")
-    made = tuple(Axis(tuple(axis), tuple(map(tuple, axis.values()))) for axis in axes)
-    count = math.prod(map(len, made))
-    if count > MOST_ROWS:
-        raise InputError(f"that makes {count} scenarios; at most {MOST_ROWS} are accepted")
-    return made
+    grid = tuple(Axis(tuple(axis), tuple(map(tuple, axis.values()))) for axis in axes)
+    count = math.prod(map(len, grid))
+    if count > MOST_STUDY_ROWS:
+        raise InputError(f"that makes {count} scenarios; at most {MOST_STUDY_ROWS} are accepted")
+    return grid
 
 
 def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
@@ -139,9 +141,9 @@ def _plain(value: Any) -> Any:
 
 
 def _check_finite(path: str, value: Any) -> None:
-    for one in value if isinstance(value, list) else [value]:
-        if isinstance(one, float) and not math.isfinite(one):
-            raise InputError(f"{path} is varied over {one}; accepted: finite numbers")
+    for number in value if isinstance(value, list) else [value]:
+        if isinstance(number, float) and not math.isfinite(number):
+            raise InputError(f"{path} is varied over {number}; accepted: finite numbers")
 
 
 def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
@@ -150,23 +152,23 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
     >>> parse_values("knots", "paper,balanced"), parse_values("rate", "100:200:3")
     (['paper', 'balanced'], [100.0, 150.0, 200.0])
     """
-    if found := _RANGE.fullmatch(text):
-        low, high, count = (float(number) for number in found.groups())
-        if count != int(count) or not 1 <= count <= MOST_ROWS or (count == 1 and low != high):
+    if match := _RANGE.fullmatch(text):
+        low, high, count = (float(number) for number in match.groups())
+        if count != int(count) or not 1 <= count <= MOST_STUDY_ROWS or (count == 1 and low != high):
             raise InputError(
-                f"{path}: the range {text} has the count {found[3].strip()}; accepted: a whole "
+                f"{path}: the range {text} has the count {match[3].strip()}; accepted: a whole "
                 "number of at least 2"
             )
         n = int(count)
         return [low + (high - low) * i / (n - 1) if n > 1 else low for i in range(n)]
-    if found := _UNIFORM.fullmatch(text):
-        return _Uniform(float(found[1]), float(found[2]))
+    if match := _UNIFORM.fullmatch(text):
+        return _Uniform(float(match[1]), float(match[2]))
     try:
         listed = parse(f"[{text}]").data
     except DocumentError as error:
         raise InputError(f"{path}: can't read the values {text!r}; accepted: {ACCEPTED}") from error
-    looks = [one for one in listed if isinstance(one, str) and re.search(r"[:()]|^$", one)]
-    if not listed or looks:
+    texts = (value for value in listed if isinstance(value, str))
+    if not listed or any(re.search(r"[:()]|^$", text) for text in texts):
         raise InputError(f"{path}: can't read the values {text!r}; accepted: {ACCEPTED}")
     for value in listed:
         _check_finite(path, value)

@@ -10,7 +10,7 @@ from typing import Any
 from knotwork import documents
 from knotwork.documents import Document, Location, resources
 from knotwork.errors import InputError
-from knotwork.task.part import plain
+from knotwork.task.task_part import plain
 
 PATH_KEYS = frozenset(
     {"file", "mesh", "motion", "package_paths", "points", "robot", "scenario", "srdf", "urdf"}

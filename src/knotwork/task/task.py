@@ -22,8 +22,12 @@ from knotwork.documents.values import (
     optional,
 )
 from knotwork.task.actions import Output, one_name_each
-from knotwork.task.freedoms import ChosenMotion, Way, Weights
-from knotwork.task.options import (
+from knotwork.task.open_values import ChosenMotion, Way, Weights
+from knotwork.task.places import moved_paths, read_document
+from knotwork.task.poses import Frame
+from knotwork.task.repeat_blocks import Step
+from knotwork.task.surroundings import Collisions, Surroundings
+from knotwork.task.task_options import (
     Balanced,
     Branch,
     EndAcceleration,
@@ -31,13 +35,9 @@ from knotwork.task.options import (
     Presets,
     Tolerances,
 )
-from knotwork.task.part import TaskPart
-from knotwork.task.places import moved_paths, read_document
-from knotwork.task.poses import Frame
-from knotwork.task.repeats import Step
-from knotwork.task.scene import Collisions, Surroundings
-from knotwork.task.tool import Limits, Tool
-from knotwork.task.waypoints import Waypoint
+from knotwork.task.task_part import TaskPart
+from knotwork.task.task_waypoints import Waypoint
+from knotwork.task.tool_and_limits import Limits, Tool
 
 
 class TaskUnits(TaskPart):

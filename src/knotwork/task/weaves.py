@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from knotwork.documents.values import Items, Positive, Vector3, optional
-from knotwork.task.part import TaskPart
+from knotwork.task.task_part import TaskPart
 
 
 class Weave(TaskPart):

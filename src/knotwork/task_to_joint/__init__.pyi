@@ -1,4 +1,3 @@
-from .inserted import followed_path as followed_path
 from .solution import Choice as Choice
 from .solution import Infeasibility as Infeasibility
 from .solution import PathStart as PathStart

@@ -32,7 +32,7 @@ INSIDE = 0.95
 """Fraction of a torch's ranges that its joints use: between waypoints they may exceed it a bit."""
 
 
-class Chain(NamedTuple):
+class FreedomChain(NamedTuple):
     """The arm with the virtual joints of one freedom.
 
     Attributes:
@@ -55,12 +55,14 @@ class Chain(NamedTuple):
         return any(not one.soft and np.isfinite(one.upper - one.lower) for one in joints)
 
     @property
-    def softened(self) -> Chain:
-        """The chain whose virtual joints slow down towards their limits, and move less easily."""
+    def softened(self) -> FreedomChain:
+        """If `is_hard`, the chain with virtual joints that slow down before their limits."""
+        if not self.is_hard:
+            return self
         joints = [replace(one, soft=True, ease=1.0) for one in self.robot.virtual_joints]
         return self._replace(robot=self.robot.with_virtual_joints(*joints))
 
-    def put(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
+    def scatter(self, values: FloatArray, others: FloatArray | float = 0.0) -> FloatArray:
         """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
         result = np.zeros((*values.shape[:-1], self.size)) + others
         result[..., self.columns] = values
@@ -74,11 +76,11 @@ class Chain(NamedTuple):
         if self.robot is whole:
             return candidates
         others = np.where(whole.virtual, 0.0, others)
-        q, velocity = self.put(candidates.q, others), self.put(candidates.velocity)
+        q, velocity = self.scatter(candidates.q, others), self.scatter(candidates.velocity)
         return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(whole, q))
 
 
-class Chains:
+class FreedomChains:
     """The arm with the virtual joints of each freedom of a scenario's poses.
 
     Args:
@@ -110,7 +112,7 @@ class Chains:
         shared = _shared([joint for joints in own.values() for joint in joints])
         at, size = [*shared], robot.dof + len(shared)
         self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
-        self._of: dict[tuple[bool, PoseFreedom | None], Chain] = {}
+        self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
         seen = {(False, freedom) for freedom in own} | {
             (one.standing, one.freedom) for one in poses
         }
@@ -123,23 +125,23 @@ class Chains:
                 chain = self.whole
             narrow = [_halve_ranges(joint) for joint in joints]
             narrowed = chain if narrow == joints else arm.with_virtual_joints(*narrow)
-            self._of[stands, freedom] = Chain(chain, np.array(columns), size, narrowed)
+            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size, narrowed)
 
-    def __iter__(self) -> Iterator[Chain]:
+    def __iter__(self) -> Iterator[FreedomChain]:
         return iter(self._of.values())
 
-    def of(self, freedom: PoseFreedom | None) -> Chain:
+    def of(self, freedom: PoseFreedom | None) -> FreedomChain:
         """The chain of a freedom, for poses in the base frame."""
         return self._of[False, freedom]
 
-    def at(self, waypoint: object) -> Chain:
+    def at(self, waypoint: object) -> FreedomChain:
         """The chain at a waypoint: the arm alone where joint positions are given."""
         if not isinstance(waypoint, CartesianWaypoint):
             return self.of(None)
         return self._of[waypoint.standing, waypoint.freedom]
 
 
-def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: Chains) -> JointSpace:
+def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomChains) -> JointSpace:
     """The joint space with the virtual joints of the scenario's freedoms appended, if any.
 
     Args:
@@ -231,7 +233,7 @@ def pad_virtual(values: FloatArray, count: int) -> FloatArray:
 
 
 def _solutions(
-    scenario: Scenario, given: Mapping[int, FloatArray], chains: Chains
+    scenario: Scenario, given: Mapping[int, FloatArray], chains: FreedomChains
 ) -> dict[int, FloatArray]:
     """Preferred joint positions at waypoints, with the virtual joints that reach each pose."""
     found = {}

@@ -2,19 +2,51 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.errors import PathError
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.task_to_joint.solution import PathStart
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.kinematics.chain.joint_ranges import BoolArray
     from knotwork.kinematics.following.continuation import Continuation
-    from knotwork.kinematics.following.joint_field import Pull
-    from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
+    from knotwork.task_to_joint.dependent_waypoints import PathTrack
+
+
+class JointRows(NamedTuple):
+    """Columns of joint waypoints.
+
+    Attributes:
+        time: Times [s], shape (k,).
+        name: Names, shape (k,).
+        position, velocity: Joint positions and velocities, shape (k, d).
+        acceleration: Joint accelerations, NaN where unknown, shape (k, d).
+        asked: Whether each is a waypoint of the scenario, shape (k,).
+    """
+
+    time: FloatArray
+    name: NDArray[Any]
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    asked: BoolArray
+
+    def slice(self, start: int, stop: int) -> JointRows:
+        """The rows from `start` up to `stop`."""
+        columns: Any = (column[start:stop] for column in self)
+        return JointRows(*columns)
+
+
+def join_rows(parts: Sequence[JointRows]) -> JointRows:
+    """Rows of several parts, one after the other."""
+    return JointRows(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def completed_waypoints(
@@ -23,7 +55,7 @@ def completed_waypoints(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
-    dependent: DependentWaypoints | None = None,
+    tracks: Mapping[int, PathTrack] | None = None,
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -36,108 +68,98 @@ def completed_waypoints(
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
-        dependent: Starts of paths and continuations along them; not needed without paths.
+        tracks: Track of each path, by its first waypoint; not needed without paths.
 
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
-    times = scenario.provisional_times
-    known = np.full(positions.shape, np.nan)
-    known[[k for i in space.waits for k in (i, i + 1)]] = 0.0
+    count = len(positions)
+    accelerations = np.full(positions.shape, np.nan)
+    for i in space.waits:
+        accelerations[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
-    columns = times, names, positions, velocities, known, np.ones(len(names), dtype=bool)
-    parts: list[tuple[Any, ...]] = []
+    times, asked = scenario.provisional_times, np.ones(count, dtype=bool)
+    rows = JointRows(times, names, positions.copy(), velocities, accelerations, asked)
+    parts: list[JointRows] = []
     done = 0
     for path in scenario.paths:
-        dependent = cast("DependentWaypoints", dependent)  # nothing else follows paths
-        _hold(positions, space.waits)
-        parts.append(tuple(one[done : path.first] for one in columns))
-        start = positions[path.first]
-        robot, q, pull = dependent.start(path, start)
-        known_way = dependent.known_continuation(path, q)
-        followed = list(followed_path(scenario, robot, path, q, knots, known_way, pull))
-        chain = dependent.chain(path)
-        followed[2:5] = [chain.put(values) for values in followed[2:5]]
-        followed[2][0] = start  # without a rounding difference to a wait before the path
-        positions[path.last] = followed[2][-1]
+        _hold(rows, space.waits)
+        track, start = (tracks or {})[path.first], rows.position[path.first]
+        begin = track.start(start)
+        known = track.continuation_from(begin.q)
+        followed = _insert_waypoints(scenario, path, begin, knots, known)
+        followed = followed._replace(
+            position=track.chain.scatter(followed.position),
+            velocity=track.chain.scatter(followed.velocity),
+            acceleration=track.chain.scatter(followed.acceleration),
+        )
+        followed.position[0] = start  # without a rounding difference to a wait before the path
+        rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
         joined = any(other.first == path.last for other in scenario.paths)
-        parts.append(tuple(part[: len(part) - joined] for part in followed))
+        parts.append(rows.slice(done, path.first))
+        parts.append(followed.slice(0, len(followed.time) - joined))
         done = path.last + 1 - joined
-    _hold(positions, space.waits)
-    parts.append(tuple(one[done:] for one in columns))
-    return _joined(parts, space)
-
-
-def _joined(parts: list[tuple[Any, ...]], space: JointSpace) -> JointWaypoints:
-    """Joint waypoints of the columns of several parts, one after the other."""
-    time, name, position, velocity, acceleration, asked = (
-        np.concatenate(column) for column in zip(*parts, strict=True)
-    )
+    _hold(rows, space.waits)
+    rows = join_rows([*parts, rows.slice(done, count)])
     return JointWaypoints(
         joint_names=space.joint_names,
-        time=time,
-        position=position,
-        velocity=velocity,
-        names=tuple(str(one) for one in name),
+        time=rows.time,
+        position=rows.position,
+        velocity=rows.velocity,
+        names=tuple(map(str, rows.name)),
         joint_units=space.joint_units,
-        acceleration=None if np.isnan(acceleration).all() else acceleration,
-        asked=tuple(np.flatnonzero(asked).tolist()),
+        acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
+        asked=tuple(np.flatnonzero(rows.asked).tolist()),
     )
 
 
-def _ends(path: ScenarioPath) -> FloatArray:
-    """Times at which the stretches of a path begin and end [s]."""
-    return np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
-
-
-def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
+def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
     """Make the arm end each wait exactly where the wait began."""
-    for i in still:
-        positions[i + 1] = positions[i]
+    for i in waits:
+        rows.position[i + 1] = rows.position[i]
 
 
-def followed_path(
+def _insert_waypoints(
     scenario: Scenario,
-    robot: Any,
     path: ScenarioPath,
-    start: FloatArray,
+    start: PathStart,
     knots: Any,
-    found: Continuation | None = None,
-    pull: Pull | None = None,
-) -> tuple[Any, ...]:
-    """Times, names, positions, velocities, accelerations along a path; a mask of given waypoints.
+    continuation: Continuation | None = None,
+) -> JointRows:
+    """Rows along a path, with inserted waypoints.
 
-    `found` is the continuation from its start, if it is known, and `pull` the target of
-    self-motion, by default the scenario's.
+    Args:
+        scenario: The task.
+        path: The path.
+        start: The arm at its start.
+        knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
+        continuation: The continuation from the start, if it is known.
     """
     from knotwork.kinematics.following.insertion import with_waypoints_inserted
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
-    from knotwork.kinematics.following.proof import PathTolerance
+    from knotwork.kinematics.following.path_proof import PathTolerance
 
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
-    ends = _ends(path)
+    ends = path.times
     try:
-        pull = scenario.task.pull_to_middle if pull is None else pull
-        joints = JointsOnPath(robot, path.motion, start, pull, found)
+        joints = JointsOnPath(start.robot, path.motion, start.q, start.pull, continuation)
         followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
         raise
-    index = np.searchsorted(followed.time, ends)
+    asked = np.isin(followed.time, followed.time[np.searchsorted(followed.time, ends)])
     scale, unit = scenario.shown_length
-    along = path.motion.arc_length(followed.time)
-    names = np.empty(len(along), dtype=object)
-    for k, low in enumerate(index):
-        waypoint = scenario.waypoints[path.first + k]
-        names[low] = waypoint.name
-        high = index[k + 1] if k + 1 < len(index) else low + 1
-        for i in range(low + 1, high):
-            names[i] = f"{waypoint.name} + {scale * (along[i] - along[low]):.4g} {unit}"
+    along = scale * path.motion.arc_length(followed.time)
+    names, k = np.empty(len(along), dtype=object), path.first - 1
+    for row, given in enumerate(asked):
+        if given:
+            k, begin = k + 1, along[row]
+        name = scenario.waypoints[k].name
+        names[row] = name if given else f"{name} + {along[row] - begin:.4g} {unit}"
     velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
     for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stops
-    asked = np.isin(np.arange(len(along)), index)
-    return followed.time, names, followed.position, velocity, acceleration, asked
+    return JointRows(followed.time, names, followed.position, velocity, acceleration, asked)

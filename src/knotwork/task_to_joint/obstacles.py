@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 PATH_SAMPLES = 24
 """Number of times along a path at which candidates are tested; the check gives the proof."""
 
-CONTACT_BISECTIONS = 20
-"""Number of bisections of the step in which a contact begins."""
-
 ENOUGH_CLEARANCE = 0.1
 """Clearance [m] above which more is not preferred."""
 
@@ -90,15 +87,15 @@ class Obstacles:
         clearance = np.maximum(self._branch_clearance(index, candidates, ENOUGH_CLEARANCE), 0.0)
         return np.asarray(1.0 - clearance / ENOUGH_CLEARANCE)
 
-    def clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
+    def are_clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
         """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
         if self._pairs is None:
             return np.ones(len(q), dtype=bool)
-        return np.asarray(self._pairs.clearance(self._own(q), time) >= 0.0)
+        return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
 
     def collides(self, q: FloatArray, time: float) -> bool:
         """Whether a configuration collides."""
-        return not self.clear(q[None], time)[0]
+        return not self.are_clear(q[None], time)[0]
 
     def _branch_clearance(self, index: int, candidates: Candidates, most: float) -> FloatArray:
         """Clearance of candidates, computed once per branch: turns do not change it."""
@@ -106,65 +103,50 @@ class Obstacles:
             return np.full(len(candidates.q), most)
         _, own, back = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
-        return np.asarray(self._pairs.clearance(self._own(candidates.q[own]), time, most)[back])
+        return np.asarray(
+            self._pairs.clearance(self._arm_positions(candidates.q[own]), time, most)[back]
+        )
 
-    def _own(self, q: FloatArray) -> FloatArray:
+    def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])
 
-    def contact(self, found: Continuation, start: int, count: int = PATH_SAMPLES) -> int | None:
+    def contact(self, path: Continuation, start: int, count: int = PATH_SAMPLES) -> int | None:
         """The first of some steps along a path that collides; `None` if there is no collision.
 
         Args:
-            found: The continuations along the path.
+            path: The continuations along the path.
             start: Index of the continuation.
             count: Number of steps to test.
         """
         if self._pairs is None:
             return None
-        steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
-        looks = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
-        q = self._own(found.position[looks, start])
-        gaps = self._pairs.clearances(q, found.time[looks])
-        return next((int(k) for k, gap in zip(looks, gaps, strict=False) if gap < 0.0), None)
+        steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
+        steps = steps[distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
+        q = self._arm_positions(path.position[steps, start])
+        gaps = self._pairs.clearances(q, path.time[steps])
+        return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
-    def describe_contact(self, found: Continuation, start: int, contact: int) -> tuple[float, str]:
-        """Time at which a contact begins, and its description.
+    def describe_contact(self, path: Continuation, start: int, contact: int) -> tuple[float, str]:
+        """Time of the first step in contact [s], and a description of the contact.
 
         Args:
-            found: The continuations along the path.
+            path: The continuations along the path.
             start: Index of the continuation.
             contact: Step returned by `contact`.
         """
-        q, time = found.position[:, start], found.time.tolist()
+        q, time = path.position[:, start], path.time.tolist()
         step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
-        gaps = self._gaps(q[step], time[step])
-        _, one, other = min(gaps, key=lambda gap: gap[0])
-        return self._contact_time(found, step, start), f"{other.name} comes too near to {one.name}"
-
-    def _contact_time(self, found: Continuation, step: int, start: int) -> float:
-        """Time [s] at which a contact begins that exists at a step and not at the previous one."""
-        high = float(found.time[step])
-        if step == 0 or not found.time[step - 1] < high:
-            return high
-        from scipy.interpolate import CubicHermiteSpline
-
-        low, rows = float(found.time[step - 1]), slice(step - 1, step + 1)
-        way = CubicHermiteSpline(
-            found.time[rows], found.position[rows, start], found.velocity[rows, start]
-        )
-        for _ in range(CONTACT_BISECTIONS):
-            middle = (low + high) / 2
-            if self.collides(way(middle), middle):
-                high = middle
-            else:
-                low = middle
-        return high
+        _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
+        return time[step], f"{second.name} comes too near to {first.name}"
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
         """Distance of each pair minus its required margin, and the pair."""
         from knotwork.scene.distances import nearest_of_bodies
 
-        rotation, origin = (x[0] for x in self.model.placed(self._own(q[None]), np.array([time])))
+        rotation, origin = (
+            x[0]
+            for x in self.model.joint_placements(self._arm_positions(q[None]), np.array([time]))
+        )
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):

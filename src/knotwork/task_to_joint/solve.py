@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +13,6 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.task_to_joint.solution import Step, TaskSolution
-from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.task_to_joint.search import Search
 
 
 def solve_task(
@@ -60,80 +56,66 @@ def solve_task(
     >>> solution.choices[0].waypoint, solution.choices[0].branch
     ('approach', 'shoulder left, elbow up, flip')
     """
-    given = [state.position if state is not None else None for state in space.targets]
-    speeds = [state.velocity if state is not None else None for state in space.targets]
     _check_pull(scenario, space)
-    if all(q is not None for q in given):
-        return _as_given(scenario, space, np.array(given, float), np.array(speeds, float), knots)
+    if all(target is not None for target in space.targets):
+        return _solve_joint_targets(scenario, space, knots)
     if space.robot is None:
-        first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
+        waypoints = zip(scenario.waypoints, space.targets, strict=True)
+        first = next(waypoint for waypoint, target in waypoints if target is None)
         raise UnknownNameError("robot", "", (), where=first.where)
+    from knotwork.kinematics.sequence.cost import Level
+    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.task_to_joint.free_poses import (
-        Chains,
+        FreedomChains,
         with_virtual_joints,
         without_virtual_joints,
     )
-    from knotwork.task_to_joint.search import Search
-
-    chains = Chains(scenario, space.robot)
-    pad_virtual = with_virtual_joints(scenario, space, chains)
-    solution = _best(Search(scenario, pad_virtual, chains, avoided), knots)
-    return _with_chosen(without_virtual_joints(solution, space), space)
-
-
-def _best(search: Search, knots: Any) -> TaskSolution:
-    """The solution with the best sequence."""
-    from knotwork.task_to_joint.explain import describe_choices, find_infeasibilities
+    from knotwork.task_to_joint.solution_search import SolutionSearch
     from knotwork.task_to_joint.unit_slips import suggest_unit
 
+    chains = FreedomChains(scenario, space.robot)
+    extended = with_virtual_joints(scenario, space, chains)
+    search = SolutionSearch(scenario, extended, chains, avoided)
     try:
-        search.find()
-        found = search.solve()
+        chosen = search.solve()
     except OutOfReachError as error:
-        suggest_unit(error, search.scenario, search.robot)
+        suggest_unit(error, scenario, search.robot)
         raise
-    infeasibilities = find_infeasibilities(search, found)
+    infeasibilities = find_infeasibilities(search, chosen)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
-    hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
-    values = found.positions, found.velocities
-    return TaskSolution(
-        completed_waypoints(
-            search.scenario,
-            search.space,
-            *values,
-            knots,
-            search.dependent,
-        ),
+    hopeless = bool(infeasibilities) or chosen.cost[Level.COLLISIONS] > 0.0
+    tracks = {track.path.first: track for track in search.tracks}
+    solution = TaskSolution(
+        completed_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
         infeasibilities,
-        describe_choices(search, found),
-        None if hopeless else found.positions,
-        {
-            path.first: search.dependent.start(path, found.positions[path.first])
-            for path in search.scenario.paths
-        },
+        describe_choices(search, chosen),
+        None if hopeless else chosen.positions,
+        {first: track.start(chosen.positions[first]) for first, track in tracks.items()},
     )
+    return _with_chosen_velocities(without_virtual_joints(solution, space), space)
 
 
-def _as_given(
-    scenario: Scenario, space: JointSpace, positions: FloatArray, velocities: FloatArray, knots: Any
-) -> TaskSolution:
+def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> TaskSolution:
     """The solution if joint positions are given at all waypoints."""
+    targets = [target for target in space.targets if target is not None]
+    positions = np.array([target.position for target in targets])
+    velocities = np.array([target.velocity for target in targets])
     if space.robot is not None and scenario.scene.asks():
         from knotwork.task_to_joint.obstacles import Obstacles
 
         Obstacles(scenario, space, space.robot).check_start(positions[0])
     waypoints = completed_waypoints(scenario, space, positions, velocities, knots)
-    return _with_chosen(TaskSolution(waypoints), space)
+    return _with_chosen_velocities(TaskSolution(waypoints), space)
 
 
-def _with_chosen(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
     """The solution with the velocities that were chosen."""
     chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
     if not chosen:
         return solution
     velocity = solution.waypoints.velocity.copy()
-    for name, own in chosen.items():
-        velocity[solution.waypoints.names.index(name)] = own
+    for name, values in chosen.items():
+        velocity[solution.waypoints.names.index(name)] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 

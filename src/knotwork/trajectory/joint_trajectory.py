@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.polynomial.jumps import measured_jumps
-from knotwork.trajectory.events import Event, Load, Segment
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.trajectory.exportable import Exportable
+from knotwork.trajectory.motion_events import Event, Load, Segment
 from knotwork.trajectory.sampling import MAX_SAMPLES, Knots, Samples, sample_times
 from knotwork.waypoints import (
     FloatArray,

@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.scene.model import CollisionModel
+    from knotwork.scene.collision_model import CollisionModel
     from knotwork.verification.bounds.clearance import Clearance
 
 COLLISIONS = "Collisions"

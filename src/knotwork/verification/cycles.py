@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.scenario.repeats import turns
+from knotwork.scenario.repetitions import turns
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.scene.model import CollisionModel, Pair
+from knotwork.scene.collision_model import CollisionModel, Pair
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Motion
 from knotwork.verification.collisions import motion_model

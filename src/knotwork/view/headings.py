@@ -1,4 +1,4 @@
-"""Headings and legends of panels: names of waypoints, titles of columns, legends."""
+"""Titles, legends and names around the panels of a picture."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from knotwork.view.style import (
     WRONG,
     colour,
     dashes,
-    least_height,
     printable,
     shortened,
 )
@@ -29,216 +28,184 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS, MOST_REASON_LETTERS = 16, 26, 50, 84
-# Gap between names, in points; width of letters, as a fraction of the font size.
-GAP, LETTER, LINE = 4.0, 0.65, 1.3
-MARGIN = 0.012
-# Steps between numbers beside a panel, where it is high enough.
-MOST_NUMBERS = 5
-# Shortest drawn contact, as a fraction of the motion.
+NAME_LETTERS, CURVE_LETTERS, TITLE_LETTERS, REASON_LETTERS = 16, 26, 50, 84
+"""Largest numbers of letters of waypoints, curves, titles, and reasons of a failure."""
+LETTER_WIDTH = 0.62
+"""Width of a letter, as a fraction of the font size."""
+TIME_MARGIN = 0.012
+"""Margin around the times of a motion, as a fraction of its duration."""
 LEAST_SPAN = 0.003
+"""Shortest drawn contact, as a fraction of the motion."""
 SEGMENTS = ("tool path", "way", "wait")
+LEAST_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
+"""Smallest height of a panel [in], of one of more rows than this, and this number of rows."""
 
 
-def head_and_foot(
+def write_around(
     figure: Figure,
     motions: Sequence[Motion],
     title: str,
     curves: Sequence[str],
     *,
-    columns: int = 1,
-    titles: Sequence[str] = (),
+    titles: Sequence[str] = ("",),
     overlaid: bool = False,
     apart: bool = False,
     grows: bool = True,
 ) -> None:
-    """Write everything around drawn panels, and common marks.
+    """Mark segments and contacts in drawn panels, and write titles, names and legends around them.
 
     Args:
         figure: The picture.
-        motions: The drawn motions.
+        motions: The drawn motions; the waypoints of the first one are named.
         title: Title of the picture.
         curves: Names of the curves, in the order of colours.
-        columns: Number of panels next to each other.
-        titles: Titles of the columns, if any.
+        titles: Titles of the columns.
         overlaid: The curves are motions, whose failures are named.
         apart: Each motion has its own column.
-        grows: As for `settle`.
+        grows: Let the figure grow if names and legends leave its panels too low.
     """
-    curve_legend(figure, curves, title, [one.reason for one in motions] if overlaid else ())
-    mark_segments(figure.axes[:columns], motions[0])
-    for i, one in enumerate(motions):
-        mark_contacts(figure.axes[i :: len(motions)] if apart else figure.axes, one)
-    explain_marks(figure, len(motions) if overlaid else 1)
-    frame_times(figure.axes[:columns], figure.axes[-columns:], motions, titles)
-    settle(figure, len(figure.axes) // columns, grows=grows)
-
-
-def frame_times(
-    tops: Sequence[Axes],
-    bottoms: Sequence[Axes],
-    motions: Sequence[Motion],
-    titles: Sequence[str] = (),
-) -> None:
-    """Set the range of times; write names of waypoints and titles above the columns of panels.
-
-    Everything else must have been drawn: the space above the panels depends on their width.
-
-    Args:
-        tops: The first panel of each column.
-        bottoms: The last panel of each column.
-        motions: The drawn motions; the waypoints of the first one are named.
-        titles: Titles of the columns, if any.
-    """
-    start = min(float(motion.curve.x[0]) for motion in motions)
-    end = max(float(motion.curve.x[-1]) for motion in motions)
-    marks = motions[0].marks
-    if marks is not None:
-        start, end = min(start, float(marks.time[0])), max(end, float(marks.time[-1]))
-    margin = MARGIN * (end - start)
-    for top, bottom in zip(tops, bottoms, strict=True):
-        top.set_xlim(start - margin, end + margin)
-        bottom.set_xlabel("time [s]")
-    figure: Any = tops[0].figure
+    columns = len(titles)
+    tops = figure.axes[:columns]
+    _add_curve_legend(figure, curves, title, [one.reason for one in motions] if overlaid else ())
+    for axes in tops:
+        _mark_segments(axes, motions[0])
+    for i, motion in enumerate(motions):
+        _mark_contacts(figure.axes[i :: len(motions)] if apart else figure.axes, motion)
+    _add_mark_legend(figure, motions[0])
+    _set_times(figure.axes, motions)
+    for axes in figure.axes[-columns:]:
+        axes.set_xlabel("time [s]")
+    figure.align_ylabels()
     figure.draw_without_rendering()
-    for top in tops:
-        if marks is not None:
-            name_waypoints(top, marks)
-    for top, title in zip(tops, titles, strict=False):
-        (short,) = shortened([title], MOST_LEGEND_LETTERS)
-        top.set_title(short, fontsize=NORMAL, weight="bold")
-
-
-def mark_segments(tops: Sequence[Axes], motion: Motion) -> None:
-    """Mark tool paths, clear motions, waits and events on the upper edge of the first panels."""
-    start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
-    events = [one for one in motion.trajectory.events if start <= one.time <= end]
-    switched = ", ".join(dict.fromkeys(one.text for one in events))
-    marked = {"event": [one.time for one in events]}
-    for kind in SEGMENTS:
-        spans = (
-            (max(one.start, start), min(one.end, end), np.nan)
-            for one in motion.trajectory.segments
-            if one.kind == kind and one.end > start and one.start < end
-        )
-        marked[kind] = [time for span in spans for time in span]
-    for top in tops:
-        upright: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
-        for kind, times in marked.items():
-            if times:
-                gid = f"event:{switched}" if kind == "event" else kind
-                top.plot(times, [1.0] * len(times), gid=gid, **LOOKS[kind], **upright)
-
-
-def mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
-    """Mark contacts of bodies over the whole height of panels."""
-    low, high = (float(at) for at in motion.curve.x[[0, -1]])
-    least = 0.5 * LEAST_SPAN * (high - low)
-    look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0}
-    shown = [one for one in motion.contacts if one[0] <= high and one[1] >= low]
-    for axis, (start, end) in product(axes, shown):
-        span = [max(start - least, low), min(end + least, high)]
-        upright = axis.get_xaxis_transform()
-        axis.fill_between(span, 0.0, 1.0, transform=upright, gid="contact", **look)
-        for text in axis.texts:
-            if text.get_gid() == "note":
-                text.set_bbox(None)  # it would break the mark off
+    for axes, heading in zip(tops, shortened(titles, CURVE_LETTERS), strict=True):
+        if motions[0].marks is not None:
+            _name_waypoints(axes, motions[0].marks)
+        if axes.get_title(loc="right"):  # above the note
+            place: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
+            look: dict[str, Any] = {"ha": "center", "va": "bottom", "weight": "bold"}
+            axes.annotate(heading, (0.5, 1.2), xycoords=place, fontsize=NORMAL, **look)
+        else:
+            axes.set_title(heading, fontsize=NORMAL, weight="bold")
+    rows = len(figure.axes) // columns
+    figure.draw_without_rendering()
+    height = figure.axes[0].get_window_extent().height / figure.dpi
+    missing = (LEAST_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
+    if grows and missing > 0.0:
+        figure.set_figheight(figure.get_figheight() + rows * missing)
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # drawing again gives the same result
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
     """Scenario, planner if there is only one, and a failed check."""
     first = motions[0]
-    (name,) = shortened([first.scenario.name], MOST_TITLE_LETTERS)
+    (name,) = shortened([first.scenario.name], TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
     failed = [motion.label for motion in motions if motion.ok is False]
     if failed:
-        which = "" if len(motions) == 1 else f" of {', '.join(failed)}"
-        parts.append(f"check{which} FAILED")
+        names = "" if len(motions) == 1 else f" of {', '.join(failed)}"
+        parts.append(f"check{names} FAILED")
     return " · ".join(parts) or default
 
 
-def curve_legend(
-    figure: Figure, curves: Sequence[str], title: str, reasons: Sequence[str] = ()
-) -> None:
-    """Put the title above the panels, and below it names of curves, in the order of colours.
-
-    Args:
-        figure: The picture.
-        curves: The names.
-        title: Title of the picture.
-        reasons: Reason of each curve's failure, or an empty text; a reason is red.
-    """
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
-    names = shortened(curves, MOST_LEGEND_LETTERS)
-    reason_texts = [
-        textwrap.shorten(printable(one), MOST_REASON_LETTERS, placeholder=" …") for one in reasons
-    ] or [""] * len(names)
-    words = [
-        f"{name}: {why}" if why else name for name, why in zip(names, reason_texts, strict=True)
-    ]
-    legend = add_legend(figure, handles, words, "upper", title)
-    for text, why in zip(legend.get_texts(), reason_texts, strict=True):
-        if why:
-            text.set_color(WRONG)
+def _set_times(axes: Sequence[Axes], motions: Sequence[Motion]) -> None:
+    times = [motion.curve.x for motion in motions]
+    times += [] if motions[0].marks is None else [motions[0].marks.time]
+    start, end = min(float(x[0]) for x in times), max(float(x[-1]) for x in times)
+    margin = TIME_MARGIN * (end - start)
+    for panel in axes:
+        panel.set_xlim(start - margin, end + margin)
 
 
-def name_waypoints(axis: Axes, marks: Marks) -> None:
-    """Write the waypoints' names above a panel; some are left out if there are too many.
+def _mark_segments(axes: Axes, motion: Motion) -> None:
+    """Mark tool paths, clear motions, waits and events on the upper edge of a panel."""
+    start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
+    times = {"event": [one.time for one in motion.trajectory.events if start <= one.time <= end]}
+    for segment in motion.trajectory.segments:
+        low, high = max(segment.start, start), min(segment.end, end)
+        if segment.kind in SEGMENTS and low < high:
+            times.setdefault(segment.kind, []).extend((low, high, np.nan))
+    upright: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+    for kind, marked in times.items():
+        if marked:
+            axes.plot(marked, [1.0] * len(marked), gid=kind, **LOOKS[kind], **upright)
 
-    Args:
-        axis: The panel, laid out, with its range of times set.
-        marks: The waypoints.
-    """
-    figure: Any = axis.figure
-    at = axis.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72.0 / figure.dpi
-    names = shortened(marks.names, MOST_LETTERS)
-    widths = LETTER * SMALL * np.array([len(name) for name in names])
-    level = np.all(np.diff(at) >= 0.5 * (widths[1:] + widths[:-1]) + GAP)
-    kept = range(len(at)) if level else _thinned(at, LINE * SMALL)
-    above = axis.secondary_xaxis("top")
-    above.set_xticks(marks.time[kept], [names[i] for i in kept], fontsize=SMALL, color=DARK)
+
+def _mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
+    """Mark contacts of bodies over the whole height of panels."""
+    low, high = (float(end) for end in motion.curve.x[[0, -1]])
+    margin = 0.5 * LEAST_SPAN * (high - low)
+    look: dict[str, Any] = LOOKS["contact"] | {"lw": 0.0, "gid": "contact"}
+    shown = [(start, end) for start, end in motion.contacts if start <= high and end >= low]
+    for panel, (start, end) in product(axes, shown):
+        panel.axvspan(max(start - margin, low), min(end + margin, high), **look)
+
+
+def _name_waypoints(axes: Axes, marks: Marks) -> None:
+    """Write the waypoints' names above a laid-out panel, some of them if there are too many."""
+    figure: Any = axes.figure
+    place = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
+    names = shortened(marks.names, NAME_LETTERS)
+    widths = LETTER_WIDTH * SMALL * np.array([len(name) + 1 for name in names])
+    level = bool(np.all(np.diff(place) >= 0.5 * (widths[1:] + widths[:-1])))
+    shown = [0]
+    for i in range(1, len(place)):
+        if level or place[i] - place[shown[-1]] >= 1.3 * SMALL:
+            shown.append(i)
+    above = axes.secondary_xaxis("top")
+    above.set_xticks(marks.time[shown], [names[i] for i in shown], fontsize=SMALL, color=DARK)
     above.tick_params(length=0, rotation=0 if level else 90)
     above.spines["top"].set_visible(False)
 
 
-def _thinned(at: np.ndarray[Any, Any], least: float) -> list[int]:
-    """Indices of positions at least this far apart, with the first and the last one."""
-    last = len(at) - 1
-    kept = [0]
-    for i in range(1, last):
-        if at[i] - at[kept[-1]] >= least and at[last] - at[i] >= least:
-            kept.append(i)
-    if at[last] - at[kept[-1]] >= least:
-        kept.append(last)
-    return kept
+def _add_curve_legend(
+    figure: Figure, curves: Sequence[str], title: str, reasons: Sequence[str]
+) -> None:
+    """Put the title above the panels, and below it names of curves; failures in red."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
+    texts = shortened(curves, CURVE_LETTERS)
+    for i, reason in enumerate(reasons):
+        if reason:
+            reason = textwrap.shorten(printable(reason), REASON_LETTERS, placeholder=" …")
+            texts[i] += f": {reason}"
+    legend = _add_legend(figure, handles, texts, "upper", title)
+    for text, reason in zip(legend.get_texts(), reasons, strict=False):
+        if reason:
+            text.set_color(WRONG)
 
 
-def add_legend(
-    figure: Figure, handles: Sequence[Any], names: Sequence[str], place: str, title: str = ""
+def _add_mark_legend(figure: Figure, motion: Motion) -> None:
+    """Explain the marks of the panels below them, and name the events."""
+    from matplotlib.lines import Line2D
+
+    artists = [one for axes in figure.axes for one in (*axes.lines, *axes.collections)]
+    artists += [patch for axes in figure.axes for patch in axes.patches]
+    drawn = {str(artist.get_gid()).partition(":")[0] for artist in artists}
+    handles = [Line2D([], [], **look) for kind, look in LOOKS.items() if kind in drawn]
+    events = ", ".join(dict.fromkeys(event.text for event in motion.trajectory.events))
+    title = textwrap.shorten(f"events: {events}", REASON_LETTERS, placeholder=" …")
+    names = [str(handle.get_label()) for handle in handles]
+    if handles:
+        _add_legend(figure, handles, names, "lower", title if "event" in drawn else "")
+
+
+def _add_legend(
+    figure: Figure, handles: Sequence[Any], names: Sequence[str], place: str, title: str
 ) -> Legend:
-    """Put a legend above or below the panels, in as many columns as fit.
-
-    Args:
-        figure: The picture.
-        handles: Marks to explain.
-        names: Their names.
-        place: `"upper"` or `"lower"`.
-        title: Title of the legend.
-    """
+    """Put a legend above or below the panels, in as many columns as fit."""
     size = NORMAL if place == "upper" else SMALL
-    longest = max((len(name) for name in names), default=1)
-    width = 72.0 * figure.get_figwidth() - 20.0
-    columns = max(1, min(len(names), int(width / (0.58 * size * longest + 3.9 * size))))
-    columns = -(-len(names) // -(-len(names) // columns)) if names else 1
+    longest = max(map(len, names), default=1)
+    width = 72.0 * figure.get_figwidth() / (LETTER_WIDTH * size * (longest + 6))
     outside: Any = f"outside {place} center"
-    # names that start with an underscore would be left out
     legend = figure.legend(
         handles,
-        [str(i) for i in range(len(names))],
+        [
+            str(i) for i in range(len(names))
+        ],  # names that start with an underscore would be left out
         loc=outside,
-        ncols=columns,
+        ncols=max(1, min(len(names), int(width))),
         frameon=False,
         fontsize=size,
         title=printable(title) or None,
@@ -250,64 +217,3 @@ def add_legend(
     for text, name in zip(legend.get_texts(), names, strict=True):
         text.set_text(name)
     return legend
-
-
-def explain_marks(figure: Figure, rows: int = 1) -> None:
-    """Explain the marks of the panels below them.
-
-    Args:
-        figure: The picture, with everything drawn.
-        rows: Number of motions whose knots are shown in a panel.
-    """
-    from matplotlib.lines import Line2D
-
-    artists = [one for axis in figure.axes for one in (*axis.lines, *axis.collections)]
-    marks = dict(str(one.get_gid()).partition(":")[::2] for one in artists)
-    shown = set(marks)
-    words = {
-        "waypoint": "waypoint",
-        "asked": "given",
-        "knots": "knot" if rows == 1 else "knots of each",
-        "limit": "limit",
-        "band": "given speed along the path",
-        "tolerance": "tolerance",
-        "jump": "jump",
-        "broken": "limit exceeded",
-        "beyond": "beyond the tolerance",
-        "worst": "worst",
-        "contact": "collision",
-        **{kind: kind for kind in (*SEGMENTS, "event")},
-    }
-    handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}
-    handles["jump"].set_marker("o")
-    used = [kind for kind in words if kind in shown]
-    events = textwrap.shorten(marks.get("event", ""), MOST_REASON_LETTERS, placeholder=" …")
-    title = f"events: {events}" if events else ""
-    if used:
-        names = [words[one] for one in used]
-        add_legend(figure, [handles[one] for one in used], names, "lower", title)
-
-
-def settle(figure: Figure, rows: int, *, grows: bool = True) -> None:
-    """Lay the figure out for the last time, so that drawing it again gives the same result.
-
-    If permitted, it grows if names and legends left its rows of panels too low.
-    """
-    figure.draw_without_rendering()
-    height, least = figure.axes[0].get_window_extent().height / figure.dpi, least_height(rows)
-    if grows and height < least:
-        figure.set_figheight(figure.get_figheight() + rows * (least - height))
-        figure.draw_without_rendering()
-    for axis in figure.axes:
-        _thin_numbers(axis, axis.get_window_extent().height * 72.0 / figure.dpi)
-    figure.set_layout_engine("none")
-
-
-def _thin_numbers(axis: Axes, height: float) -> None:
-    """Leave as many numbers beside a panel of a height, in points, as can be read."""
-    from matplotlib.ticker import MaxNLocator
-
-    sizes = [float(label.get_fontsize()) for label in axis.get_yticklabels()]
-    most = int(height / (1.5 * max(sizes, default=SMALL)))
-    if isinstance(axis.yaxis.get_major_locator(), MaxNLocator) and most < MOST_NUMBERS:
-        axis.yaxis.set_major_locator(MaxNLocator(max(most, 1)))

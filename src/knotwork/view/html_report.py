@@ -16,9 +16,9 @@ from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
 from knotwork.verification.worst import without_use, worst_failures
 from knotwork.view.drawn_motions import PlanLike
+from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, frame, json_in_html, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
-from knotwork.view.plots import plot_joints
 from knotwork.view.scene_verdict import failures
 from knotwork.view.show import view_plan
 from knotwork.view.tool_plots import plot_tool

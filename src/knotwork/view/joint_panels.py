@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,11 @@ from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import strokes
 from knotwork.view.drawn_motions import Motion
-from knotwork.view.panel import Curve, Level, Panel
+from knotwork.view.panel import Level, Panel
 from knotwork.view.style import DARK, colour, rounded
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # More of these would hide the curve; each is small if a panel has more marks.
 MOST_KNOT_TICKS, MOST_LARGE_MARKS = 400, 60
@@ -31,13 +34,13 @@ class Series:
         motion: The motion.
         joint: Its joint.
         index: Index of colour and line style.
-        who: Its name in the panel; empty if it is the only one.
+        label: Its name in the panel; empty if it is the only one.
     """
 
     motion: Motion
     joint: str
     index: int
-    who: str
+    label: str
 
     @property
     def component(self) -> int:
@@ -56,105 +59,98 @@ class Series:
         return float(margin / (0.5 * (upper - lower))) if np.isfinite(upper - lower) else margin
 
 
-def joint_panel(quantity: str, series: Sequence[Series], units: Units) -> Panel:
-    """Make the panel of a quantity.
+def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Units) -> Panel:
+    """Draw the panel of a quantity.
 
     Joints that share the panel are drawn with the limits of the joint nearest to its limit, in its
     colour if another joint has others.
 
     Args:
+        axes: Where to draw.
         quantity: Name of the quantity.
         series: The curves, of joints with one unit.
         units: Displayed units.
     """
     first, order = series[0], DERIVATIVES.index(quantity)
-    own = first.motion.trajectory.joint_units[first.component]
-    factor, unit = units.shown(1.0, rate_unit(own, order))
-    one_joint = len({one.joint for one in series}) == 1
-    curves = [_curve(one, quantity, factor, len(series)) for one in series]
-    marks = first.motion.marks
-    panel = Panel(quantity, unit, factor, curves, np.empty(0) if marks is None else marks.time)
-    motions = {one.motion.label: one for one in series}
+    joint_unit = first.motion.trajectory.joint_units[first.component]
+    factor, unit = units.shown(1.0, rate_unit(joint_unit, order))
+    panel = Panel(axes, quantity, unit, factor)
+    for item in series:
+        _draw_curve(panel, item, len(series))
+    if first.motion.marks is not None:
+        panel.mark_waypoints(first.motion.marks.time)
+    motions = {item.motion.label: item for item in series}
     if order < 2:
-        _mark_asked(panel, series, factor, order, alone=len(motions) == 1)
-    if len(motions) <= MOST_KNOT_ROWS:
-        panel.knots = [
-            (one.motion.knots, DARK if len(motions) == 1 else colour(one.index))
-            for one in motions.values()
-            if len(one.motion.knots) <= MOST_KNOT_TICKS
-        ]
-    nearest = _nearest(series, quantity)
-    if nearest is not None:
+        _mark_given(panel, series, order, one_motion=len(motions) == 1)
+    for row, item in enumerate(motions.values() if len(motions) <= MOST_KNOT_ROWS else ()):
+        if len(item.motion.knots) <= MOST_KNOT_TICKS:
+            shade = DARK if len(motions) == 1 else colour(item.index)
+            panel.mark_knots(row, item.motion.knots, shade)
+    limited = [item for item in series if item.use(quantity) is not None]
+    if limited:
+        nearest = min(limited, key=lambda item: item.margin(quantity))
         bounds = nearest.motion.bounds(nearest.joint, quantity)
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
-        alike = {one.motion.bounds(one.joint, quantity) for one in series} == {bounds}
-        index = None if alike else nearest.index
-        panel.levels = [Level("limit", factor * float(one), span, index=index) for one in bounds]
-        if one_joint:
+        alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
+        one_curve = None if alike else colour(nearest.index)
+        panel.levels = [Level("limit", factor * end, span, colour=one_curve) for end in bounds]
+        if len({item.joint for item in series}) == 1:
             panel.allowed = factor * bounds[0], factor * bounds[1]
-        panel.note, panel.broken = _limit_note(nearest, series, quantity, factor, unit)
+        panel.note, panel.failed = _limit_note(nearest, limited, panel)
     return panel
 
 
-def _curve(one: Series, quantity: str, factor: float, count: int) -> Curve:
-    """A curve, its jumps, and its parts beyond the limit, the worst with a cross.
+def _draw_curve(panel: Panel, series: Series, count: int) -> None:
+    """Draw one of `count` curves, its jumps, its parts beyond the limit, and its worst value.
 
     Parts are only marked if the exact extrema exceed the limit.
     """
-    motion, order = one.motion, DERIVATIVES.index(quantity)
-    drawn = strokes(motion.curve, one.component, order, factor)
-    name = f"{motion.label}:{one.joint}:{quantity}"
-    made = Curve(name, one.index, *drawn.line(steps=quantity == "jerk"))
+    motion, quantity, factor = series.motion, panel.title, panel.factor
+    drawn = strokes(motion.curve, series.component, DERIVATIVES.index(quantity), factor)
+    name = f"{motion.label}:{series.joint}:{quantity}"
+    panel.draw_curve(name, series.index, *drawn.line(steps=quantity == "jerk"))
     if quantity != "jerk":
         marker = "o" if drawn.jumps.size * count <= MOST_LARGE_MARKS else ""
-        made.mark("jump", *drawn.jump_lines(), color=colour(one.index), marker=marker)
-    use = one.use(quantity)
+        panel.mark("jump", name, *drawn.jump_lines(), color=colour(series.index), marker=marker)
+    use = series.use(quantity)
     if use is not None and not use.ok:
         lower, upper = (
             factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
-            for bound, sign in zip(motion.bounds(one.joint, quantity), (-1, 1), strict=True)
+            for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
         )
-        made.mark("broken", *drawn.beyond(lower, upper))
-        found = use.value or 0.0
-        worst = found if np.isfinite(found) else use.limit  # a jump is marked at the limit
-        value = factor * (worst or 0.0)
-        made.mark("worst", np.array([use.time or 0.0]), np.array([value]))
-    return made
+        panel.mark("broken", name, *drawn.beyond(lower, upper))
+        if use.value is not None and use.time is not None and np.isfinite(use.value):
+            panel.mark("worst", name, np.array([use.time]), np.array([factor * use.value]))
 
 
-def _mark_asked(
-    panel: Panel, series: Sequence[Series], factor: float, order: int, *, alone: bool
-) -> None:
+def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
     """Mark the given values at the waypoints, once for each joint."""
-    large = len(panel.waypoints) * len(series) <= MOST_LARGE_MARKS
-    seen: set[str] = set()
-    for made, one in zip(panel.curves, series, strict=True):
-        marks = one.motion.marks
-        if marks is not None and one.joint not in seen:
-            seen.add(one.joint)
-            value = factor * marks.asked[order][:, one.component]
+    for item in {item.joint: item for item in reversed(series)}.values():
+        marks = item.motion.marks
+        if marks is not None:
+            value = panel.factor * marks.asked[order][:, item.component]
             known = np.isfinite(value)
+            large = len(marks.time) * len(series) <= MOST_LARGE_MARKS
             look: dict[str, Any] = {"ms": 6.0 if large else 3.5}
-            look |= {"mec": colour(one.index)} if alone else {}
-            made.mark("asked", marks.time[known], value[known], **look)
+            look |= {"mec": colour(item.index)} if one_motion else {}
+            panel.mark("asked", item.joint, marks.time[known], value[known], **look)
 
 
-def _nearest(series: Sequence[Series], quantity: str) -> Series | None:
-    """The curve nearest to its limit, or furthest beyond it; `None` without limits."""
-    limited = [one for one in series if one.use(quantity) is not None]
-    return min(limited, key=lambda one: one.margin(quantity), default=None)
-
-
-def _limit_note(
-    first: Series, series: Sequence[Series], quantity: str, factor: float, unit: str
-) -> tuple[str, bool]:
+def _limit_note(nearest: Series, limited: Sequence[Series], panel: Panel) -> tuple[str, bool]:
     """Name the curve nearest to its limit, or furthest beyond it; and whether one is beyond."""
-    uses = [use for one in series if (use := one.use(quantity)) is not None]
-    use = first.use(quantity) or uses[0]
-    name = f"{first.who}: " if first.who else ""
-    limits = _limits(first.motion.bounds(first.joint, quantity), factor, unit, use)
+    quantity, factor, unit = panel.title, panel.factor, panel.unit
+    uses = {item: use for item in limited if (use := item.use(quantity)) is not None}
+    use = uses[nearest]
+    name = f"{nearest.label}: " if nearest.label else ""
+    lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, quantity))
+    if lower == -upper:
+        limits = f"limit ±{rounded(upper)} {unit}"
+    elif quantity == "position" and np.isfinite([lower, upper]).all():
+        limits = f"limits {rounded(lower)} … {rounded(upper)} {unit}"
+    else:
+        limits = f"limit {rounded(factor * (use.limit or 0.0))} {unit}"
     value = f"{rounded(factor * (use.value or 0.0))} at {rounded(use.time or 0.0)} s"
-    broken = sum(not one.ok for one in uses)
+    broken = sum(not item.ok for item in uses.values())
     if broken:
         more = f", and {broken - 1} more beyond" if broken > 1 else ""
         if np.isinf(use.value or 0.0):
@@ -165,14 +161,5 @@ def _limit_note(
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf
         return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
-    part = 100 * (1 - first.margin(quantity))
+    part = 100 * (1 - nearest.margin(quantity))
     return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False
-
-
-def _limits(bounds: tuple[float, float], factor: float, unit: str, use: Finding) -> str:
-    lower, upper = (factor * bound for bound in bounds)
-    if lower == -upper:
-        return f"limit ±{rounded(upper)} {unit}"
-    if use.quantity == "position" and np.isfinite([lower, upper]).all():
-        return f"limits {rounded(lower)} … {rounded(upper)} {unit}"
-    return f"limit {rounded(factor * (use.limit or 0.0))} {unit}"

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.scene.meshes.part import Colour, IndexArray, MeshPart
+from knotwork.scene.meshes.mesh_part import Colour, IndexArray, MeshPart
 from knotwork.waypoints import FloatArray
 
 _Number = TypeVar("_Number", bound=np.generic)

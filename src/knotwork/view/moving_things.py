@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import OtherMotion, other_motion
 from knotwork.view.footing import drawn_joint
 from knotwork.view.links import link_shapes
@@ -85,7 +85,7 @@ def origins(shown: Shown, count: int = 20) -> tuple[FloatArray, FloatArray]:
     if model is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
     time = np.linspace(curve.x[0], curve.x[-1], count)
-    _, origin = model.placed(curve(time), time)
+    _, origin = model.joint_placements(curve(time), time)
     placed = np.asarray(origin).reshape(count, -1, 3)
     theirs = [placed[:, root : root + one.model.njoints] for one, root in model.robots.values()]
     others = np.concatenate([np.zeros((0, 3)), *(one.reshape(-1, 3) for one in theirs)])

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.scenario import Shape
+from knotwork.scenario import PlacedShape
 from knotwork.scene.cells import read_cells
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.verification import Finding, Report
@@ -25,7 +25,7 @@ MOST_DRAWN = 10_000
 """Largest number of drawn cells; above it, larger cells are drawn."""
 
 
-def cloud_mesh(shape: Shape, path: Path, colour: Sequence[float]) -> Mesh:
+def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
     """Draw the outer sides of a cloud's cells, in its own axes.
 
     Raises:
@@ -75,7 +75,7 @@ class Objects:
     warnings: tuple[str, ...]
 
 
-def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
+def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Mesh:
     """A shape as a mesh, in the axes of its placement.
 
     Args:

@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.trajectory.sampling import sample_times
 from knotwork.units import Units
 from knotwork.view.footing import footing

@@ -12,7 +12,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.checked_motion import Motion
@@ -139,7 +139,7 @@ class Shown:
         """
         if self.model is None or frame is None:
             return None, self.robot.base_placement
-        return self.model.riding(frame, time)
+        return self.model.joint_of_frame(frame, time)
 
     def at_start(self, points: FloatArray) -> FloatArray:
         """Points carried by the base frame at the start of the motion, shape (n, 3)."""

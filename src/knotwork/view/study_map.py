@@ -16,7 +16,8 @@ from knotwork.errors import InputError, KnotworkError
 from knotwork.view.page import Page, asset, json_in_html, rendered, scene_page
 from knotwork.view.page_server import PageHandler, PageServer
 from knotwork.view.scene import STILL
-from knotwork.view.study_plot import DrawnStudy
+from knotwork.view.study_plot import DrawnStudy, VariedValue
+from knotwork.view.style import rounded
 
 MOTIONS = 16
 """Number of cached pages of rows; others are planned again."""
@@ -96,10 +97,9 @@ def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
     figures = {drawn.label(name): drawn.values(name) for name in study.figures}
     data = {
         "axes": [
-            {"title": one.title, "at": one.at.tolist(), "names": list(one.names)}
-            for one in drawn.varied
+            _axis(value, cells=drawn.grid and len(drawn.varied) == 2) for value in drawn.varied
         ],
-        "grid": not drawn.dots,
+        "grid": drawn.grid,
         "row": study["row"],
         "values": [[str(value) for value in study[name]] for name in study.varied],
         "verdict": study["verdict"],
@@ -116,3 +116,12 @@ def _map(study: Any, more: Mapping[str, Any] | None = None) -> str:
     parts = {"style": asset("map.css"), "script": asset("map.js"), "json": json_in_html(data)}
     counts = {"passed": study.passed, "rows": len(study)}
     return rendered("map.html", parts, title=study.name, in_file=more is not None, **counts)
+
+
+def _axis(value: VariedValue, *, cells: bool) -> dict[str, Any]:
+    """A varied value for the page; numbers of a grid are cells in their order."""
+    at, names = value.at.tolist(), list(value.names)
+    if cells and not names:
+        distinct = sorted(set(at))
+        at, names = [distinct.index(one) for one in at], [rounded(one, 4) for one in distinct]
+    return {"title": value.title, "at": at, "names": names}

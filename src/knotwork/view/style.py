@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
-
-from knotwork.errors import UnknownNameError
-from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from typing import Any
 
 # Okabe and Ito's colours, without yellow, which is too light for a line on white, and without
 # vermillion, which is reserved for failures. Grey makes it seven.
@@ -45,9 +38,10 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     (0, (4, 1.2, 1, 1.2, 1, 1.2)),
     (0, (2.5, 2.5)),
 )
-# Style of each kind of mark, in panels and in the legend below them; its gid begins with it.
+# Style and name of each kind of mark, in panels and in the legend below them; its gid begins with
+# its kind.
 LOOKS: dict[str, dict[str, Any]] = {
-    "waypoint": {"color": FAINT, "lw": 0.8},
+    "waypoint": {"color": FAINT, "lw": 0.8, "label": "waypoint"},
     "asked": {
         "ls": "",
         "marker": "o",
@@ -56,34 +50,32 @@ LOOKS: dict[str, dict[str, Any]] = {
         "mec": DARK,
         "mew": 1.3,
         "zorder": 4,
+        "label": "given",
     },
-    "knots": {"ls": "", "marker": "|", "color": DARK, "ms": 8, "mew": 1.6},
-    "limit": {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2},
+    "knots": {"ls": "", "marker": "|", "color": DARK, "ms": 8, "mew": 1.6, "label": "knot"},
+    "limit": {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2, "label": "limit"},
     "band": {"color": "#009E73", "alpha": 0.35, "lw": 7.0, "zorder": 1.5},
-    "jump": {"color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "ms": 4, "mfc": "white", "zorder": 3.5},
+    "jump": {"color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "marker": "o"},
     "broken": {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5},
-    "contact": {"color": WRONG, "lw": 7.0, "alpha": 0.22, "zorder": 0.5},
     "worst": {"ls": "", "marker": "X", "ms": 9, "mfc": WRONG, "mec": "white", "zorder": 5},
+    "contact": {"color": WRONG, "lw": 7.0, "alpha": 0.22, "zorder": 0.5, "label": "collision"},
+    # on the upper edge of the first row of panels
+    "tool path": {"color": "#009E73", "lw": 3.0},
+    "way": {"color": "#CC79A7", "lw": 3.0},
+    "wait": {"color": FAINT, "lw": 3.0},
+    "event": {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5},
 }
-# Segments and events, on the upper edge of the first row of panels.
 LOOKS |= {
-    kind: {"color": shade, "lw": 3.0}
-    for kind, shade in (("tool path", "#009E73"), ("way", "#CC79A7"), ("wait", FAINT))
+    "tolerance": LOOKS["limit"] | {"label": "tolerance"},
+    "beyond": LOOKS["broken"] | {"label": "beyond the tolerance"},
 }
-LOOKS["event"] = {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5}
-LOOKS |= {"tolerance": LOOKS["limit"], "beyond": LOOKS["broken"]}
+LOOKS["jump"] |= {"ms": 4, "mfc": "white", "zorder": 3.5}
+LOOKS["band"]["label"] = "given speed along the path"
+LOOKS["broken"]["label"] = "limit exceeded"
+LOOKS = {kind: {"label": kind} | look for kind, look in LOOKS.items()}
 
-# More vertical lines than this would hide the curves.
-MOST_WAYPOINT_LINES = 400
 # Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
-# Inches.
-WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
-# Upright A4, and a slide of 16 to 9 [in].
-PAGES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
-# Smallest height of a panel [in], three quarters of it if there are many rows.
-LEAST_HEIGHT, MANY_ROWS = 1.7, 4
-
 # DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first installed font
 # of these is used for them.
 _MORE_FONTS = (
@@ -154,75 +146,3 @@ def shortened(names: Sequence[str], most: int) -> list[str]:
         name if len(name) <= most else f"{name[: most - tail - 1]}…{name[-tail:]}" for name in plain
     ]
     return short if len(set(short)) == len(set(plain)) else plain
-
-
-def checked_size(size: str | None) -> tuple[float, float] | None:
-    """Width and height of a page [in]; `None` for a size from the panels.
-
-    Raises:
-        UnknownNameError: The page is unknown.
-    """
-    if size is not None and size not in PAGES:
-        raise UnknownNameError("size", size, tuple(PAGES))
-    return PAGES[size] if size is not None else None
-
-
-def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None) -> Figure:
-    """Make an empty figure for rows and columns of panels: of a page's size, or as needed."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    row = ROW_HEIGHT if columns == 1 else 1.25 * ROW_HEIGHT
-    height = HEAD_HEIGHT + max(1.6, row * min(1.0, 5 / rows)) * rows
-    figure = Figure(
-        figsize=page or (WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
-        dpi=150,
-        layout="constrained",
-        facecolor="white",
-    )
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def dress(axis: Axes) -> None:
-    """Give a panel its frame, its grid and numbers without offsets."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-    axis.spines[["top", "right"]].set_visible(False)
-    axis.grid(True, axis="y", color=GRID, linewidth=0.8)
-    axis.set_axisbelow(True)
-    axis.yaxis.set_major_locator(MaxNLocator(5))
-    for one in (axis.xaxis, axis.yaxis):
-        one.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-
-
-def least_height(rows: int) -> float:
-    """Smallest height of a row of panels [in], for this many rows."""
-    return LEAST_HEIGHT if rows <= MANY_ROWS else 0.75 * LEAST_HEIGHT
-
-
-def write_note(axis: Axes, text: str, broken: bool) -> None:
-    """Write a note into the upper right corner of a panel, in red if a limit is exceeded."""
-    axis.text(
-        0.995,
-        0.97,
-        text,
-        transform=axis.transAxes,
-        ha="right",
-        va="top",
-        fontsize=SMALL,
-        color=WRONG if broken else DARK,
-        weight="bold" if broken else "normal",
-        gid="note",
-        zorder=6,
-        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
-    ).set_in_layout(False)
-
-
-def mark_waypoints(axis: Axes, times: FloatArray) -> None:
-    """Draw a vertical line at each waypoint, unless there are too many."""
-    if 0 < len(times) <= MOST_WAYPOINT_LINES:
-        upright = axis.get_xaxis_transform()
-        axis.vlines(
-            times, 0.0, 1.0, transform=upright, zorder=1, gid="waypoint", **LOOKS["waypoint"]
-        )

@@ -18,14 +18,14 @@ from knotwork.view.drawn_motions import (
     chosen_velocities,
     motions_of,
 )
-from knotwork.view.headings import head_and_foot, picture_title
-from knotwork.view.panel import Curve, Level, Panel, draw_grid
-from knotwork.view.style import checked_size, rounded, settings
-from knotwork.view.tool_curves import Curve as Samples
-from knotwork.view.tool_curves import Row, full_speeds, speed_errors, stretches, tool_rows
+from knotwork.view.headings import picture_title, write_around
+from knotwork.view.panel import Level, Panel, new_axes, new_figure, page_size, set_ranges
+from knotwork.view.style import LOOKS, rounded, settings
+from knotwork.view.tool_curves import Curve, Row, full_speeds, speed_errors, stretches, tool_rows
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Fraction of the tolerance that counts as zero.
@@ -60,97 +60,100 @@ def plot_tool(
         A figure, not known to `pyplot`.
 
     >>> figure = plot_tool(kw.plan("planar2_closed_form"))
-    >>> [axis.get_ylabel() for axis in figure.axes]
-    ['tool speed [m/s]', 'turning speed [rad/s]', ...]
+    >>> [axis.get_ylabel().split()[0] for axis in figure.axes]
+    ['tool', 'turning', ...]
 
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, or
             they have other joints than the scenario.
     """
-    found = motions_of(motions, scenario=scenario, labels=labels)
-    check_distinct(found)
-    page = checked_size(size)
-    measured: Callable[..., list[Samples]] = cache(lambda curve: [curve(one) for one in found])
-    units = found[0].units(degrees)
-    panels = [
-        _panel(row, found, measured(row.curve), units)
-        for row in tool_rows(found)
-        if any(len(time) for time, _ in measured(row.curve))
-    ]
+    drawn = motions_of(motions, scenario=scenario, labels=labels)
+    check_distinct(drawn)
+    page, units = page_size(size), drawn[0].units(degrees)
+    sample: Callable[..., list[Curve]] = cache(lambda curve: [curve(motion) for motion in drawn])
+    rows = [row for row in tool_rows(drawn) if any(len(time) for time, _ in sample(row.curve))]
     with settings():
-        figure = draw_grid([[panel] for panel in panels], page)
-        heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
-        several = len(found) > 1
-        curves = [one.label for one in found] if several else ()
-        head_and_foot(figure, found, heading, curves, overlaid=several, grows=page is None)
+        figure = new_figure(len(rows), 1, page)
+        for axes, row in zip(new_axes(figure, len(rows), 1).flat, rows, strict=True):
+            set_ranges([_panel(axes, row, drawn, sample(row.curve), units)])
+        heading = title if title is not None else f"{picture_title(drawn, 'motion')} · tool"
+        several = len(drawn) > 1
+        curves = [motion.label for motion in drawn] if several else ()
+        write_around(figure, drawn, heading, curves, overlaid=several, grows=page is None)
     return figure
 
 
-def _panel(row: Row, motions: list[Motion], samples: list[Samples], units: Units) -> Panel:
-    """Make the panel of a row, with all motions."""
+def _panel(
+    axes: Axes, row: Row, motions: list[Motion], samples: list[Curve], units: Units
+) -> Panel:
+    """Draw the panel of a row, with all motions."""
     factor, unit = (100.0, "%") if row.unit == "%" else units.shown(1.0, row.unit)
-    curves = [
-        Curve(f"{motion.label}:{row.title}", i, time, factor * values[:, row.component])
-        for i, (motion, (time, values)) in enumerate(zip(motions, samples, strict=True))
-    ]
-    first = motions[0]
-    scenario = first.scenario
-    times = np.array([one.time for one in scenario.waypoints])
-    panel = Panel(row.title, unit, factor, curves, times, zero=True)
+    panel = Panel(axes, row.title, unit, factor)
+    values = [(time, factor * value[:, row.component]) for time, value in samples]
+    for i, (motion, curve) in enumerate(zip(motions, values, strict=True)):
+        panel.draw_curve(f"{motion.label}:{row.title}", i, *curve)
+    axes.update_datalim([(motions[0].curve.x[0], 0.0)])
+    first, scenario = motions[0], motions[0].scenario
+    panel.mark_waypoints(np.array([waypoint.time for waypoint in scenario.waypoints]))
     chosen = chosen_velocities(scenario)
     poses = [
-        one
-        for one in scenario.waypoints
-        if isinstance(one, CartesianWaypoint) and one.name not in chosen
+        waypoint
+        for waypoint in scenario.waypoints
+        if isinstance(waypoint, CartesianWaypoint) and waypoint.name not in chosen
     ]
     if row.asked and poses:
-        asked = [factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
-        curves[0].mark("asked", np.array([one.time for one in poses]), np.array(asked))
+        asked = [factor * float(np.linalg.norm(getattr(pose, row.asked))) for pose in poses]
+        panel.mark("asked", row.title, np.array([pose.time for pose in poses]), np.array(asked))
     if row.asked == "linear":
         part = scenario.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:
                 continue  # its speed is relative to a moving frame
             low, high = (factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
-            panel.bands.append((start, end, low, high))
+            axes.fill_between([start, end], low, high, gid="band", **LOOKS["band"])
     if row.limit is not None:
-        _mark_limit(panel, row, factor * row.limit, motions)
+        _mark_limit(panel, row, factor * row.limit, motions, values)
     return panel
 
 
-def _mark_limit(panel: Panel, row: Row, limit: float, motions: list[Motion]) -> None:
+def _mark_limit(
+    panel: Panel, row: Row, limit: float, motions: list[Motion], values: list[Curve]
+) -> None:
     """A tolerance or a limit, the parts beyond, and a note on the worst value."""
     side = -1.0 if row.least else 1.0
     most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
     reached = []
-    for motion, curve in zip(motions, panel.curves, strict=True):
-        used = np.abs(curve.value) if row.tolerance else side * curve.value
+    for motion, (time, value) in zip(motions, values, strict=True):
+        used = np.abs(value) if row.tolerance else side * value
         if (used > most).any():
-            over = np.where(used > most, curve.value, np.nan)
-            curve.mark("beyond" if row.tolerance else "broken", curve.time, over)
+            kind, name = "beyond" if row.tolerance else "broken", f"{motion.label}:{row.title}"
+            panel.mark(kind, name, time, np.where(used > most, value, np.nan))
         if np.isfinite(used).any():
             i = int(np.nanargmax(used))
-            reached.append((float(used[i]), float(curve.time[i]), motion.label))
+            reached.append((float(used[i]), float(time[i]), motion.label))
         reached += [
-            (side * panel.factor * one.value, one.time, motion.label)
-            for one in motion.judged
-            if (one.quantity, one.name) == row.judged and one.value is not None
-            if one.time is not None
+            (side * panel.factor * finding.value, finding.time, motion.label)
+            for finding in motion.judged
+            if (finding.quantity, finding.name) == row.judged and finding.value is not None
+            if finding.time is not None
         ]
-    worst, at, who = max(reached, key=lambda one: one[0])
+    worst, when, label = max(reached, key=lambda extreme: extreme[0])
     signed, first = row.curve is speed_errors, motions[0]
     spans = [(float(first.curve.x[0]), float(first.curve.x[-1]))]
     if row.tolerance:
         shown = full_speeds(first) if signed else stretches(first.scenario, first.curve)
         spans = [(start, end) for *_, start, end in shown]
     kind = "tolerance" if row.tolerance else "limit"
-    for value in (-limit, limit) if signed else (limit,):
-        panel.levels.append(Level(kind, value, spans, row.tolerance or row.least))
-    reached_text = f"{rounded(side * worst)} {panel.unit}".rstrip() + f" at {rounded(at)} s"
+    always = row.tolerance or row.least
+    panel.levels = [
+        Level(kind, level, spans, always=always)
+        for level in ((-limit, limit) if signed else (limit,))
+    ]
+    reached_text = f"{rounded(side * worst)} {panel.unit}".rstrip() + f" at {rounded(when)} s"
     if not np.isfinite(worst):
-        reached_text = f"infinite at the jump at {rounded(at)} s"
+        reached_text = f"infinite at the jump at {rounded(when)} s"
     elif row.tolerance and worst < NOTHING * limit:
         reached_text = f"under {rounded(NOTHING * limit)} {panel.unit}"
-    name = f"{who}: " if len(motions) > 1 else ""
+    name = f"{label}: " if len(motions) > 1 else ""
     allowed = f"{kind} {'±' if signed else ''}{rounded(limit)} {panel.unit}".rstrip()
-    panel.note, panel.broken = f"{name}{reached_text}, {allowed}", worst > most
+    panel.note, panel.failed = f"{name}{reached_text}, {allowed}", worst > most

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from knotwork.scene.distances import ROUNDING, TOLERANCE
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.scene.distances import DISTANCE_ERROR, NEAREST_POINT_TOLERANCE
 from knotwork.timing.problem import TimingLimits
 from knotwork.waypoints import FloatArray
 
@@ -91,7 +91,7 @@ class Configurations:
         self._found = self._geometry.createData()
         for request in self._found.distanceRequests:
             request.enable_signed_distance = True
-            request.gjk_tolerance = TOLERANCE
+            request.gjk_tolerance = NEAREST_POINT_TOLERANCE
         for request in self._found.collisionRequests:
             request.enable_contact = False
         self.keep_away(0.0)
@@ -107,7 +107,7 @@ class Configurations:
         wanted = np.full(len(self._pairs), extra)
         for q in ends:
             wanted = np.minimum(wanted, 0.5 * np.maximum(self.gaps(q), 0.0))
-        kept = self.margin + wanted + ROUNDING
+        kept = self.margin + wanted + DISTANCE_ERROR
         for request, distance in zip(self._found.collisionRequests, kept.tolist(), strict=True):
             request.security_margin = distance
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.timing.problem import TimingProblem
 from knotwork.waypoints import FloatArray
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.scene.model import CollisionModel
+from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification.bounds.clearance import Clearance, clearances
 from knotwork.waypoints import FloatArray
 

@@ -66,18 +66,19 @@ class Continuation(NamedTuple):
     lost: FloatArray
     smallest_lost: FloatArray
 
-    def taken(self, start: int, turns: FloatArray) -> Continuation:
+    def select(self, start: int, turns: FloatArray) -> Continuation:
         """The continuation from one start, by index, with each joint turned by an angle [rad]."""
-        own = [start]
         return self._replace(
-            q=self.q[:, own] + turns,
-            position=self.position[:, own] + turns,
-            velocity=self.velocity[:, own],
-            lost=self.lost[own],
-            smallest_lost=self.smallest_lost[own],
+            q=self.q[:, [start]] + turns,
+            position=self.position[:, [start]] + turns,
+            velocity=self.velocity[:, [start]],
+            lost=self.lost[[start]],
+            smallest_lost=self.smallest_lost[[start]],
         )
 
-    def free(self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray) -> NDArray[np.bool_]:
+    def is_feasible(
+        self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray
+    ) -> NDArray[np.bool_]:
         """Whether the path can be followed from starts, offset by whole turns.
 
         Args:

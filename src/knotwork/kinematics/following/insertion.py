@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.kinematics.following.proof import PathTolerance, check_tolerance, proved_use
+from knotwork.kinematics.following.path_proof import PathTolerance, check_tolerance, proved_use
 from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes

@@ -38,12 +38,12 @@ class Guide(NamedTuple):
 
     postures: PiecewisePolynomial
 
-    def at(self, s: ArrayLike, nu: int = 0) -> FloatArray:
+    def posture(self, s: ArrayLike, nu: int = 0) -> FloatArray:
         """Postures at arc lengths, or their derivatives, shape (..., d)."""
         x = self.postures.x
         return np.asarray(self.postures(np.clip(s, x[0], x[-1]), nu))
 
-    def turned(self, turns: FloatArray) -> Guide:
+    def offset(self, turns: FloatArray) -> Guide:
         """The guide with each joint turned by an angle [rad], shape (d,)."""
         c = self.postures.c.copy()
         c[-1] += turns
@@ -52,8 +52,8 @@ class Guide(NamedTuple):
     def rate(self, s: ArrayLike, q: FloatArray, nu: int = 0) -> FloatArray:
         """Joint motion per length of the path that follows the guide, or its derivative over s."""
         x = self.postures.x
-        off = self.at(s, nu) - (0.0 if nu else q)
-        return np.asarray(self.at(s, nu + 1) + BACK / (x[-1] - x[0]) * off)
+        off = self.posture(s, nu) - (0.0 if nu else q)
+        return np.asarray(self.posture(s, nu + 1) + BACK / (x[-1] - x[0]) * off)
 
 
 Pull = float | Guide

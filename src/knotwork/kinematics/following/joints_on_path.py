@@ -23,7 +23,7 @@ from knotwork.kinematics.following.limiting_constraint import (
 from knotwork.kinematics.following.steps import LOST, STRAY
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray

@@ -44,7 +44,7 @@ NEARNESS = 0.02
 # Sweeps of smoothing, and the smallest improvement that counts.
 SWEEPS, GAIN = 30, 1e-9
 # Sequences that are tried.
-TRIES = 40
+MAX_SEQUENCES = 40
 # Newton steps of a projection onto a pose.
 CORRECTIONS = 12
 TOLERANCE = 1e-9
@@ -131,16 +131,20 @@ class Ladder:
         move = end - start
         return np.asarray(move - np.where(self.around, whole_turns(move), 0.0))
 
-    def ways(self) -> Iterator[tuple[int, list[Guide]]]:
-        """Starts that reach the end, by index, the cheapest first, and a guide for each path."""
+    def guided_starts(self, count: int) -> Iterator[tuple[int, list[Guide]]]:
+        """Starts that reach the end, by index, the cheapest first, and a guide for each path.
+
+        Args:
+            count: Maximum number of starts.
+        """
         costs = [self._costs(one, after) for one, after in pairwise(self.rungs)]
         tried = np.zeros(len(self.rungs[0].q), dtype=bool)
-        for _ in range(TRIES):
+        for _ in range(MAX_SEQUENCES):
             values = [self.rungs[-1].cost]
             for one, cost in zip(self.rungs[-2::-1], reversed(costs), strict=True):
                 values.insert(0, one.cost + (cost + values[0]).min(axis=1, initial=np.inf))
             start = int(np.where(tried, np.inf, values[0]).argmin())
-            if tried[start] or np.isinf(values[0][start]):
+            if tried.sum() == count or tried[start] or np.isinf(values[0][start]):
                 return
             nodes = [start]
             for cost, value in zip(costs, values[1:], strict=True):

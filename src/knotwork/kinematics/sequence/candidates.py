@@ -13,9 +13,9 @@ from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
-from knotwork.kinematics.sequence.step_costs import AT_LIMIT
-from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
-from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
+from knotwork.kinematics.sequence.step_costs import EXCESS_FACTOR
+from knotwork.kinematics.solutions.all_within_limits import sort_key, turned_within_limits
+from knotwork.kinematics.solutions.enumeration import MAX_BRANCHES, distinct, find_branches
 from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -23,11 +23,11 @@ from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Residual above which a twist is unattainable [m/s, rad/s].
-RESIDUAL = 1e-7
+TWIST_RESIDUAL = 1e-7
 # Number of samples of a self-motion.
-SPREAD = 24
+SELF_MOTION_SAMPLES = 24
 # Pose error of solutions [m, rad].
-TOLERANCE = 1e-9
+POSE_TOLERANCE = 1e-9
 
 
 class Candidates(NamedTuple):
@@ -37,24 +37,39 @@ class Candidates(NamedTuple):
         q: Joint positions inside the limits, all turns, shape (m, d).
         branch: Index of the branch of each candidate, shape (m,).
         flags: Configuration flags, shape (m, k).
-        lost: 0 where the twist is attainable, otherwise 1 + its residual [m/s, rad/s], shape (m,).
-            excess: 0 where these joint velocities are within limits, otherwise their ratio to the
+        unattainable: 0 where the twist is attainable, otherwise 1 + its residual [m/s, rad/s],
+            shape (m,).
+        excess: 0 where the joint velocities are within limits, otherwise their ratio to the
             limits, shape (m,).
         weight: Factor on the travel from and to each candidate, shape (m,).
         velocity: Joint velocities for the twist [rad/s or m/s], shape (m, d).
         branches: Number of branches inside the limits.
-        free: The arm is redundant at the pose, and the candidates are samples of its self-motion.
+        redundant: The arm is redundant at the pose: the candidates are samples of its self-motion.
     """
 
     q: FloatArray
     branch: Any
     flags: FloatArray
-    lost: FloatArray
+    unattainable: FloatArray
     excess: FloatArray
     weight: FloatArray
     velocity: FloatArray
     branches: int
-    free: bool
+    redundant: bool
+
+    def select(self, rows: Any) -> Candidates:
+        """The candidates at row indices or a mask."""
+        columns = {key: getattr(self, key)[rows] for key in self._fields[:-2]}
+        return self._replace(**columns)
+
+
+def concatenate(parts: Sequence[Candidates]) -> Candidates:
+    """Candidates at one waypoint from several arrays of rows."""
+    fields = Candidates._fields[:-2]
+    columns: dict[str, Any] = {
+        key: np.concatenate([getattr(part, key) for part in parts]) for key in fields
+    }
+    return parts[0]._replace(**columns)
 
 
 def find_candidates(
@@ -78,37 +93,37 @@ def find_candidates(
         return []
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
-    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > TOLERANCE)
+    hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > POSE_TOLERANCE)
     for i in hopeless[:1]:  # the reason, before the others are solved
         _solution(robot, waypoints[i], references[i], units, nearest=False)
-    found = _tracked(robot, targets) if redundant else find_branches(robot, targets)
-    copied: list[tuple[list[FloatArray], bool]] = []
-    before: FloatArray | None = None
+    solve = _track_self_motion if redundant else find_branches
+    turns: list[tuple[list[FloatArray], bool]] = []
+    previous: FloatArray | None = None
     for i, (waypoint, solutions, reference) in enumerate(
-        zip(waypoints, found, references, strict=True)
+        zip(waypoints, solve(robot, targets), references, strict=True)
     ):
-        search = PoseSearch(robot, waypoint.pose, TOLERANCE, TOLERANCE)
-        free = redundant or len(solutions) > MOST_BRANCHES
-        if not free and not (i and np.array_equal(reference, references[i - 1])):
+        search = PoseSearch(robot, waypoint.pose, POSE_TOLERANCE, POSE_TOLERANCE)
+        sampled = redundant or len(solutions) > MAX_BRANCHES
+        if not sampled and not (i and np.array_equal(reference, references[i - 1])):
             # The solution nearest the previous configuration must not be missing.
             local = search.solve(reference, limits_of(robot))
             if local.converged:
-                both = np.vstack([solutions, local.q])
-                solutions = distinct(robot, targets.take([i]), both)
-        kept = turned_within_limits(search, solutions)
-        if free and not redundant:
-            kept = farthest_apart(robot, kept, SPREAD)
-        if not free:
+                solutions = np.vstack([solutions, local.q])
+                solutions = distinct(robot, targets.take([i]), solutions)
+        solutions = turned_within_limits(search, solutions)
+        if not sampled:
             # The order decides ties, and must not depend on the order of searches.
-            kept = np.array(sorted(kept, key=in_order)).reshape(-1, robot.dof)
-        copies = [all_turns(robot, q) for q in kept]
-        if free or not copies:
+            solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
+        elif not redundant:
+            solutions = farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
+        copies = [all_turns(robot, q) for q in solutions]
+        if sampled or not copies:
             # Refined later: any solution nearby is sufficient at first.
-            near = reference if before is None else before
-            before = _solution(robot, waypoint, near, units, nearest=not free)
-            copies.insert(0, all_turns(robot, before))
-        copied.append((copies, free))
-    return _valued(robot, waypoints, copied)
+            near = reference if previous is None else previous
+            previous = _solution(robot, waypoint, near, units, nearest=not sampled)
+            copies.insert(0, all_turns(robot, previous))
+        turns.append((copies, sampled))
+    return _evaluate(robot, waypoints, turns)
 
 
 def nearest_candidate(
@@ -120,12 +135,12 @@ def nearest_candidate(
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
     q = _solution(robot, waypoint, near, units, nearest=True)
-    return _valued(robot, [waypoint], [([q[None]], False)])[0]
+    return _evaluate(robot, [waypoint], [([q[None]], False)])[0]
 
 
 def candidates_of(robot: Robot, waypoint: CartesianWaypoint, q: FloatArray) -> Candidates:
     """Candidates of one solution of a redundant arm at a waypoint, with its turns."""
-    return _valued(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
+    return _evaluate(robot, [waypoint], [([all_turns(robot, q)], True)])[0]
 
 
 def _solution(
@@ -145,63 +160,64 @@ def _solution(
     ).q
 
 
-def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
+def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Samples of the self-motion at each pose, and projections of the previous pose's samples."""
-    fresh = [farthest_apart(robot, q, SPREAD) for q in sample_self_motion(robot, targets)]
-    found = [fresh[0]]
+    fresh = [
+        farthest_apart(robot, q, SELF_MOTION_SAMPLES) for q in sample_self_motion(robot, targets)
+    ]
+    samples = [fresh[0]]
     for i in range(1, len(targets)):
-        led = solve_batch(
+        projections = solve_batch(
             robot,
             targets.take([i]),
-            found[-1][:SPREAD],
+            samples[-1][:SELF_MOTION_SAMPLES],
             tolerance=1e-10,
             limits=limits_of(robot),
             max_iterations=25,
         )
-        found.append(np.vstack([led.q[led.converged], fresh[i]]))
-    return found
+        samples.append(np.vstack([projections.q[projections.converged], fresh[i]]))
+    return samples
 
 
-def _valued(
+def _evaluate(
     robot: Robot,
     waypoints: Sequence[CartesianWaypoint],
-    copied: Sequence[tuple[list[FloatArray], bool]],
+    turns: Sequence[tuple[list[FloatArray], bool]],
 ) -> list[Candidates]:
     """Evaluate each solution: its joint speeds, and its nearness to limits.
 
     Args:
         robot: The robot.
         waypoints: The waypoints.
-        copied: For each waypoint its solutions, each with its turns, shape (k, d), and whether the
+        turns: For each waypoint its solutions, each with its turns, shape (k, d), and whether the
             arm is redundant there.
     """
-    counts = [len(copies) for copies, _ in copied]
-    first = np.array([turns[0] for copies, _ in copied for turns in copies])
-    twists = np.array([np.concatenate([one.linear, one.angular]) for one in waypoints])
-    twists = np.repeat(twists, counts, axis=0)
+    first = np.array([copies[0] for solutions, _ in turns for copies in solutions])
+    twists = np.array([np.concatenate([w.linear, w.angular]) for w in waypoints])
+    twists = np.repeat(twists, [len(solutions) for solutions, _ in turns], axis=0)
     J = joint_axes(robot).jacobians(first)
-    v, left = solve_velocities(robot, J, twists)
+    v, residual = solve_velocities(robot, J, twists)
     fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
-    excess = np.where(fastest > AT_LIMIT, fastest, 0.0)
-    most = RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
-    lost = np.where(left > most, 1.0 + left, 0.0)
+    excess = np.where(fastest > EXCESS_FACTOR, fastest, 0.0)
+    tolerance = TWIST_RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
+    unattainable = np.where(residual > tolerance, 1.0 + residual, 0.0)
     flags, singular = configuration_flags(robot, first), singular_nearness(J)
     result, begin = [], 0
-    for (copies, free), count in zip(copied, counts, strict=True):
-        branch = np.repeat(np.arange(count), [len(turns) for turns in copies])
-        owner, q = begin + branch, np.concatenate(copies)
-        begin += count
+    for solutions, redundant in turns:
+        branch = np.repeat(np.arange(len(solutions)), [len(copies) for copies in solutions])
+        row, q = begin + branch, np.concatenate(solutions)
+        begin += len(solutions)
         result.append(
             Candidates(
                 q=q,
                 branch=branch,
-                flags=flags[owner],
-                lost=lost[owner],
-                excess=excess[owner],
-                weight=1.0 + limit_nearness(robot, q) + singular[owner],
-                velocity=v[owner],
-                branches=count,
-                free=free,
+                flags=flags[row],
+                unattainable=unattainable[row],
+                excess=excess[row],
+                weight=1.0 + limit_nearness(robot, q) + singular[row],
+                velocity=v[row],
+                branches=len(solutions),
+                redundant=redundant,
             )
         )
     return result

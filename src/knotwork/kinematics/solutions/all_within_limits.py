@@ -63,6 +63,6 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
     return np.asarray(q[kept])
 
 
-def in_order(q: FloatArray) -> tuple[float, ...]:
+def sort_key(q: FloatArray) -> tuple[float, ...]:
     """Key that sorts configurations equally on every machine."""
     return tuple((np.round(q, 5) + 0.0).tolist())

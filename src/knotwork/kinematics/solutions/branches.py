@@ -13,8 +13,8 @@ from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.pose_arguments import check_count, check_request
-from knotwork.kinematics.solutions.all_within_limits import in_order, solutions_within_limits
-from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES
+from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits, sort_key
+from knotwork.kinematics.solutions.enumeration import MAX_BRANCHES
 from knotwork.kinematics.solutions.self_motion import farthest_apart
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
@@ -104,13 +104,13 @@ def solve_pose_ik_all(
     asked = position_tolerance, orientation_tolerance
     search = PoseSearch(robot, pose, MARGIN * asked[0], MARGIN * asked[1])
     found = solutions_within_limits(search)
-    free = robot.dof > 6 or len(found) > MOST_BRANCHES
+    free = robot.dof > 6 or len(found) > MAX_BRANCHES
     if free:
         found = farthest_apart(robot, found, spread)
     if not len(found):
         centre = middle(limits_of(robot))
         found = solution_or_reason(search, centre, asked, waypoint, where).q[None]
-    return tuple(_branch(robot, pose, q, free) for q in sorted(found, key=in_order))
+    return tuple(_branch(robot, pose, q, free) for q in sorted(found, key=sort_key))
 
 
 def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:

@@ -47,7 +47,7 @@ POLISH_STEPS = 8
 # Near a singularity solutions lie along a curve, and small pose errors move joints.
 NEAR_SINGULAR = 3e-3
 # An arm with more solutions than any six-joint arm (16) is redundant at the pose.
-MOST_BRANCHES = 16
+MAX_BRANCHES = 16
 
 
 class _Found:
@@ -128,7 +128,7 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
         for i in active:
             new = found[i].add(ended, owner == i, revolute)
             complete = all_branches(robot, found[i].solutions)
-            if complete or len(found[i].solutions) > MOST_BRANCHES:
+            if complete or len(found[i].solutions) > MAX_BRANCHES:
                 stuck[i] = stuck[i][:0]
                 continue
             unfinished = found[i].unfinished
@@ -170,7 +170,7 @@ def _with_near_singular(
     """
     d = robot.dof
     search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
-    if d == 6 and len(found) > MOST_BRANCHES:
+    if d == 6 and len(found) > MAX_BRANCHES:
         more = singular_solutions(search, found)
         found = np.vstack([*more, found])
     else:

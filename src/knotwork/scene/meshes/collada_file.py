@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -18,21 +19,20 @@ import numpy as np
 
 from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.part import MeshPart
+from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.size_limits import (
-    MOST_ELEMENTS,
-    MOST_NESTED,
-    MOST_SHAPES,
+    MOST_COLLADA_ELEMENTS,
+    MOST_SHOWN_SHAPES,
     check_triangles,
     require_whole,
 )
 from knotwork.waypoints import FloatArray
 
 # Elements of COLLADA that define the appearance of surfaces.
-_LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
+_MATERIAL_ELEMENTS = ("library_images", "library_effects", "library_materials", "bind_material")
 
 # Elements of COLLADA that are part of a geometry.
-_PARTS = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
+_PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 _UNREAD = {
     "instance_controller": "a skin or morph (<instance_controller>)",
     "ph": "a polygon with holes (<ph>)",
@@ -53,7 +53,7 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     """
     import collada
 
-    check_xml(data, MOST_ELEMENTS)
+    check_xml(data, MOST_COLLADA_ELEMENTS)
     root = ElementTree.fromstring(data)
     _check_shapes(root)
     _check_whole(root)
@@ -61,7 +61,7 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
         try:
             document = collada.Collada(io.BytesIO(data))
         except collada.common.DaeError:
-            document = collada.Collada(_without_looks(data))
+            document = collada.Collada(_without_materials(data))
     except collada.common.DaeError as error:
         raise ValueError(str(error)) from error
     if document.scene is None:
@@ -102,14 +102,14 @@ def _check_whole(root: ElementTree.Element) -> None:
             raise InputError(f"<{kind}> has numbers that are not finite")
         elif kind == "accessor":
             offset, stride = element.get("offset", "0"), element.get("stride", "1")
-            named = sum(_tag(one) == "param" for one in element)
+            named = sum(_tag(child) == "param" for child in element)
             require_whole(
                 offset == "0" and stride == str(named),
                 f"an accessor has offset {shown(offset)} and stride {shown(stride)}; read are "
                 f"offset 0 and a stride of its {named} values",
             )
         elif kind in ("triangles", "polylist"):
-            lists = sum(_tag(one) == "p" for one in element)
+            lists = sum(_tag(child) == "p" for child in element)
             require_whole(lists <= 1, f"<{kind}> has {lists} <p>; read is one")
 
 
@@ -129,50 +129,34 @@ def _check_shapes(root: ElementTree.Element) -> None:
     Each part of a geometry counts wherever it is shown.
 
     Raises:
-        InputError: There are more than `MOST_SHAPES`, a node shows itself, or nodes are nested
-            deeper than `MOST_NESTED`.
+        InputError: There are more than `MOST_SHOWN_SHAPES`.
+        RecursionError: A node shows itself.
     """
-    named = {e.get("id"): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
-    parts = {
-        e.get("id"): sum(_tag(part) in _PARTS for part in e.iter())
-        for e in root.iter()
-        if _tag(e) == "geometry"
-    }
-    counts: dict[ElementTree.Element, int] = {}
-    open_nodes: set[ElementTree.Element] = set()
+    named = {e.get("id"): e for e in root.iter() if _tag(e) in ("node", "geometry")}
 
-    def count(node: ElementTree.Element) -> int:
-        if node in open_nodes:
-            raise InputError(f"its node {node.get('id')!r} shows itself")
-        if len(open_nodes) >= MOST_NESTED:
-            raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")
-        if node not in counts:
-            open_nodes.add(node)
-            counts[node] = sum(map(shown_by, node))
-            open_nodes.discard(node)
-        return counts[node]
-
-    def shown_by(element: ElementTree.Element) -> int:
-        kind = _tag(element)
-        target = (element.get("url") or "").removeprefix("#")
-        if kind == "instance_node":
-            return count(named[target]) if target in named else 0
+    @cache
+    def shape_count(element: ElementTree.Element) -> int:
+        kind, url = _tag(element), element.get("url", "")
         if kind.startswith("instance_"):
-            return max(1, parts.get(target, 1))
-        return count(element) if kind == "node" else 0
+            shown_element = named.get(url.removeprefix("#"))
+            return 1 if shown_element is None else max(1, shape_count(shown_element))
+        if kind == "geometry":
+            return sum(_tag(part) in _PRIMITIVES for part in element.iter())
+        return sum(map(shape_count, element))
 
-    scenes = [element for element in root.iter() if _tag(element) == "visual_scene"]
-    shapes = sum(shown_by(node) for scene in scenes for node in scene)
-    if shapes > MOST_SHAPES:
-        raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MOST_SHAPES} are read")
+    shapes = sum(shape_count(scene) for scene in root.iter() if _tag(scene) == "visual_scene")
+    if shapes > MOST_SHOWN_SHAPES:
+        raise InputError(
+            f"its nodes show {shapes:.3g} shapes; at most {MOST_SHOWN_SHAPES} are read"
+        )
 
 
-def _without_looks(data: bytes) -> io.BytesIO:
+def _without_materials(data: bytes) -> io.BytesIO:
     """Give a COLLADA document without its materials."""
     root = ElementTree.fromstring(data)
     for element in list(root.iter()):
         for child in list(element):
-            if _tag(child) in _LOOKS:
+            if _tag(child) in _MATERIAL_ELEMENTS:
                 element.remove(child)
     return io.BytesIO(ElementTree.tostring(root))
 

@@ -10,27 +10,22 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError, shown
-from knotwork.scene.meshes.part import IndexArray
+from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.size_limits import (
-    MOST_NESTED,
-    MOST_SHAPES,
-    MOST_TRIANGLES,
+    MOST_MESH_TRIANGLES,
+    MOST_SHOWN_SHAPES,
     check_triangles,
     require_whole,
 )
-from knotwork.waypoints import FloatArray
 
 _TRIANGLES = 4
 """Mode of a primitive of triangles."""
-_LOOKS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
+_MATERIALS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
 """Prefixes of extensions that do not change surfaces."""
 
 
-def read_gltf(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
-    """Read the shape of a glTF file, `"gltf"` or `"glb"`; no other file is opened for it.
-
-    Returns:
-        Points, shape (n, 3), and triangles, shape (m, 3).
+def read_gltf(data: bytes, kind: str) -> tuple[MeshPart, ...]:
+    """Read the shapes of a glTF file, `"gltf"` or `"glb"`; no other file is opened for it.
 
     Raises:
         InputError: The file needs much memory, its nodes are not a tree, or it has unsupported
@@ -43,17 +38,10 @@ def read_gltf(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
     scene = trimesh.load_scene(
         io.BytesIO(data), file_type=kind, process=False, skip_materials=True, ignore_broken=False
     )
-    shapes = [scene.geometry[name] for _, name in map(scene.graph.get, scene.graph.nodes_geometry)]
-    check_triangles(sum(len(shape.faces) for shape in shapes))
-    for shape in shapes:
-        if len(shape.faces) and not 0 <= shape.faces.min() <= shape.faces.max() < len(
-            shape.vertices
-        ):
-            raise InputError(f"it has an index that is not in 0 to {len(shape.vertices) - 1}")
-    if not shapes:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    whole = scene.to_mesh()
-    return np.asarray(whole.vertices, dtype=float), np.asarray(whole.faces, dtype=np.int64)
+    placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
+    check_triangles(sum(len(scene.geometry[name].faces) for _, name in placed))
+    shapes = (scene.geometry[name].copy().apply_transform(place) for place, name in placed)
+    return tuple(MeshPart(np.array(shape.vertices), np.array(shape.faces)) for shape in shapes)
 
 
 def _content(data: bytes, kind: str) -> Any:
@@ -68,36 +56,33 @@ def _content(data: bytes, kind: str) -> Any:
 
 def _check(content: Any) -> None:
     """Refuse content that needs much memory, or that trimesh ignores."""
-    counts = [accessor.get("count", 0) for accessor in content.get("accessors", ())]
-    if any(not isinstance(count, int) or count > 3 * MOST_TRIANGLES for count in counts):
-        raise InputError(f"an accessor has more than {3 * MOST_TRIANGLES} values")
+    accessors = content.get("accessors", ())
+    counts = [accessor.get("count", 0) for accessor in accessors]
+    if any(not isinstance(count, int) or count > 3 * MOST_MESH_TRIANGLES for count in counts):
+        raise InputError(f"an accessor has more than {3 * MOST_MESH_TRIANGLES} values")
     nodes = content.get("nodes", [])
     carried = list(chain.from_iterable(node.get("children", ()) for node in nodes))
-    if len(nodes) > MOST_SHAPES or len(set(carried)) < len(carried):
-        raise InputError(f"it has more than {MOST_SHAPES} nodes, or one that is in two others")
-    below = {i: node.get("children", ()) for i, node in enumerate(nodes)}
-    level, depth = [i for i in below if i not in set(carried)], 0
-    while level:
-        level, depth = [one for i in level for one in below[i]], depth + 1
-        if depth > MOST_NESTED:
-            raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")
+    if len(nodes) > MOST_SHOWN_SHAPES or len(set(carried)) < len(carried):
+        raise InputError(
+            f"it has more than {MOST_SHOWN_SHAPES} nodes, or one that is in two others"
+        )
     meshes = len(content.get("meshes", ()))
     for index in (node["mesh"] for node in nodes if "mesh" in node):
         if index not in range(meshes):
             raise InputError(f"a node shows mesh {shown(index)} of {meshes}, counted from 0")
-    primitives = [one for mesh in content.get("meshes", ()) for one in mesh["primitives"]]
-    extended = [*content.get("extensionsRequired", ())]
-    extended += chain.from_iterable(one.get("extensions", ()) for one in (*primitives, *nodes))
+    primitives = [part for mesh in content.get("meshes", ()) for part in mesh["primitives"]]
+    extensions = [*content.get("extensionsRequired", ())]
+    extensions += chain.from_iterable(part.get("extensions", ()) for part in (*primitives, *nodes))
     unread = {
         "a skin": any("skin" in node for node in nodes),
-        "morph targets": any("targets" in one for one in primitives),
+        "morph targets": any("targets" in part for part in primitives),
         "primitives that are not triangles (mode 4)": any(
-            one.get("mode", _TRIANGLES) != _TRIANGLES for one in primitives
+            part.get("mode", _TRIANGLES) != _TRIANGLES for part in primitives
         ),
         "an accessor that is sparse or without a bufferView": any(
-            "sparse" in one or "bufferView" not in one for one in content.get("accessors", ())
+            "sparse" in accessor or "bufferView" not in accessor for accessor in accessors
         ),
-        **{f"extension {name}": not name.startswith(_LOOKS) for name in extended},
+        **{f"extension {name}": not name.startswith(_MATERIALS) for name in extensions},
     }
-    for what, found in unread.items():
-        require_whole(not found, f"it has {what}, which is not read")
+    for content_kind, is_present in unread.items():
+        require_whole(not is_present, f"it has {content_kind}, which is not read")

@@ -13,14 +13,14 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial.distinct import distinct
+from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.obj_file import read_obj
-from knotwork.scene.meshes.part import IndexArray, MeshPart
 from knotwork.scene.meshes.ply_file import read_off, read_ply
-from knotwork.scene.meshes.size_limits import FARTHEST, check_triangles, read_bounded
+from knotwork.scene.meshes.size_limits import FARTHEST_POINT, check_triangles, read_bounded
 from knotwork.scene.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray
 
-SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
+MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 
 
 def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
@@ -41,15 +41,10 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
             with an area, or points that are not finite.
     """
     try:
-        if path.suffix.lower() not in SUFFIXES:
-            raise InputError(f"read are {', '.join(SUFFIXES)}")
+        if path.suffix.lower() not in MESH_SUFFIXES:
+            raise InputError(f"read are {', '.join(MESH_SUFFIXES)}")
         data = read_bounded(path)
-        if path.suffix.lower() == ".dae":
-            from knotwork.scene.meshes.collada_file import read_collada
-
-            parts = read_collada(data, path.parent, inside or path.parent)
-        else:
-            parts = (MeshPart(*_read_shape(data, path.suffix.lower()[1:])),)
+        parts = _read_parts(data, path, inside or path.parent)
         _check(parts)
     except Exception as error:  # readers raise any error on unexpected content
         raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
@@ -95,9 +90,10 @@ def _check(parts: tuple[MeshPart, ...]) -> None:
     for part in parts:
         if any(a.ndim != 2 or a.shape[1] != 3 for a in (part.points, part.triangles)):
             raise InputError("it has points or triangles that are not three numbers each")
-        if not (np.abs(part.points) <= FARTHEST).all():
+        if not (np.abs(part.points) <= FARTHEST_POINT).all():
             raise InputError(
-                f"it has points that are not finite or farther than {FARTHEST:g} from the origin"
+                "it has points that are not finite or farther than "
+                f"{FARTHEST_POINT:g} from the origin"
             )
         indices, n = part.triangles, len(part.points)
         if indices.size and (indices.min() < 0 or indices.max() >= n):
@@ -113,16 +109,17 @@ def _has_area(part: MeshPart) -> bool:
     return bool(np.cross(b - a, c - a).any())
 
 
-def _read_shape(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
-    """Points and triangles of a file of another format."""
+def _read_parts(data: bytes, path: Path, inside: Path) -> tuple[MeshPart, ...]:
+    kind = path.suffix.lower()[1:]
+    if kind == "dae":
+        from knotwork.scene.meshes.collada_file import read_collada
+
+        return read_collada(data, path.parent, inside)
     if kind in ("glb", "gltf"):
         from knotwork.scene.meshes.gltf_file import read_gltf
 
         return read_gltf(data, kind)
-    if kind == "stl":
-        points = read_stl(data)
-        triangles = np.arange(len(points)).reshape(-1, 3)
-    else:
-        points, triangles = {"obj": read_obj, "ply": read_ply, "off": read_off}[kind](data)
-    check_triangles(len(triangles))
-    return points, triangles
+    read = {"stl": read_stl, "obj": read_obj, "ply": read_ply, "off": read_off}[kind]
+    part = MeshPart(*read(data))
+    check_triangles(len(part.triangles))
+    return (part,)

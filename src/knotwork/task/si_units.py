@@ -13,8 +13,8 @@ from functools import cache
 from typing import Any, TypeVar
 
 from knotwork.documents import Location, description_of
-from knotwork.task.part import TaskPart
 from knotwork.task.task import Task, TaskUnits
+from knotwork.task.task_part import TaskPart
 
 PartT = TypeVar("PartT", bound=TaskPart)
 

@@ -1,33 +1,73 @@
-"""A plan as files and plain data."""
+"""A planned motion with its verdict, as an object, as files and as plain data."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork import storage
 from knotwork.documents import resources
 from knotwork.errors import InputError
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.task_to_joint import TaskSolution
+from knotwork.trajectory import Event, JointTrajectory, Segment
+from knotwork.verification import Report
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
-    from knotwork.scenario import Scenario
-    from knotwork.task_to_joint import TaskSolution
-    from knotwork.trajectory import JointTrajectory
-    from knotwork.verification import Report
 
 
-class PlanFiles:
-    """Files and plain data of a plan."""
+@dataclass(frozen=True, eq=False)
+class PlannedMotion:
+    """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
 
-    if TYPE_CHECKING:
-        scenario: Scenario
-        trajectory: JointTrajectory
-        report: Report
-        solution: TaskSolution | None
-        chosen: ChosenTimes | None
+    Attributes:
+        scenario: The task.
+        space: The joints it moves and their robot.
+        joint_waypoints: Joint positions and velocities at the waypoints.
+        trajectory: The motion.
+        report: Findings of the check.
+        left_out: Options of the scenario that a planner given in place of its own does not support.
+        solution: Choice of the solutions of the poses.
+        chosen: Chosen values of a scenario with free times, which `scenario` then has as numbers;
+            `None` if nothing was free.
+        sequences: Number of sequences of solutions planned until one collided nowhere, or all.
+    """
+
+    scenario: Scenario
+    space: JointSpace
+    joint_waypoints: JointWaypoints
+    trajectory: JointTrajectory
+    report: Report
+    left_out: tuple[str, ...] = ()
+    solution: TaskSolution | None = None
+    chosen: ChosenTimes | None = None
+    sequences: int = 1
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """Switching events, in order of time."""
+        return self.trajectory.events
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """Parts of the motion, in order of time.
+
+        >>> [(part.name, part.kind) for part in kw.plan("paper_case").segments][:2]
+        [('A to B', 'free motion'), ('B to C', 'free motion')]
+        """
+        return self.trajectory.segments
+
+    def __repr__(self) -> str:
+        """The report in short."""
+        return str(self.report)
+
+    def _repr_html_(self) -> str:
+        return self.report._repr_html_()
 
     def report_to_dict(self) -> dict[str, Any]:
         """Convert the report to plain data, with the choice of the poses' `solutions`."""

@@ -16,15 +16,15 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.robot.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
-from knotwork.task.tool import Limits
-from knotwork.trajectory.events import Event
+from knotwork.task.tool_and_limits import Limits
+from knotwork.trajectory.motion_events import Event
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.scenario.path_timing import AskedTiming
+    from knotwork.scenario.asked_timing import AskedTiming
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
     from knotwork.tool_paths.weave import Weave
@@ -103,6 +103,11 @@ class ScenarioPath:
     def last(self) -> int:
         """Index of its last waypoint."""
         return self.first + len(self.stretches)
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of its waypoints [s]."""
+        return np.array([self.stretches[0].start, *(part.end for part in self.stretches)])
 
 
 @dataclass(frozen=True, eq=False)

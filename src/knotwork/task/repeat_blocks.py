@@ -8,10 +8,10 @@ from pydantic import Field, Tag
 
 from knotwork.documents import Text
 from knotwork.documents.values import Forms, Several, optional
-from knotwork.task.part import TaskPart
 from knotwork.task.poses import Frame
-from knotwork.task.scene import HeldObject
-from knotwork.task.waypoints import (
+from knotwork.task.surroundings import HeldObject
+from knotwork.task.task_part import TaskPart
+from knotwork.task.task_waypoints import (
     KINDS,
     JointWaypoint,
     PathWaypoint,

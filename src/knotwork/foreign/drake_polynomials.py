@@ -7,7 +7,7 @@ from pydantic import Field
 
 from knotwork.documents import Document, Finite, StrictModel, validate
 from knotwork.errors import InputError
-from knotwork.foreign.table import Joints
+from knotwork.foreign.point_table import Joints
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 

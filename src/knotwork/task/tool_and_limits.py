@@ -9,11 +9,11 @@ from pydantic import Field, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import Forms, LimitsFile, Positive, Several, Vector3, optional
-from knotwork.task.freedoms import FreePose
 from knotwork.task.masses import Inertia, Mass
-from knotwork.task.part import TaskPart
+from knotwork.task.open_values import FreePose
 from knotwork.task.poses import Placement
-from knotwork.task.scene import HeldObject, Shapes
+from knotwork.task.surroundings import HeldObject, Shapes
+from knotwork.task.task_part import TaskPart
 
 
 class Tool(TaskPart):

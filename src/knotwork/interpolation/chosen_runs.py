@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import OptionError
-from knotwork.interpolation.hermite import ModifiedHermiteSpline, end_accelerations
-from knotwork.interpolation.joining import joined
+from knotwork.interpolation.joining import join_pieces
+from knotwork.interpolation.modified_hermite_spline import ModifiedHermiteSpline, end_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.from_accelerations import (
@@ -29,7 +29,9 @@ STALE = 1e-3
 """Maximum correction of rounding, relative to the largest acceleration."""
 
 
-def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+def plan_modified_hermite(
+    waypoints: JointWaypoints, options: PlannerOptions
+) -> PiecewisePolynomial:
     """Make a C2 smooth curve of degree three through positions and velocities.
 
     Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
@@ -67,7 +69,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
         done = rows[-1]
     parts += _between(waypoints, known, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
-    return joined(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
+    return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
 
 def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:

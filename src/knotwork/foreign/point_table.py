@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from knotwork.errors import DocumentError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.two_point import two_point_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 

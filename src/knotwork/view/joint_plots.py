@@ -15,15 +15,10 @@ from knotwork.view.drawn_motions import (
     chosen_quantities,
     motions_of,
 )
-from knotwork.view.headings import MOST_LEGEND_LETTERS, head_and_foot, picture_title
+from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
 from knotwork.view.joint_panels import Series, joint_panel
-from knotwork.view.panel import draw_grid
-from knotwork.view.style import (
-    checked_size,
-    printable,
-    settings,
-    shortened,
-)
+from knotwork.view.panel import new_axes, new_figure, page_size, set_ranges
+from knotwork.view.style import printable, settings, shortened
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,31 +57,38 @@ def plot_joints(
         size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
-    >>> [axis.get_ylabel() for axis in figure.axes]
-    ['position [rad]', 'velocity [rad/s]']
+    >>> len(figure.axes)
+    2
 
     Raises:
         InputError: A name is unknown, there is nothing or too much to draw, or joints differ.
     """
-    found = motions_of(motions, scenario=scenario, labels=labels)
-    names = chosen("joint", joints, found[0].trajectory.joint_names)
+    drawn = motions_of(motions, scenario=scenario, labels=labels)
+    names = chosen("joint", joints, drawn[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
-    page, units = checked_size(size), found[0].units(degrees)
-    cells, heads, together = _arranged(found, names, kinds)
-    overlaid = not together and len(found) > 1
-    grid = [[joint_panel(kind, series, units) for kind, series in row] for row in cells]
-    owners, columns = [one.label for one in found], len(grid[0])
+    page, units = page_size(size), drawn[0].units(degrees)
+    in_columns = len(drawn) == 1 or len(names) > MOST_JOINT_COLUMNS
+    rows = _joints_together(drawn, names, kinds) if in_columns else _overlaid(drawn, names, kinds)
+    labels = [motion.label for motion in drawn]
+    titles = labels if in_columns else names
     with settings():
-        figure = draw_grid(grid, page, shared=together)
-        head_and_foot(
+        figure = new_figure(len(rows), len(titles), page)
+        grid = new_axes(figure, len(rows), len(titles), shared=in_columns)
+        for line, row in zip(grid, rows, strict=True):
+            panels = [joint_panel(axes, *cell, units) for axes, cell in zip(line, row, strict=True)]
+            for group in [panels] if in_columns else [[panel] for panel in panels]:
+                set_ranges(group)
+        if in_columns:
+            for axes in grid[:, 1:].flat:
+                axes.set_ylabel("")
+        write_around(
             figure,
-            found,
-            picture_title(found, "joint motions") if title is None else title,
-            owners if overlaid else names,
-            columns=columns,
-            titles=heads if columns > 1 or overlaid else (),
-            overlaid=overlaid,
-            apart=together,
+            drawn,
+            picture_title(drawn, "joint motions") if title is None else title,
+            names if in_columns else labels,
+            titles=titles if len(drawn) > 1 else [""],
+            overlaid=not in_columns,
+            apart=in_columns,
             grows=page is None,
         )
     return figure
@@ -94,15 +96,6 @@ def plot_joints(
 
 _Row = list[tuple[str, list[Series]]]
 """Quantity and curves of each panel."""
-
-
-def _arranged(
-    motions: list[Motion], names: list[str], kinds: list[str]
-) -> tuple[list[_Row], list[str], bool]:
-    """Rows of panels, titles of columns, and whether the columns are motions."""
-    if len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS:
-        return _joints_together(motions, names, kinds), [one.label for one in motions], True
-    return _overlaid(motions, names, kinds), names, False
 
 
 def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
@@ -131,7 +124,7 @@ def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) 
         )
     first = motions[0].trajectory
     units = dict(zip(first.joint_names, first.joint_units, strict=True))
-    short = shortened(names, MOST_LEGEND_LETTERS) if len(names) > 1 else [""]
+    short = shortened(names, CURVE_LETTERS) if len(names) > 1 else [""]
     of_unit = [[i for i, name in enumerate(names) if units[name] == unit] for unit in ("rad", "m")]
     return [
         [(kind, [Series(motion, names[i], i, short[i]) for i in group]) for motion in motions]

@@ -65,7 +65,7 @@ def proved_use(
 ) -> FloatArray:
     """Upper bound on the error between waypoints, relative to the tolerances.
 
-    The same proof as in the check: see `verification.bounds.path`.
+    The same proof as in the check: see `verification.bounds.stretch_bounds`.
 
     Args:
         robot: The arm.

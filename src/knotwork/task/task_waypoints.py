@@ -19,9 +19,9 @@ from knotwork.documents.values import (
     optional,
 )
 from knotwork.task.actions import Action, Actions, Wait
-from knotwork.task.freedoms import After, Free, Speed, Way
-from knotwork.task.part import TaskPart
+from knotwork.task.open_values import After, Free, Speed, Way
 from knotwork.task.poses import Placement, Pose, Torch, Velocity
+from knotwork.task.task_part import TaskPart
 from knotwork.task.weaves import Weave
 
 

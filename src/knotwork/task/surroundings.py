@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import (
-    LARGEST,
+    LARGEST_NUMBER,
     Forms,
     Items,
     Number,
@@ -18,12 +18,12 @@ from knotwork.documents.values import (
     optional,
 )
 from knotwork.task.masses import Inertia, Mass
-from knotwork.task.part import TaskPart
 from knotwork.task.poses import Placement
+from knotwork.task.task_part import TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
-Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 
 SHAPES = (
     *("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid"),
@@ -41,7 +41,7 @@ class SolidOfRevolution(TaskPart):
     )
 
 
-def _a_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
+def _check_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
     if not any(vector):
         raise ValueError("must not be zero: it is the outward normal of the solid")
     return vector
@@ -50,7 +50,7 @@ def _a_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
 class HalfSpace(TaskPart):
     """Everything behind a plane: a floor, a wall."""
 
-    normal: Annotated[Vector3, AfterValidator(_a_direction)] = Field(
+    normal: Annotated[Vector3, AfterValidator(_check_direction)] = Field(
         description="Outward normal, of any length"
     )
     offset: Number = optional("Distance from the origin along the normal [length]", 0.0)
@@ -69,7 +69,7 @@ class PointCloud(TaskPart):
     )
 
 
-class _Shape(Placement):
+class _ShapeFields(Placement):
     position: Vector3 = optional(
         "Position of the shape's centre, or of a file's origin [length]", (0.0, 0.0, 0.0)
     )
@@ -91,7 +91,7 @@ class _Shape(Placement):
     )
 
     @model_validator(mode="after")
-    def _one_shape(self) -> _Shape:
+    def _one_shape(self) -> _ShapeFields:
         given = [name for name in SHAPES if getattr(self, name) is not None]
         if len(given) != 1:
             found = f"gives {' and '.join(given)}" if given else "gives no shape"
@@ -102,13 +102,13 @@ class _Shape(Placement):
         return self
 
 
-class _Appearing(_Shape):
+class _Appearing(_ShapeFields):
     appears: Text | None = optional(
         "Name of the waypoint at which it appears; left out: present from the start"
     )
 
 
-class ToolShape(_Shape):
+class ToolShape(_ShapeFields):
     """One shape, placed in the axes of the tool's frame."""
 
 
