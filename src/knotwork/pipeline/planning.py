@@ -140,7 +140,7 @@ def plan(
 
     free = scenario.free
     met = tuple(scenario.waypoints[i].name for i in free.meets if free.duration[i - 1])
-    timed = ScenarioPlanner(scenario, planner, knots, Budget(budget=budget), progress, met)
+    timed = ScenarioPlanner(scenario, planner, knots, Budget(seconds=budget), progress, met)
     if free.meets:
         scenario = with_times_met(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()
