@@ -20,9 +20,9 @@ from knotwork.task import PlainTask
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
-from knotwork.verification.brief import worst_in_short
+from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
-from knotwork.verification.finding import united
+from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, derivative_limits
 from knotwork.view.clearance_curve import nearest_around
 from knotwork.view.links import LinkShapes, link_shapes
@@ -171,7 +171,7 @@ class ShownMotion:
     @property
     def failure_text(self) -> str:
         """The worst failure in one line, or an empty text."""
-        return worst_in_short(self.failures, self.scenario.units) if self.failures else ""
+        return worst_short_text(self.failures, self.scenario.units) if self.failures else ""
 
     @cached_property
     def joint_uses(self) -> dict[tuple[str, str], Finding]:
@@ -194,7 +194,9 @@ class ShownMotion:
     @property
     def contacts(self) -> list[tuple[float, float]]:
         """Time intervals of contacts [s]."""
-        return list(united(span for one in self.failures if one.bodies for span in one.spans))
+        return list(
+            unite_intervals(span for one in self.failures if one.bodies for span in one.spans)
+        )
 
     def units(self, degrees: bool | None) -> Units:
         """Units of the scenario, with the given unit of angles, if any."""

@@ -13,7 +13,7 @@ from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import in_short
+from knotwork.verification.brief import short_text
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
@@ -155,7 +155,7 @@ def _failure_text(finding: Finding, units: Units) -> str:
         miss = units.text(finding.value or 0.0, finding.unit, ".3g")
         return f"{name}: {finding.title} off by {miss}"
     if finding.value is None or finding.label or (finding.use or 0.0) <= ROUNDING_USE:
-        return in_short(finding, units)
+        return short_text(finding, units)
     shown, unit = units.shown(finding.value, finding.unit)
     value = f"{shown:.3g} {unit}" if np.isfinite(shown) else "infinite"
     return " ".join(filter(None, (name, finding.title, value)))
