@@ -10,7 +10,7 @@ from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import part
+from knotwork.polynomial.refined import cut_curve
 from knotwork.retiming import stop_on_path
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
@@ -77,8 +77,8 @@ def clear_motion(
     def report(number: int, best: Way | None) -> None:
         nonlocal tries
         tries, seconds = number, best.duration if best is not None else None
-        which, part = f"way {number} of {asked.tries}", (number - 1) / asked.tries
-        watch.step(1, seconds, which, part)
+        text, share = f"way {number} of {asked.tries}", (number - 1) / asked.tries
+        watch.step(1, seconds, text, share)
 
     try:
         with watch.part(1):
@@ -139,7 +139,7 @@ def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> Piecewise
     motion, at = task.scenario.under_way
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
-    curve = part(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
+    curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
     curve = PiecewisePolynomial(curve.c, curve.x - at)
     stopped = stop_on_path(curve, 0.0, limits.acceleration, limits.jerk, STOP_TOLERANCE)
     return curve if stopped is None else stopped[1]

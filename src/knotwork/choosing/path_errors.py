@@ -12,7 +12,7 @@ from knotwork.choosing.limit_shares import Limit, LimitShares, of_stretches
 from knotwork.choosing.path_speeds import Bound, NoSpeedsError
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
 from knotwork.timing.problem import with_margin
 from knotwork.units import rounded_down, rounded_up
@@ -42,7 +42,7 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
         most = (1.0 - ADVISED_MARGIN) * limit
         if speed > limit * (1.0 - NO_MARGIN):
             error = InputError(
-                f"{called(scenario.waypoints[i].name)}: the tool is given a speed of "
+                f"{waypoint_text(scenario.waypoints[i].name)}: the tool is given a speed of "
                 f"{_speed(scenario, speed)}, and tool_speed is {_tool_limit(scenario)}; "
                 f"accepted: at most {_speed(scenario, most)}, {rounded_down(most / speed, 3):g} "
                 "times that speed, or a higher limit"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from knotwork.polynomial.refined import part
+from knotwork.polynomial.refined import cut_curve
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.task import ChosenMotion
@@ -52,7 +52,7 @@ def ways_found(
             room = f" with {scenario.units.text(run.room * length, 'm', '.3g')} of extra clearance"
         message += room
         interval = (start.time, end.time)
-        way = part(motion.curve, *interval), resolution, SHOWN
+        way = cut_curve(motion.curve, *interval), resolution, SHOWN
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *way) or least_clearance(model, *way)
         value = time = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import part
+from knotwork.polynomial.refined import cut_curve
 from knotwork.recording.lateness import Delay, delays
 from knotwork.recording.likeness import LeftOfPlan, left_of_plan
 from knotwork.recording.smoothing import Smoothed
@@ -53,7 +53,7 @@ class Alignment:
             low = max(one.start, own.start_time, curve.x[0] - ahead)
             high = min(one.end, own.end_time, curve.x[-1] - ahead)
             if low < high:
-                found = part(curve, low + ahead, high + ahead)
+                found = cut_curve(curve, low + ahead, high + ahead)
                 c.append(found.c)
                 x.append([low, *(found.x[1:-1] - ahead)])
         whole = PiecewisePolynomial(np.concatenate(c, axis=1), np.concatenate([*x, [high]]))
@@ -131,7 +131,7 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
         raise InputError(
             f"{log.source} lasts {log.time[-1]:.6g} s and has no time in common with the plan"
         )
-    polynomial = part(curve.trajectory.polynomial, first + shift, last + shift)
+    polynomial = cut_curve(curve.trajectory.polynomial, first + shift, last + shift)
     breaks = np.concatenate(([first], polynomial.x[1:-1] - shift, [last]))
     polynomial = PiecewisePolynomial(polynomial.c, breaks)
     trajectory = replace(curve.trajectory, polynomial=polynomial, waypoint_times=None)

@@ -11,8 +11,8 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import part, refined
-from knotwork.polynomial.two_point import raised
+from knotwork.polynomial.refined import cut_curve, split_at
+from knotwork.polynomial.two_point import raise_degree
 from knotwork.recording.alignment import Alignment
 from knotwork.recording.lateness import delay_text
 from knotwork.trajectory import JointTrajectory
@@ -117,10 +117,10 @@ def _joints(
 def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
     """Difference of two curves, in their common time."""
     low, high = max(own.x[0], plan.x[0]), min(own.x[-1], plan.x[-1])
-    own, plan = part(own, low, high), part(plan, low, high)
-    own, plan = refined(own, plan.x), refined(plan, own.x)
+    own, plan = cut_curve(own, low, high), cut_curve(plan, low, high)
+    own, plan = split_at(own, plan.x), split_at(plan, own.x)
     degree = max(own.degree, plan.degree)
-    return PiecewisePolynomial(raised(own.c, degree) - raised(plan.c, degree), own.x)
+    return PiecewisePolynomial(raise_degree(own.c, degree) - raise_degree(plan.c, degree), own.x)
 
 
 def _tool(

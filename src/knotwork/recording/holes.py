@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import part
+from knotwork.polynomial.refined import cut_curve
 from knotwork.recording.alignment import Alignment
 from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
@@ -34,7 +34,7 @@ def hole_findings(alignment: Alignment) -> Iterator[Finding]:
     far = FAR * _range(plan.polynomial)
     for i in np.flatnonzero(np.diff(known) > FEWEST * log.period):
         start, end = float(known[i]), float(known[i + 1])
-        moved = _range(part(plan.polynomial, start, end))
+        moved = _range(cut_curve(plan.polynomial, start, end))
         moves = moved > HIDDEN * alignment.curve.noise.position
         allowed = FEWEST if (moves & (moved > far)).any() else FEW
         if end - start > allowed * log.period:

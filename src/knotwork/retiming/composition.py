@@ -10,8 +10,8 @@ from knotwork.errors import InputError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
-from knotwork.polynomial.refined import refined
-from knotwork.polynomial.two_point import raised
+from knotwork.polynomial.refined import split_at
+from knotwork.polynomial.two_point import raise_degree
 from knotwork.retiming.clock import inverse_time
 from knotwork.waypoints import FloatArray
 
@@ -35,7 +35,7 @@ def composed(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewis
     own = inverse_time(clock, inner)
     apart = NEAR * (clock.x[-1] - clock.x[0])
     own = own[np.abs(own[:, None] - clock.x).min(axis=1, initial=np.inf) > apart]
-    fine = refined(clock, own)
+    fine = split_at(clock, own)
     middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
     piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
     inside = np.array(fine.c)
@@ -75,8 +75,8 @@ def cubic_through(
     for _ in range(MOST_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
-        one, other = refined(curve, cubics.x), refined(cubics, curve.x)
-        gap = PiecewisePolynomial(one.c - raised(other.c, one.degree), one.x).extrema(0).peak
+        one, other = split_at(curve, cubics.x), split_at(cubics, curve.x)
+        gap = PiecewisePolynomial(one.c - raise_degree(other.c, one.degree), one.x).extrema(0).peak
         if gap.max() <= tolerance:
             # cubic pieces are kept: rounding would change their third derivative
             own = np.logical_not(one.c[:-4].any(axis=(0, 2)))

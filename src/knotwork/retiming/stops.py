@@ -7,7 +7,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
-from knotwork.polynomial.refined import part
+from knotwork.polynomial.refined import cut_curve
 from knotwork.retiming.composition import composed, cubic_through
 from knotwork.retiming.shortest import shortest_stop
 from knotwork.waypoints import FloatArray
@@ -109,7 +109,7 @@ def stop_on_path(
     if rest is None:
         return None
     clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest - at])
-    own = part(curve, at, rest)
+    own = cut_curve(curve, at, rest)
     return clock, PiecewisePolynomial(own.c, own.x - at)
 
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.documents import Location, Places
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
@@ -230,7 +230,7 @@ def _misplaced(file: PlainTask) -> Iterator[_Fault]:
                 f"speed: fastest, or {key}, not both",
             )
         if least_time(file, i) is not None or chosen:
-            free = nameless(i) if waypoint.name is None else repr(waypoint.name)
+            free = default_waypoint_name(i) if waypoint.name is None else repr(waypoint.name)
 
 
 def _misused(file: PlainTask, free: FreeTimes) -> Iterator[_Fault]:

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.errors.plain_text import called
-from knotwork.polynomial.refined import part
+from knotwork.errors.plain_text import waypoint_text
+from knotwork.polynomial.refined import cut_curve
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, judged
@@ -24,7 +24,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
         end = min(scenario.waypoints[i + 1].time, motion.end_time)
         if end <= start:
             continue
-        found = part(motion.curve, start, end).extrema()
+        found = cut_curve(motion.curve, start, end).extrema()
         begin = motion.curve(start)
         moved = np.maximum(found.maximum - begin, begin - found.minimum)
         upwards = found.maximum - begin >= begin - found.minimum
@@ -38,8 +38,8 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             name=waypoint.name,
             quantity="movement",
             verdict=judged(bool((moved <= tolerances).all())),
-            message=f"{called(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
-            f"{end:.3f} s, and {space.joint_names[worst]} moves by "
+            message=f"{waypoint_text(waypoint.name)}: the arm is to stand still from {start:.3f} s "
+            f"to {end:.3f} s, and {space.joint_names[worst]} moves by "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",
             value=distance,

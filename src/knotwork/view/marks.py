@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
@@ -166,7 +166,7 @@ def _add_failures(
 
 def _in_words(found: Finding, units: Units) -> str:
     """A finding as lists have it, but for a tolerance that is one for rounding."""
-    name = called(found.name) if found.subject == "waypoint" else found.name
+    name = waypoint_text(found.name) if found.subject == "waypoint" else found.name
     if found.requested is not None:
         return f"{name}: {found.title} off by {units.text(found.value or 0.0, found.unit, '.3g')}"
     if found.value is None or found.label or (found.use or 0.0) <= ROUNDING:

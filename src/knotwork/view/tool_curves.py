@@ -18,7 +18,7 @@ from knotwork.metrics.deviation import (
 )
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
-from knotwork.polynomial.refined import refined
+from knotwork.polynomial.refined import split_at
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.view.clearance_curve import clearance_curve
@@ -144,7 +144,7 @@ def _cut(curve: PiecewisePolynomial, span: float) -> PiecewisePolynomial:
     """The same curve with long pieces cut into ones of about a span [s]."""
     ends = zip(curve.x[:-1], curve.x[1:], strict=True)
     times = [np.linspace(a, b, int((b - a) / span) + 1)[1:-1] for a, b in ends]
-    return refined(curve, np.concatenate(times))
+    return split_at(curve, np.concatenate(times))
 
 
 def speed_errors(motion: Motion) -> Curve:
