@@ -18,7 +18,7 @@ from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, solid, support
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 
 Array = NDArray[np.float64]

@@ -32,13 +32,13 @@ class NearPair(NamedTuple):
     gradient: FloatArray
 
 
-def at_time(model: CollisionModel, time: float) -> CollisionModel:
+def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
     """The collision model with the bodies that exist at a time [s], without their intervals."""
-    there = [body.start <= time <= body.end for body in model.bodies]
+    exists = [body.start <= time <= body.end for body in model.bodies]
     return replace(
         model,
-        bodies=tuple(replace(one, start=-math.inf, end=math.inf) for one in model.bodies),
-        pairs=tuple(pair for pair in model.pairs if there[pair.first] and there[pair.second]),
+        bodies=tuple(replace(body, start=-math.inf, end=math.inf) for body in model.bodies),
+        pairs=tuple(pair for pair in model.pairs if exists[pair.first] and exists[pair.second]),
     )
 
 

@@ -32,7 +32,7 @@ from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.division import Looks, divided, first_intervals
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
@@ -165,7 +165,7 @@ class _Search:
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = first_intervals(self.curve.x, self.windows, PARTS)
+        first = first_intervals(self.curve.x, PARTS, self.windows)
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
             looks = self._first_looks(intervals)
