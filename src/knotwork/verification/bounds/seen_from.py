@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.endless import stack_curves
 from knotwork.robot.joint_tree import JointTree, joined, serial
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.endless import stack_curves
 from knotwork.tool_paths.moving_frame import KnownJoints
 
 
