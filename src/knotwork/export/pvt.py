@@ -38,7 +38,7 @@ def to_pvt(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        degrees: This and the others are described at `knotwork.spline.trajectory.exportable.DriveOptions`.
+        degrees: As in `knotwork.spline.trajectory.exportable.DriveOptions`, like all below.
         scale: Drive units per rad (deg, m) by joint name.
         offset: Position of the drive at joint position 0, by joint name.
         incremental: Give times since the previous row.
