@@ -281,7 +281,7 @@ def write(
 
     Args:
         path: Path of the file; its folder is created if it does not exist.
-        made: Content of the file.
+        text: Content of the file.
         force: Replace the file if it exists.
         beside: Content of the second file, if any.
 

@@ -74,7 +74,7 @@ def solve_knot_accelerations(
 
     Args:
         data: Times, positions, velocities and knots.
-        given: Accelerations as rows at the waypoints where they are known, shape (d, known).
+        known_values: Known accelerations at waypoints as rows, shape (d, known).
 
     Returns:
         Accelerations as rows at the waypoints, at their left knots and at their right ones, shape

@@ -53,8 +53,8 @@ class Alignment:
             high = min(delay.end, self.trajectory.end_time, curve.x[-1] - ahead)
             if low < high:
                 parts.append(_shifted_part(curve, low, high, ahead))
-        c = np.concatenate([cut_curve.c for cut_curve in parts], axis=1)
-        x = np.concatenate([*(cut_curve.x[:-1] for cut_curve in parts), parts[-1].x[-1:]])
+        c = np.concatenate([piece.c for piece in parts], axis=1)
+        x = np.concatenate([*(piece.x[:-1] for piece in parts), parts[-1].x[-1:]])
         return replace(self.trajectory, polynomial=PiecewisePolynomial(c, x))
 
     def errors(self, order: int, time: float | None) -> FloatArray:
