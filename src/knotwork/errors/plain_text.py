@@ -33,7 +33,7 @@ def default_waypoint_name(place: int) -> str:
 def waypoint_text(name: str) -> str:
     """A waypoint in a sentence, with its name in quotes unless it is only a number.
 
-    >>> called("pick"), called("waypoint 3")
+    >>> waypoint_text("pick"), waypoint_text("waypoint 3")
     ("waypoint 'pick'", 'waypoint 3')
     """
     return name if re.fullmatch(r"waypoint \d+", name) else f"waypoint {name!r}"

@@ -61,7 +61,7 @@ def stack_curves(*curves: PiecewisePolynomial) -> PiecewisePolynomial:
     """Stack the components of curves over the same time, shapes (e,), with the breaks of all.
 
     >>> rising, still = ([[[1.0]], [[0.0]]], [[[3.0]]])
-    >>> side_by_side(*(PiecewisePolynomial(c, [0, 2]) for c in (rising, still)))(1.0)
+    >>> stack_curves(*(PiecewisePolynomial(c, [0, 2]) for c in (rising, still)))(1.0)
     array([1., 3.])
     """
     breaks = distinct(*(curve.x for curve in curves))

@@ -13,7 +13,7 @@ def split_at(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomi
     """Insert breaks into a curve.
 
     >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
-    >>> refined(parabola, [1.0]).c.T
+    >>> split_at(parabola, [1.0]).c.T
     array([[1., 0., 0.],
            [1., 2., 1.]])
 
@@ -36,7 +36,7 @@ def cut_curve(curve: PiecewisePolynomial, start: float, end: float) -> Piecewise
     """Cut a part out of a curve.
 
     >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
-    >>> middle = part(parabola, 0.5, 1.0)
+    >>> middle = cut_curve(parabola, 0.5, 1.0)
     >>> middle.x, middle(1.0)
     (array([0.5, 1. ]), array(1.))
 
