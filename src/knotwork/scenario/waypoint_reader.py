@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location, Places
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
@@ -168,7 +168,7 @@ class WaypointReader:
 
     def _names(self) -> list[str]:
         steps = self.file.waypoints
-        names = [waypoint.name or nameless(i) for i, waypoint in enumerate(steps)]
+        names = [waypoint.name or default_waypoint_name(i) for i, waypoint in enumerate(steps)]
         used_names = {START} if self.file.start is not None else set()
         used_names |= {
             WAITED.format(names[i]) for i, waypoint in enumerate(steps) if waypoint.wait is not None
