@@ -16,7 +16,7 @@ from knotwork.editing.handles import (
     orientation_value,
 )
 from knotwork.errors import InputError
-from knotwork.errors.plain_text import nameless
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task import PathWaypoint, Task
@@ -116,7 +116,7 @@ def _timing(scenario: Scenario, after: int, share: float) -> tuple[dict[str, Any
     changes: list[Change] = []
     if isinstance(following, PathWaypoint):
         if following.along != "line":
-            name = following.name or nameless(after + 1)
+            name = following.name or default_waypoint_name(after + 1)
             raise InputError(
                 f"no waypoint can be added on the path to {name!r}, which is not a line; "
                 "choose a time before or after it"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.units import Units
@@ -57,7 +57,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
     line, at = short_text(finding, units), finding.at
     if finding.subject == "waypoint" and line.startswith(finding.name):
-        line = called(finding.name) + line.removeprefix(finding.name)
+        line = waypoint_text(finding.name) + line.removeprefix(finding.name)
     elif at is not None and (finding.label or finding.value is not None):
         line += _where(scenario, at if finding.time is not None else sum(finding.spans[0]) / 2)
     also = [
