@@ -83,21 +83,16 @@ class Carrying:
 
 def _load(time: float, robot: Robot) -> Load:
     """The whole load of an arm as one body."""
-    turn = robot.tool_offset.rotation
-    bodies = [
-        (payload.mass, robot.tool_offset * payload.centre_of_mass, turn @ payload.inertia @ turn.T)
-        for payload in robot.held
-    ]
-    if (tool_payload := robot.payload) is not None:
-        bodies.append((tool_payload.mass, tool_payload.centre_of_mass, tool_payload.inertia))
-    mass = sum(body_mass for body_mass, *_ in bodies)
-    moment = sum((body_mass * centre for body_mass, centre, _ in bodies), np.zeros(3))
-    centre = moment / mass if mass else moment
-    total = np.zeros((3, 3))
-    if any(inertia.any() for *_, inertia in bodies):  # else point masses, as given
-        for point_mass, at, inertia in bodies:
-            d = at - centre
-            total += inertia + point_mass * (d @ d * np.eye(3) - np.outer(d, d))
+    import pinocchio as pin
+
+    payloads = [*robot.held, *([] if robot.payload is None else [robot.payload])]
+    bodies = [pin.Inertia(load.mass, load.centre_of_mass, load.inertia) for load in payloads]
+    placed = [robot.tool_offset.act(body) for body in bodies[: len(robot.held)]]
+    whole = sum([*placed, *bodies[len(placed) :]], pin.Inertia.Zero())
+    # point masses are reported as one
+    has_inertia = any(np.any(load.inertia) for load in payloads)
+    total = np.array(whole.inertia) if has_inertia else np.zeros((3, 3))
+    mass, centre = float(whole.mass), np.array(whole.lever)
     x, y, z = centre.tolist()
     moments = (*np.diag(total).tolist(), total[0, 1].item(), total[0, 2].item(), total[1, 2].item())
     return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)
