@@ -140,9 +140,9 @@ def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> st
         text = f"reaches {units.text(worst.value, unit)} at {worst.time:.6g} s, {allowed}"
     if worst.proof != "sampled":
         return text
-    from knotwork.verification.bounds.adaptive import BUDGET
+    from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET
 
-    return f"{text}; sampled only: a proof takes more than {BUDGET} evaluations"
+    return f"{text}; sampled only: a proof takes more than {EVALUATION_BUDGET} evaluations"
 
 
 def limit_finding(

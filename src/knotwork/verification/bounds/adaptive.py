@@ -25,10 +25,10 @@ from knotwork.waypoints import FloatArray
 FIRST_INTERVALS = 500
 """Approximate number of intervals of the first division, which is also at every break."""
 
-BUDGET = 20_000
+EVALUATION_BUDGET = 20_000
 """Maximum evaluations after the first division; a verdict still open then is not proved."""
 
-BUDGET_PER_PIECE = 8
+EVALUATIONS_PER_PIECE = 8
 """Minimum budget per piece and coefficient, which is enough for every polynomial."""
 
 ABSURD_EXCESS = 10.0
@@ -100,7 +100,7 @@ def maximum(
     quantity: Quantity,
     limit: FloatArray,
     precision: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
-    budget: int = BUDGET,
+    budget: int = EVALUATION_BUDGET,
 ) -> Maximum:
     """Compute an upper bound of a quantity over a whole motion.
 
@@ -118,8 +118,8 @@ def maximum(
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
     at_start, at_end = search.evaluate_ends(intervals)
     closed = np.full(len(limit), -np.inf)
-    if budget >= BUDGET:
-        budget = max(budget, BUDGET_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
+    if budget >= EVALUATION_BUDGET:
+        budget = max(budget, EVALUATIONS_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
     allowance = search.count + budget
     while True:
         excess, rounding = search.excess(intervals)

@@ -201,7 +201,7 @@ class _ClearanceSearch:
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
         where = interval[apart], combo[apart], normal[apart]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
-        lower[apart] = np.maximum(lower[apart], gap - motions.along(*where))
+        lower[apart] = np.maximum(lower[apart], gap - motions.approach(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
         if self.measurements.sum() >= DISTANCE_BUDGET:
             closed[:] = True
