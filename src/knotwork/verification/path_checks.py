@@ -218,11 +218,8 @@ def _criteria(
     speeds = _speeds(bounds, scenario, 5)
     text = f"the speed is {speeds}, asked for {asked} from {start} to {end}, {within}"
     yield "path_speed", bounds.speed, limits.speed, "m/s", text
-    slowest = round(scale * bounds.ramp_slowest, 9) + 0.0
-    text = (
-        f"where the speed changes it is {slowest:.5g} to {scale * bounds.ramp_fastest:.5g} "
-        f"{length}/s along the {kind}, accepted 0 to {asked}, {within}"
-    )
+    beyond = shown(0.0 if bounds.ramp is None else max(bounds.ramp.value, 0.0), "m/s")
+    text = f"where the speed changes it is {beyond} beyond 0 to {asked}, {within}"
     yield "path_ramp", bounds.ramp, limits.speed, "m/s", text
 
 

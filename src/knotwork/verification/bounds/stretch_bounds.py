@@ -106,7 +106,6 @@ class StretchBounds(NamedTuple):
         ramp: Excess over the full speed in ramps, or backward speed [m/s]; `None` without ramps.
         slowest, fastest: Proved bounds on the velocity along the path and on the speed, where
             full speed is required [m/s]; infinite if nowhere.
-        ramp_slowest, ramp_fastest: Minimum and maximum samples of them in ramps [m/s].
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
         use: Upper bound on the error of each interval relative to the limits, shape (n,). If a
             sample violates a limit, that of the samples.
@@ -121,8 +120,6 @@ class StretchBounds(NamedTuple):
     ramp: PathBound | None
     slowest: float
     fastest: float
-    ramp_slowest: float
-    ramp_fastest: float
     times: FloatArray
     use: FloatArray
 
@@ -231,7 +228,6 @@ def _summarize(
     )
     value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
     in_full, in_ramps = rows.rows[2], np.isfinite(rows.samples[3])
-    size = np.linalg.norm(samples.velocity, axis=1)
     return StretchBounds(
         position=position,
         orientation=orientation._replace(value=value, bound=bound),
@@ -242,8 +238,6 @@ def _summarize(
         ramp=ramp if in_ramps.any() else None,
         slowest=float(rows.least[in_full].min(initial=np.inf)),
         fastest=float(rows.greatest[in_full].max(initial=-np.inf)),
-        ramp_slowest=float(samples.along[in_ramps].min(initial=np.inf)),
-        ramp_fastest=float(size[in_ramps].max(initial=-np.inf)),
         times=t,
         use=use,
     )
