@@ -12,23 +12,22 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import validate
-from knotwork.documents.items import part_of
 from knotwork.editing.additions import box_at, waypoint_here
 from knotwork.editing.draft import Draft, as_javascript, build, units
 from knotwork.editing.handles import Handle, handles, moved
 from knotwork.errors import InputError, KnotworkError
+from knotwork.files.documents import validate
+from knotwork.files.documents.items import part_of
 from knotwork.kinematics import solve_pose_ik
-from knotwork.pipeline import Plan, plan
+from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, resolved
 from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task.si_units import si_factors
 from knotwork.view.edit_server import EditServer
-from knotwork.view.scene import make_scene
-from knotwork.view.show import scene_of
-from knotwork.view.shown import Shown
+from knotwork.view.scene_data import make_scene, scene_of
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray, read_only
 
 Asked = Mapping[str, Any]
@@ -238,7 +237,7 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     timed = replace(scenario, free=None)  # with the provisional times
     rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
-    return make_scene(Shown(robot, motion, timed, joint_space(timed)))
+    return make_scene(ShownMotion.of_trajectory(motion, timed))
 
 
 def _names(scenario: Scenario) -> dict[str, str]:
@@ -278,8 +277,8 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
     Raises:
         InputError: The file does not exist, or the copy exists already.
     """
-    from knotwork import storage
-    from knotwork.documents import edited_text, read
+    from knotwork.files import storage
+    from knotwork.files.documents import edited_text, read
     from knotwork.task.places import moved_paths
 
     if copy is None:

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.documents import read_text
+from knotwork.files.documents import read_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
 from knotwork.verification.worst import without_use, worst_failures
-from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, frame, json_in_html, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
+from knotwork.view.plan_pages import view_plan
 from knotwork.view.scene_verdict import failures
-from knotwork.view.show import view_plan
+from knotwork.view.shown_motion import PlanLike
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
