@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from knotwork.view.page import Page
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan(ExecutedMotion):
     """A planned motion with its verdict, which can be shown, saved and changed.
 
