@@ -10,10 +10,8 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.scenario import ScenarioPath, Stretch
+from knotwork.scenario import ScenarioPath
 from knotwork.spline.trajectory import JointTrajectory
-from knotwork.tool_paths.progress import progress
-from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 LINE_SAMPLES = 40
@@ -101,62 +99,3 @@ def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[fl
     straight = pin.SE3(start.rotation @ pin.exp3(along * turn), start.translation + along * line)
     off = float(np.linalg.norm(pose.translation - straight.translation))
     return off, float(np.linalg.norm(pin.log3(straight.rotation.T @ pose.rotation)))
-
-
-def deviation_from_path(
-    robot: Robot, q: FloatArray, path: ScenarioPath, stretch: Stretch, times: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Distances [m] and angles [rad] of the tool from the nearest points of a stretch of a path.
-
-    Args:
-        robot: The arm.
-        q: Joint positions at the times [rad or m], shape (k, d).
-        path: The path.
-        stretch: The stretch of the path.
-        times: Times in order, guesses of the nearest points [s], shape (k,).
-    """
-    place, rotation, _, s = _relative_motion(robot, q, np.zeros_like(q), path, stretch, times)
-    offset, gap = path.motion.path.gaps(place, rotation, s, axis=path.freedom is not None)
-    return offset, angle_of(gap)
-
-
-def speed_along_path(
-    robot: Robot,
-    q: FloatArray,
-    v: FloatArray,
-    path: ScenarioPath,
-    stretch: Stretch,
-    times: FloatArray,
-) -> FloatArray:
-    """Velocity of the tool along a stretch of a path [m/s], negative backwards, shape (k,).
-
-    Args:
-        robot: The arm.
-        q: Joint positions at the times [rad or m], shape (k, d).
-        v: Joint velocities [rad/s or m/s], shape (k, d).
-        path: The path.
-        stretch: The stretch of the path.
-        times: Times in order [s], shape (k,).
-    """
-    _, _, velocity, s = _relative_motion(robot, q, v, path, stretch, times)
-    return np.asarray((velocity * path.motion.path.position(s, 1)).sum(axis=1))
-
-
-def _relative_motion(
-    robot: Robot,
-    q: FloatArray,
-    v: FloatArray,
-    path: ScenarioPath,
-    stretch: Stretch,
-    times: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Position, rotation and velocity of the tool in the path's frame, and its progress [m]."""
-    poses = [robot.forward(row) for row in q]
-    place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
-    rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-    velocity = np.array([robot.twist(*row).linear for row in zip(q, v, strict=True)])
-    motion = path.motion
-    place, rotation, velocity = motion.seen(times, place, rotation, velocity.reshape(-1, 3))
-    low, high = motion.arc_length(np.array([stretch.start, stretch.end])).tolist()
-    guess = motion.arc_length(np.clip(times, stretch.start, stretch.end))
-    return place, rotation, velocity, progress(motion.path, place, guess, (low, high))
