@@ -13,7 +13,6 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.tool_paths.rotations import angle_of
 from knotwork.verification.bounds.path_samples import follow_stretch
 from knotwork.verification.metrics.deviation import (
     deviation_from_line,
@@ -125,7 +124,7 @@ def path_deviations(motion: ShownMotion) -> Curve:
     for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         time = times_along(motion.curve, start, end)
         samples = follow_stretch(robot, motion.curve, path, stretch, time)
-        parts.append((time, np.stack((samples.distance, angle_of(samples.gap)), axis=1)))
+        parts.append((time, np.stack((samples.distance, samples.angle), axis=1)))
     return _join_curves(parts, 2)
 
 

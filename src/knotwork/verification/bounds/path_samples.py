@@ -12,6 +12,7 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.tool_paths.progress import progress
+from knotwork.tool_paths.rotations import angle_of
 from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
@@ -42,6 +43,11 @@ class PathSamples(NamedTuple):
     velocity: FloatArray
     tangent: FloatArray
     angles: FloatArray
+
+    @property
+    def angle(self) -> FloatArray:
+        """Angles from the orientation of the path [rad], shape (k,)."""
+        return angle_of(self.gap)
 
     @property
     def along(self) -> FloatArray:
