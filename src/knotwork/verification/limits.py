@@ -16,7 +16,7 @@ from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.spline.polynomial.jumps import measured_jumps
 from knotwork.units import Units
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding, Proof, judged
+from knotwork.verification.finding import Finding, Proof, verdict_on
 from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 
@@ -176,7 +176,7 @@ def limit_finding(
     text = compare_text(worst, limit, unit, units) if required else "has no limit given"
     ok = keeps_limit(margin, limit) if ok is None else ok
     return Finding(
-        *subject, quantity, judged(ok, required=required), f"{label} {text}",
+        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}",
         limit=limit if required else None, margin=margin if required else None, unit=unit,
         **(worst._asdict() | more),
     )  # fmt: skip

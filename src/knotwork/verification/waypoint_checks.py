@@ -14,7 +14,7 @@ from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding, judged
+from knotwork.verification.finding import Finding, verdict_on
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
 
 def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
     """Make a finding about the whole motion."""
-    return Finding("Motion", "motion", "", quantity, judged(ok), message)
+    return Finding("Motion", "motion", "", quantity, verdict_on(ok), message)
 
 
 def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

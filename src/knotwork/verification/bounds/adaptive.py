@@ -42,7 +42,7 @@ VALUE_FLOOR = 1e-6
 
 SMALLEST_EXCESS = np.finfo(float).tiny
 
-BLOCK = 8192
+BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""
 
 DIVISION = 4
@@ -204,8 +204,8 @@ class _Evaluations:
     def excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
         """Maximum excess of values over those at the ends, and by rounding, shape (n, c) both."""
         blocks = []
-        for low in range(0, intervals.piece.size, BLOCK):
-            block = intervals[low : low + BLOCK]
+        for low in range(0, intervals.piece.size, BLOCK_INTERVALS):
+            block = intervals[low : low + BLOCK_INTERVALS]
             with np.errstate(over="ignore", invalid="ignore"):
                 rates = joint_rates(self.curve, block)
                 sizes = self.quantity.sizes(rates.bounds)
