@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.units import Units
@@ -56,7 +56,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
     line, at = short_text(found, units), found.at
     if found.subject == "waypoint" and line.startswith(found.name):
-        line = called(found.name) + line.removeprefix(found.name)
+        line = waypoint_text(found.name) + line.removeprefix(found.name)
     elif at is not None and (found.label or found.value is not None):
         line += _where(scenario, at if found.time is not None else sum(found.spans[0]) / 2)
     also = [

@@ -21,7 +21,7 @@ from knotwork.planning.ways.search import find_way, stretch
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.refined import part
+from knotwork.spline.polynomial.refined import cut_curve
 from knotwork.spline.retiming import stop_on_path
 from knotwork.task import PoseWaypoint
 from knotwork.units import rounded_up
@@ -117,7 +117,7 @@ def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> Piecewise
     motion, at = task.scenario.under_way
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
-    curve = part(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
+    curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
     curve = PiecewisePolynomial(curve.c, curve.x - at)
     stopped = stop_on_path(curve, 0.0, limits.acceleration, limits.jerk, STOP_TOLERANCE)
     return curve if stopped is None else stopped[1]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.errors import TimingError
-from knotwork.errors.plain_text import called
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.timing.problem import TimingProblem
 from knotwork.units import rounded_down
@@ -36,7 +36,7 @@ def _fault(
 ) -> TimingError:
     """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
     return TimingError(
-        f"{called(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
+        f"{waypoint_text(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
         waypoint=int(i),
         joint=problem.joint_names[k],
         limit=limit,

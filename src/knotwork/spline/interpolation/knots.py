@@ -180,12 +180,12 @@ def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotE
         f"{t.size} are given"
     )
     inside = np.sort(t)
-    found = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
-    for i in np.flatnonzero(found != needed)[:1].tolist():
+    counts = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
+    for i in np.flatnonzero(counts != needed)[:1].tolist():
         low, high = float(x[i]), float(x[i + 1])
         return KnotError(
             f"{message}. Between waypoints {i} and {i + 1}, strictly between {low:.15g} s and "
-            f"{high:.15g} s, there must be {needed[i]} and are {found[i]}",
+            f"{high:.15g} s, there must be {needed[i]} and are {counts[i]}",
             waypoint=i,
             interval=(low, high),
         )

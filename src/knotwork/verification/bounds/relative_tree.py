@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from knotwork.robot.joint_tree import JointTree, joined, serial
 from knotwork.spline.polynomial import PiecewisePolynomial
-from knotwork.spline.polynomial.endless import side_by_side
+from knotwork.spline.polynomial.endless import stack_curves
 from knotwork.tool_paths.moving_frame import KnownJoints
 
 
@@ -53,4 +53,4 @@ def append_known(
 ) -> PiecewisePolynomial:
     """Positions of an arm's joints followed by those of carriers, over the time of the first."""
     span = curve.x[[0, -1]].tolist()
-    return side_by_side(curve, *(carrier.curve.between(*span) for carrier in carriers))
+    return stack_curves(curve, *(carrier.curve.between(*span) for carrier in carriers))
