@@ -27,11 +27,10 @@ def held_blocks(
         layout: Its variables.
     """
     bound = 1.0 - tightening.margin
-    for name, allowed in tightening.held.items():
-        places = tightening.places.get(name, np.ones(len(allowed), dtype=bool))
+    for name, held in tightening.held.items():
         for k, columns in enumerate((layout.state, layout.piece)):
-            chosen = places[k::2]
-            inverse = 1.0 / (allowed[k::2][chosen] * getattr(problem.limits, name)).T
+            active = held.active[k::2]
+            inverse = 1.0 / (held.allowed[k::2][active] * getattr(problem.limits, name)).T
             units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
             kernel = KERNELS[name](problem.arm, inside=bool(k))
-            yield Block(kernel, columns[:, chosen], np.vstack((units, inverse)), -bound, bound)
+            yield Block(kernel, columns[:, active], np.vstack((units, inverse)), -bound, bound)
