@@ -14,7 +14,7 @@ import pytest
 from site_build import Site
 
 from knotwork.cli.main import cli
-from knotwork.documents import StrictModel
+from knotwork.files.documents import StrictModel
 from knotwork.robot.file import RobotFile
 from knotwork.task import Task
 
@@ -22,13 +22,13 @@ ROOT = Path(__file__).parents[2]
 SHOWN_ONLY = {"bash", "matlab", "python", "yaml"}
 PACKAGES = (
     "export",
-    "foreign",
-    "interpolation",
+    "files.foreign",
+    "spline.interpolation",
     "kinematics",
-    "polynomial",
+    "spline.polynomial",
     "robot",
     "scenario",
-    "storage",
+    "files.storage",
     "sweeps",
     "task",
     "tool_paths",

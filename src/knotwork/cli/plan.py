@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -22,12 +22,12 @@ from knotwork.cli.parameters import (
     package_path_option,
     planner_option,
 )
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.short_report import print_next, print_short_plan
 from knotwork.cli.terminal import echo, echo_line
 from knotwork.errors import InputError, KnotworkError
-from knotwork.pipeline import Plan
-from knotwork.storage import trajectory_to_dict
+from knotwork.files.storage import trajectory_to_dict
+from knotwork.planning import Plan
 
 
 @click.command(epilog=EXIT_CODES)
@@ -77,10 +77,10 @@ def plan(
             raise InputError(f"{name} takes one scenario, not {len(scenarios)}")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
     for i, reference in enumerate(scenarios):
-        which = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
+        position = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
         try:
-            with shown_progress(f"{reference}{which}", as_json) as progress:
-                planned = pipeline.plan(
+            with show_planning(f"{reference}{position}", as_json) as progress:
+                planned = planning.plan(
                     reference, planner=planner, budget=budget, progress=progress
                 )
             written: list[Path] = []

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.logs import stated_path
 from knotwork.cli.parameters import (
     EXIT_CODES,
@@ -22,15 +22,15 @@ from knotwork.cli.parameters import (
     package_path_option,
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
-from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError
-from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.files.documents import Document
+from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.robot import load_robot
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.task import Task
-from knotwork.trajectory import JointTrajectory
 
 
 @click.command(epilog=EXIT_CODES)
@@ -73,27 +73,27 @@ def replan(
     asked = Task.load(task)
     motion, current = _motion(source, asked)
     try:
-        begun = pipeline.scenario_from(motion, at, asked, current)
-        with shown_progress(task, as_json) as progress:
-            made = pipeline.plan(begun, budget=budget, progress=progress)
+        scenario = planning.scenario_from(motion, at, asked, current)
+        with show_planning(task, as_json) as progress:
+            plan = planning.plan(scenario, budget=budget, progress=progress)
     except DocumentError as error:
         if error.file is not None:
             raise
         raise DocumentError(task, error.problems) from error
-    written = made.save(out) if out is not None else []
-    code = PASSED if made.report.ok else FAILED
+    written = plan.save(out) if out is not None else []
+    code = PASSED if plan.report.ok else FAILED
     if as_json:
-        plans = [plan_to_dict(task, made, written)]
+        plans = [plan_to_dict(task, plan, written)]
         echo(json.dumps({"ok": code == PASSED, "plans": plans}, indent=1, allow_nan=False))
     else:
-        print_plan(made, written, full, alone=False)
+        print_plan(plan, written, full, alone=False)
     return code
 
 
 def _motion(source: str, asked: Task) -> tuple[JointTrajectory, Scenario | None]:
     """The running motion, and its scenario if known."""
     if not is_trajectory(source):
-        planned = pipeline.plan(source)
+        planned = planning.plan(source)
         return planned.trajectory, planned.scenario
     robot, described = None, asked.robot
     if is_foreign(source):

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from knotwork import pipeline
+from knotwork import planning
 from knotwork.cli.logs import (
     LogOptions,
     checked_log,
@@ -16,18 +16,18 @@ from knotwork.cli.logs import (
     smoothed_log,
 )
 from knotwork.cli.parameters import PlanOptions
-from knotwork.cli.progress_display import shown_progress
+from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.foreign import is_foreign, is_trajectory, read_trajectory
-from knotwork.interpolation import get_planner
-from knotwork.pipeline import Plan
+from knotwork.files.documents import resources
+from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.files.storage import set_disagreement
+from knotwork.planning import Plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
-from knotwork.storage import set_disagreement
-from knotwork.trajectory import JointTrajectory
+from knotwork.spline.interpolation import get_planner
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 from knotwork.verification.worst import failure_lines
 
@@ -87,12 +87,12 @@ def read_motions(
     """
     options = options if options is not None else PlanOptions()
     if not _is_trajectory(source, reference):
-        given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
+        unfit: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
         if source in resources.names("scenarios") or Path(source).exists():  # else missing
-            refuse(given, f"{source} is a scenario itself")
-        return list(_planned(source, options, compare or []))
-    given = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
-    refuse(given, f"{source} is a trajectory, which is planned already")
+            refuse(unfit, f"{source} is a scenario itself")
+        return list(_plan_all(source, options, compare or []))
+    unfit = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
+    refuse(unfit, f"{source} is a trajectory, which is planned already")
     if reference is None and robot is None:
         reference = planned_scenario(log)
     if reference is not None:
@@ -164,24 +164,24 @@ def refuse(options: dict[str, Any], reason: str) -> None:
     Raises:
         InputError: An option is given.
     """
-    given = [name for name, value in options.items() if value is not None]
-    if given:
-        raise InputError(f"{reason}: leave out {', '.join(given)}")
+    names = [name for name, value in options.items() if value is not None]
+    if names:
+        raise InputError(f"{reason}: leave out {', '.join(names)}")
 
 
-def _planned(source: str, options: PlanOptions, others: list[str]) -> list[Plan]:
+def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Plan]:
     """Plan a scenario with its own planner and with others, each planner once."""
-    for name in others:
+    for name in planners:
         get_planner(name)
-    with shown_progress(source) as progress:
-        first = pipeline.plan(source, progress=progress, **asdict(options))
+    with show_planning(source) as progress:
+        first = planning.plan(source, progress=progress, **asdict(options))
     plans = [first]
-    for name in dict.fromkeys(others):
+    for name in dict.fromkeys(planners):
         if name == plans[0].scenario.planner:
             continue
         try:
-            with shown_progress(f"{source}, {name}") as progress:
-                plans.append(pipeline.plan(source, planner=name, progress=progress))
+            with show_planning(f"{source}, {name}") as progress:
+                plans.append(planning.plan(source, planner=name, progress=progress))
         except InputError as error:
             raise InputError(f"planner {name!r} can't be compared here: {error}") from error
     return plans
@@ -197,7 +197,7 @@ def print_failures(motions: Iterable[Motion]) -> None:
     for motion in checked(motions):
         report = motion.report
         if not report.ok:
-            which = f"{report.scenario}, {motion.trajectory.planner}"
-            echo(f"note: {which}: the check FAILS", err=True)
+            motion_name = f"{report.scenario}, {motion.trajectory.planner}"
+            echo(f"note: {motion_name}: the check FAILS", err=True)
             for failure in failure_lines(report.failures, MOST_FAILURES):
                 echo(f"  {failure}", err=True)

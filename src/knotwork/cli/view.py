@@ -23,17 +23,18 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.sources import Motion, checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
-from knotwork.documents import resources
 from knotwork.errors import InputError
-from knotwork.pipeline import plan
+from knotwork.files.documents import resources
+from knotwork.planning import plan
 from knotwork.robot import Robot, load_robot
+from knotwork.spline.trajectory import JointTrajectory
 from knotwork.sweeps.folder import is_study
 from knotwork.sweeps.named_files import named_files
-from knotwork.trajectory import JointTrajectory
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import LiveServer, PageServer
 from knotwork.view.picture_files import checked_page_path
-from knotwork.view.show import scene_of, scene_of_trajectory
+from knotwork.view.plan_pages import scene_of_trajectory
+from knotwork.view.scene_data import scene_of
 from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
 

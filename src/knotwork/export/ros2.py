@@ -26,13 +26,13 @@ import yaml
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import flag
 from knotwork.export.lossless import Points, motion_points
-from knotwork.export.packages import needed
-from knotwork.trajectory import JointTrajectory
+from knotwork.export.packages import import_package
+from knotwork.spline.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from knotwork.trajectory.exportable import MessageOptions
+    from knotwork.spline.trajectory.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
 LONGEST = 2**31 - 1
@@ -88,7 +88,7 @@ def ros2_dict(
 
     Args:
         motion: The motion, or points of it from `motion_points`.
-        options: See `knotwork.trajectory.exportable.MessageOptions`.
+        options: See `knotwork.spline.trajectory.exportable.MessageOptions`.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.
@@ -194,8 +194,8 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
     """
     points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"
-    messages = needed("trajectory_msgs.msg", "a ROS 2 message object", how)
-    duration = needed("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
+    messages = import_package("trajectory_msgs.msg", "a ROS 2 message object", how)
+    duration = import_package("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
     data = _message(points)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
@@ -203,5 +203,5 @@ def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageO
         message.points.append(messages.JointTrajectoryPoint(**row, time_from_start=time))
     if not goal:
         return message
-    action = needed("control_msgs.action", "a FollowJointTrajectory goal", how)
+    action = import_package("control_msgs.action", "a FollowJointTrajectory goal", how)
     return action.FollowJointTrajectory.Goal(trajectory=message)

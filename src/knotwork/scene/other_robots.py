@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
-from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
 from knotwork.scenario import PlacedRobot, load_scenario
+from knotwork.spline.polynomial.endless import EndlessCurve
 
 if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
@@ -70,7 +70,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
     if scenario.task.robot is None:
         raise InputError(f"{source}: names no robot")
     if motion is None:
-        plan = _load_callable("pipeline", "plan")(scenario)
+        plan = _load_callable("planning", "plan")(scenario)
         if not plan.report.ok:
             raise InputError(
                 f"{source}: its motion fails its own check: {plan.report.failures[0].message}; "
@@ -79,11 +79,11 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:
         space = _load_callable("scenario.joint_space", "joint_space")(scenario)
-        read = _load_callable("foreign.trajectory_files", "read_trajectory")
+        read = _load_callable("files.foreign.trajectory_files", "read_trajectory")
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moved = _load_callable("verification.motion", "Motion")(trajectory, space)
+    moved = _load_callable("verification.checked_motion", "Motion")(trajectory, space)
     model = _load_callable("verification.collisions", "motion_model")(moved, scenario, space.robot)
     held = frozenset(held.name for held in scenario.scene.held)
     known = (EndlessCurve(moved.curve), *model.known)

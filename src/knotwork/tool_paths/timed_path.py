@@ -7,7 +7,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
-from knotwork.polynomial.endless import EndlessCurve
+from knotwork.spline.polynomial.endless import EndlessCurve
 from knotwork.tool_paths.moving_frame import MovingFrame, ToolMotion, woven
 from knotwork.tool_paths.path import LENGTHS, ToolPath
 from knotwork.tool_paths.path_timing import Timing

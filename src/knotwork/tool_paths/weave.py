@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.polynomial.distinct import distinct
+from knotwork.spline.polynomial.distinct import distinct
 from knotwork.tool_paths.curve import Curve
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.tool_paths.path import ToolPath
@@ -79,24 +79,14 @@ class Weave:
         part = WIDEST_TURN if self.shape == "sine" else 2.0 * self.rounding / self.width
         return min(part, WIDEST_TURN) * self.crossing
 
-    def eased(self, use: float, order: int) -> dict[str, float]:
-        """Values of keys that reduce a derivative of the offset by about a factor.
+    def eased_frequency(self, use: float, order: int) -> float:
+        """Frequency [Hz] that reduces a derivative of the offset by about a factor.
 
         Args:
             use: The factor, over 1.
             order: Order of the derivative.
-
-        Returns:
-            A frequency [Hz], and a rounding [m] if one is sufficient.
         """
-        m, turn = self.crossing, self.turn
-        found = {"frequency": 0.5 / (m * use ** (1.0 / order) + self.dwell)}
-        if self.shape == "triangle" and order > 1:
-            wider = np.linspace(turn, WIDEST_TURN * m, 1000)
-            eased = (m - turn) * turn ** (order - 1) * use <= (m - wider) * wider ** (order - 1)
-            if eased.any():
-                found["rounding"] = float(0.5 * self.width * wider[eased.argmax()] / m)
-        return found
+        return float(0.5 / (self.crossing * use ** (1.0 / order) + self.dwell))
 
     def breaks(self, *others: FloatArray) -> FloatArray:
         """Breaks of the weave from 0 to its duration, merged with others [s]."""

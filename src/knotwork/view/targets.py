@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.spline.polynomial import PiecewisePolynomial
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import arrow, frame_along, tube
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -26,7 +26,7 @@ def targets(
     base.
     """
     base = robot.base_placement
-    found = []
+    at_tool = []
     for i, (waypoint, state) in enumerate(zip(scenario.waypoints, space.targets, strict=True)):
         if i - 1 in space.waits:
             continue
@@ -40,9 +40,9 @@ def targets(
                 turn, pose = away.rotation, away * pose
                 twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)
         turned = pin.Motion(base.rotation @ twist.linear, base.rotation @ twist.angular)
-        made = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
-        found.append(replace(made, standing=waypoint.standing))
-    return found
+        target = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
+        at_tool.append(replace(target, standing=waypoint.standing))
+    return at_tool
 
 
 def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:

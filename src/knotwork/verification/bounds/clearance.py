@@ -22,17 +22,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import horner
 from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.division import Looks, divided, first_intervals
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
@@ -165,7 +165,7 @@ class _Search:
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = first_intervals(self.curve.x, self.windows, PARTS)
+        first = first_intervals(self.curve.x, PARTS, self.windows)
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
             looks = self._first_looks(intervals)

@@ -1,0 +1,149 @@
+"""Findings on chosen times: duration, lower bound, gap and limiting constraints."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from knotwork.joint_quantities import rate_unit
+from knotwork.planning.choosing.choice import ChosenTimes
+from knotwork.planning.choosing.path_speeds import Bound
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification import Finding
+from knotwork.verification.finding import Verdict
+
+GROUP = "Chosen times"
+
+
+def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
+    """Report the duration, its gap to the lower bound, and the limiting constraints.
+
+    Args:
+        chosen: The chosen times.
+        space: The joints and their limits.
+    """
+    yield _of_motion("duration", _duration(chosen), chosen.duration)
+    shortest = f"{chosen.lower_bound:.6g} s{_met(chosen)}"
+    what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "for this task"
+    message = f"no motion {what} within the limits is shorter than {shortest}"
+    yield _of_motion("lower_bound", message, chosen.lower_bound)
+    verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
+    message = _duration(chosen)
+    brief = message.removeprefix("times chosen: ")
+    yield replace(_of_motion("chosen_times", message, verdict=verdict), brief=brief)
+    unlimited = _unlimited(space)
+    if unlimited:
+        yield _of_motion("acceleration_limit", unlimited, verdict="warning")
+    if chosen.segments and chosen.assumed_jerk:
+        yield _of_motion("assumed_jerk", _assumed(chosen))
+    times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
+    for (start, end), limits in _binding(chosen).items():
+        parts = [f"{limit} {_share_text(share)}" for limit, share in limits]
+        label = _longest(limits)
+        yield Finding(
+            group=GROUP,
+            subject="waypoint",
+            name=end,
+            quantity="binding_limits",
+            verdict="information",
+            fact=f"{start} to {end}: {', '.join(parts)}",
+            interval=(times[start], times[end]),
+            label=label,
+            brief=f"{start} to {end}: bound by {label}",
+        )
+
+
+def _of_motion(
+    quantity: str,
+    message: str,
+    seconds: float | None = None,
+    verdict: Verdict = "information",
+) -> Finding:
+    """A finding on the whole motion, with a time if there is one [s]."""
+    unit = "s" if seconds is not None else ""
+    return Finding(GROUP, "motion", "", quantity, verdict, message, value=seconds, unit=unit)
+
+
+def _duration(chosen: ChosenTimes) -> str:
+    text, bound = f"times chosen: {chosen.duration:.6g} s", f"{chosen.lower_bound:.6g} s"
+    if chosen.status == "stopped":
+        speeds = " with these speeds along its paths" if _path_speeds_chosen(chosen) else ""
+        return (
+            f"{text}, the best so far when the budget ended: every limit is kept, but a shorter "
+            f"motion may exist (lower bound{speeds} {bound})"
+        )
+    if chosen.status == "resting":
+        return (
+            f"{text}: every limit is kept, but the arm rests between waypoints, and a shorter "
+            f"motion may exist (lower bound {bound})"
+        )
+    if chosen.gap < 1e-6:
+        return f"{text} in all, as given, or the minimum{_met(chosen)}"
+    return f"{text}, {100 * chosen.gap:.1f} % above the lower bound {bound}{_met(chosen)}"
+
+
+def _met(chosen: ChosenTimes) -> str:
+    """Text of given times at moving frames, on which the lower bound depends."""
+    times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
+    met = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.met]
+    return f" with {', '.join(met)}" if met else ""
+
+
+def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
+    """Whether speeds along paths were chosen, on which the lower bound depends."""
+    return chosen.asked.free is not None and bool(chosen.asked.free.path_speed)
+
+
+def _unlimited(space: JointSpace) -> str:
+    """Warning on joints without an acceleration limit; empty if all have one."""
+    missing = np.isinf(space.limits["acceleration"])
+    if space.robot is None or not missing.any():
+        return ""
+    names = ", ".join(name for name, one in zip(space.joint_names, missing, strict=True) if one)
+    of = space.robot.name if missing.all() else f"{names} of {space.robot.name}"
+    return (
+        f"times are chosen, but no acceleration limit is known for {of}: only torque bounds it; "
+        "accepted: limits: {acceleration: …}"
+    )
+
+
+def _assumed(chosen: ChosenTimes) -> str:
+    """The assumed jerk limits, in words."""
+    motion = chosen.segments[0].trajectory
+    units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
+    joints: dict[str, list[str]] = {}
+    for name, bound in chosen.assumed_jerk.items():
+        text = chosen.scenario.units.text(bound, rate_unit(units[name], 3))
+        joints.setdefault(text, []).append(name)
+    text = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
+    return f"no jerk limit is given, so one is assumed: {text}"
+
+
+def _share_text(share: float | None) -> str:
+    if share is None:
+        return "bounds the speed along the path"
+    return f"for {100 * share:.0f} % of the time" if share else "at its peak"
+
+
+def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float | None]]]:
+    """Limiting constraints by interval, each with its share of the time."""
+    limits: defaultdict[tuple[str, str], list[tuple[str, float | None]]] = defaultdict(list)
+    for limit in chosen.binding:
+        text = f"{limit.joint} {limit.quantity}" if limit.joint else limit.quantity
+        if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
+            text += " (assumed)"
+        if limit.quantity == Bound.RAMPS:
+            acceleration = chosen.scenario.paths[0].asked.acceleration
+            text += f" at path.acceleration, {chosen.scenario.units.text(acceleration, 'm/s²')},"
+        limits[limit.start, limit.end].append((text, limit.share))
+    return limits
+
+
+def _longest(limits: list[tuple[str, float | None]]) -> str:
+    """The constraint that limits for most of the time, and the number of others."""
+    limit, share = max(limits, key=lambda one: one[1] or 0.0)
+    others = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
+    return f"{limit} {_share_text(share).removeprefix('for ')}{others}"

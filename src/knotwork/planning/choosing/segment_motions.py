@@ -1,0 +1,155 @@
+"""Motions of all segments of a task, or the reasons of failures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from knotwork.errors import InputError, TimingError, together
+from knotwork.planning.choosing.clear_motions import clear_motion
+from knotwork.planning.choosing.segments import Segment, timing_problem
+from knotwork.planning.choosing.task import FreeTask
+from knotwork.planning.timing import Objective, TimedMotion
+from knotwork.planning.timing.budget import Budget
+from knotwork.planning.timing.rounding import with_room
+from knotwork.planning.timing.solving import NoMotionError, solved
+from knotwork.units import rounded_up
+
+SMOOTHEST = Objective(time=0.0, jerk=1.0)
+"""Objective of a single interval with a given time."""
+
+CALMEST = Objective(time=0.0, acceleration=1.0)
+"""The same for several: least jerk would keep up the accelerations of a short one in a long one."""
+
+
+class NoMotionsError(Exception):
+    """No motion was found for some segments.
+
+    Attributes:
+        task: Their task.
+        errors: Reasons, by segment.
+    """
+
+    def __init__(self, task: FreeTask, errors: dict[Segment, NoMotionError]) -> None:
+        super().__init__()
+        self.task, self.errors = task, errors
+
+    def reported(self) -> InputError:
+        """The combined error of all segments."""
+        return together(
+            [
+                cause
+                for segment, error in self.errors.items()
+                for cause in located_in_segment(error.causes, self.task, segment)
+            ]
+        )
+
+
+def solved_segments(
+    task: FreeTask, segments: list[Segment], budget: Budget
+) -> list[tuple[Segment, TimedMotion]]:
+    """Motions of all segments, with the given total duration, if there is one.
+
+    Args:
+        task: The task.
+        segments: Its segments.
+        budget: Budget and progress of all of them.
+
+    Raises:
+        NoMotionsError: Some segments have no motion.
+        TimingError: The total is too short.
+    """
+    free = task.free
+    objective = Objective(**{"time": 0.0, **free.objective})
+    budget.work = sum(len(segment.waypoints) - 1 for segment in segments)
+    if free.total is None:
+        return list(_motions(task, segments, objective, budget).items())
+    timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
+    budget.work += sum(len(segment.waypoints) - 1 for segment in timed)
+    fastest = _motions(task, timed, Objective(), budget)
+    outside = duration_outside(task, timed)
+    shortest = outside + sum(motion.duration for motion in fastest.values())
+    if free.total < shortest:
+        stopped = any(motion.status == "stopped" for motion in fastest.values())
+        raise _total_too_short(task, shortest, budget if stopped else None)
+    factor = (free.total - outside) / (shortest - outside)
+    totals = {segment: factor * motion.duration for segment, motion in fastest.items()}
+    try:
+        return list(_motions(task, segments, objective, budget, totals).items())
+    except NoMotionsError as failure:
+        error = failure.reported()
+        error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
+        raise error from None
+
+
+def duration_outside(task: FreeTask, segments: Iterable[Segment]) -> float:
+    """Duration of the motion outside some segments [s]."""
+    inside = sum(float(np.ptp(task.waypoints.time[segment.rows])) for segment in segments)
+    return float(np.ptp(task.scenario.provisional_times)) - inside
+
+
+def _motions(
+    task: FreeTask,
+    segments: list[Segment],
+    objective: Objective,
+    budget: Budget,
+    totals: Mapping[Segment, float] = MappingProxyType({}),
+) -> dict[Segment, TimedMotion]:
+    motions: dict[Segment, TimedMotion] = {}
+    errors: dict[Segment, NoMotionError] = {}
+    for segment in segments:
+        problem = timing_problem(task, segment, objective, totals.get(segment))
+        if objective.only_time and segment not in totals and not problem.free.any():
+            single = len(segment.waypoints) == 2
+            problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
+        try:
+            if segment.way is None:
+                motions[segment] = solved(problem, budget)
+            else:
+                before = [motion for one, motion in motions.items() if one.meets(segment)]
+                start = before[0].trajectory.position(before[0].duration) if before else None
+                motions[segment] = clear_motion(task, segment, problem, budget, start)
+        except NoMotionError as error:
+            errors[segment] = error
+    if errors:
+        raise NoMotionsError(task, errors)
+    return motions
+
+
+def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> InputError:
+    """The error for a duration below that of the shortest motion found [s].
+
+    Args:
+        task: The task.
+        shortest: Duration of that motion [s].
+        budget: Budget, if it ended before a shorter one could be found.
+    """
+    total, enough = f"{task.free.total:g} s", f"{with_room(shortest):.6g} s"
+    message = (
+        f"{total} is shorter than the minimum time found within the limits, "
+        f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
+    )
+    error = InputError(message)
+    if budget is not None:
+        message = (
+            f"no motion of {total} was found within the budget of {budget.seconds:.3g} s, the "
+            f"shortest lasts {enough}; allow more time"
+        )
+        error = TimingError(message, limit="budget")
+    error.locate(task.scenario.where("duration"))
+    return error
+
+
+def located_in_segment(
+    errors: list[TimingError], task: FreeTask, segment: Segment
+) -> list[TimingError]:
+    """Name the waypoints of the file in errors of a segment."""
+    for error in errors:
+        if error.waypoint is None:
+            error.locate(task.scenario.name)
+        else:
+            task.located(error, segment.waypoints[error.waypoint + error.interval])
+    return errors

@@ -1,0 +1,178 @@
+"""Tightening of the solver's limits until the exact curve keeps the limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.planning.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
+from knotwork.planning.timing.problem import BoolArray, TimingProblem
+from knotwork.planning.timing.spline import pieces_each
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.waypoints import FloatArray
+
+BETWEEN = 1e-4
+"""Relative margin of effort and tool speed for values between the samples."""
+
+MARGIN = 1e-6
+"""Relative margin to each limit, larger than the solver's tolerance."""
+
+SLACK = 1e-10
+"""Relative rounding tolerance of limits."""
+
+CHECKS = {
+    "effort": (effort_shares, proved_efforts),
+    "tool_speed": (tool_shares, proved_tool),
+}
+"""Limits that depend on the robot: functions of their use at samples of a curve, and proved."""
+
+
+class HeldLimit(NamedTuple):
+    """A limit of `CHECKS` that the solver has, alternately at each break and inside each piece.
+
+    Attributes:
+        allowed: Allowed fractions of the limit, shape (2 pieces + 1, d or 1).
+        active: Whether they are constraints, shape (2 pieces + 1,): not where a value is given.
+    """
+
+    allowed: FloatArray
+    active: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Tightening:
+    """Margins of the limits, and the limits between the breaks that the solver has.
+
+    Attributes:
+        margin: Relative margin to each limit.
+        position: Whether positions between the breaks are limited.
+        held: Limits of `CHECKS` that the solver has, by name.
+    """
+
+    margin: float = MARGIN
+    position: bool = False
+    held: Mapping[str, HeldLimit] = field(default_factory=dict)
+
+    def same_equations(self, other: Tightening) -> bool:
+        """Whether the solver has the same equations with another tightening."""
+        return self.position == other.position and self.held.keys() == other.held.keys()
+
+
+def first_tightening(problem: TimingProblem) -> Tightening:
+    """Tightening of a first solution: with efforts only if nothing else limits a joint."""
+    limits = problem.limits
+    unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
+    if problem.objective.time and problem.free.any() and unlimited.any():
+        intervals = len(problem.position) - 1
+        shares = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
+        return Tightening(held={"effort": _held_limit(problem, "effort", None, shares)})
+    return Tightening()
+
+
+def tightened(
+    problem: TimingProblem,
+    tightening: Tightening,
+    curve: PiecewisePolynomial,
+    near: float | None = None,
+) -> Tightening | None:
+    """Compare a curve with all limits.
+
+    Args:
+        problem: The problem.
+        tightening: Tightening of the solution.
+        curve: The exact curve of the solution.
+        near: Fraction of limits of `CHECKS` above which they become constraints in a piece; by
+            default they are constraints everywhere.
+
+    Returns:
+        The next tightening, or `None` if every limit is kept.
+    """
+    beyond = outside(problem, curve)
+    if beyond and not tightening.position:
+        return replace(tightening, position=True)
+    if beyond or too_fast(problem, curve):
+        return replace(tightening, margin=10.0 * tightening.margin)
+    over = exceeded(problem, curve)
+    if over is None:
+        return None
+    name, shares = over
+    held = _held_limit(problem, name, tightening.held.get(name), shares, near)
+    return replace(tightening, held={**tightening.held, name: held})
+
+
+def _held_limit(
+    problem: TimingProblem,
+    name: str,
+    before: HeldLimit | None,
+    shares: FloatArray,
+    near: float | None = None,
+) -> HeldLimit:
+    """A limit for the solver: at first as it is, then reduced in and around pieces that exceed it.
+
+    Args:
+        problem: The problem.
+        name: Name of the limit.
+        before: The limit that the solver had, if it had one.
+        shares: Use of the limit in each piece, shape (pieces, d or 1).
+        near: See `tightened`.
+    """
+    pieces, width = shares.shape
+    if before is None:
+        allowed = np.full((2 * pieces + 1, width), 1.0 - BETWEEN)
+        active = np.full(2 * pieces + 1, near is None)
+    else:
+        allowed, active = np.array(before.allowed), np.array(before.active)
+        over = shares > 1.0 - 0.5 * BETWEEN
+        factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
+        for first, last in ((0, -1), (1, None), (2, None)):
+            allowed[first:last:2] *= factor
+    if near is not None:
+        close = np.repeat(shares.max(axis=1) > near, 2)
+        active |= np.append(close, False) | np.insert(close, 0, False)
+    given = problem.velocity_known
+    if name == "effort":
+        given = given & problem.acceleration_known
+    active[:: 2 * pieces // (len(given) - 1)][given] = False
+    return HeldLimit(allowed, active)
+
+
+def exceeded(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, FloatArray] | None:
+    """The first limit of `CHECKS` that a curve is not proved to keep, or `None`.
+
+    Returns:
+        Name of the limit, and its use in each piece.
+    """
+    for name, (sampled, proved) in CHECKS.items():
+        if not np.isfinite(getattr(problem.limits, name)).any():
+            continue
+        shares = sampled(problem, curve)
+        if shares.max() <= 1.0 - 0.5 * BETWEEN:
+            shares = proved(problem, curve)
+            if shares.max() <= 1.0:
+                continue
+        return name, shares
+    return None
+
+
+def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+    """Whether a curve keeps every limit, for any pieces."""
+    return tightened(problem, Tightening(), curve) is None
+
+
+def too_fast(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+    """Whether a velocity, acceleration or jerk exceeds its limit, by the exact extrema."""
+    return any(
+        (curve.extrema(order).peak > getattr(problem.limits, name) * (1.0 + SLACK)).any()
+        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
+    )
+
+
+def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+    """Whether a position is outside its limits, by the exact extrema."""
+    positions = curve.extrema(0)
+    slack = SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))
+    below = positions.minimum < problem.limits.lower - slack
+    return bool((below | (positions.maximum > problem.limits.upper + slack)).any())

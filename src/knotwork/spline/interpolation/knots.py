@@ -1,0 +1,224 @@
+"""Positions of the rebuilt knots: one before and one after each inner waypoint.
+
+Each inner waypoint x[i] lies strictly between its *left* and its *right* knot; the first and the
+last knot are the first and the last waypoint. So an inner interval holds two knots, the first and
+the last interval one each: m = 2n - 2. Where the acceleration at an end is given, the interval
+there holds two as well: m = 2n with both. An inner waypoint whose acceleration is given ends one
+section of the curve and begins the next: it is a knot itself, between its left and its right one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotwork.errors import InputError, KnotError, UnknownNameError
+from knotwork.waypoints import FloatArray
+
+PAPER_INNER = (0.25, 0.75)
+"""Fractions of an interval at which its two knots sit: Eqs. (35), (36)."""
+
+PAPER_END = 0.618
+"""Fraction of an end interval, from the end inwards, at which its knot sits: Eqs. (37), (38)."""
+
+KNOT_RULES = ("paper", "balanced")
+"""Names of the rules that place knots."""
+
+
+@dataclass(frozen=True)
+class BalancedKnots:
+    """Knots at equal distances before and after each waypoint.
+
+    The knots of waypoint i sit at x[i] ± c·min(x[i] - x[i-1], x[i+1] - x[i]); a first or last
+    waypoint has but one neighbour. Where interval lengths differ much and velocities don't suit the
+    path, this keeps the peak velocity lower than Eq. (39) does; the peak acceleration is in some
+    cases lower and in some higher. A small `c` trades jerk, which grows as 1/c, for a lower peak
+    velocity.
+
+    >>> x, y, v = [0, 5, 15, 25], [0, 30, 90, 180], [0, 6, 9, 0]
+    >>> kw.ModifiedHermiteSpline(x, y, v, knots=kw.interpolation.BalancedKnots(0.1)).x
+    array([ 0. ,  4.5,  5.5, 14. , 16. , 25. ])
+
+    Attributes:
+        c: The fraction, 0 < c <= 1/2. At 1/2 knots coincide, which is a `KnotError` when they are
+            placed, wherever no neighbour of the interval between two waypoints is shorter.
+
+    Raises:
+        InputError: `c` is out of bounds.
+    """
+
+    c: float = 0.2
+
+    def __post_init__(self) -> None:
+        try:
+            c = float(self.c)
+        except (TypeError, ValueError):
+            c = np.nan
+        if not 0.0 < c <= 0.5:
+            raise InputError(
+                f"the fraction c of balanced knots is {self.c!r}; it must be in (0, 0.5]"
+            )
+        object.__setattr__(self, "c", c)
+
+
+def place_knots(
+    x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """Place knots around waypoints.
+
+    Args:
+        x: Waypoint times [s], shape (n,), n >= 2, strictly increasing.
+        rule: `"paper"` for Eq. (39), at 1/4 and 3/4 of an interval with two knots and at 0.618
+            from the end in an interval with one; `"balanced"` or a `BalancedKnots`; or the knot
+            times [s] themselves, the first and the last waypoint included, inner ones left out.
+        known: Whether the acceleration at each waypoint is given, shape (n,). An end interval then
+            holds two knots, otherwise one, and an inner waypoint is a knot itself.
+
+    Returns:
+        The left and the right knot of every waypoint [s], shape (n,) each. The left knot of the
+        first waypoint and the right one of the last are these waypoints themselves, and where the
+        acceleration isn't given so are the first one's right and the last one's left.
+
+    Raises:
+        KnotError: A knot is not on its side of its waypoint or not before the next knot, or
+            there are too few or too many.
+        UnknownNameError: There is no rule of that name.
+    """
+    if isinstance(rule, str):
+        if rule not in KNOT_RULES:
+            raise UnknownNameError("knot rule", rule, KNOT_RULES)
+        rule = BalancedKnots() if rule == "balanced" else rule
+    if isinstance(rule, BalancedKnots):
+        left, right = _balanced(x, rule.c, known)
+    elif isinstance(rule, str):
+        left, right = _paper(x, known)
+    else:
+        left, right = _given(x, rule, known)
+    left[0], right[-1] = x[0], x[-1]
+    if not known[0]:
+        right[0] = x[0]
+    if not known[-1]:
+        left[-1] = x[-1]
+    _check_order(x, left, right, known)
+    return left, right
+
+
+def _paper(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    h = np.diff(x)
+    left, right = x.copy(), x.copy()
+    right[:-1] += PAPER_INNER[0] * h
+    left[1:] = x[:-1] + PAPER_INNER[1] * h
+    if not known[0]:
+        left[1] = x[0] + PAPER_END * h[0]
+    if not known[-1]:
+        right[-2] = x[-1] - PAPER_END * h[-1]
+    return left, right
+
+
+def _balanced(x: FloatArray, c: float, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    h = np.diff(x)
+    before, after = np.insert(h, 0, np.inf), np.append(h, np.inf)
+    shorter = np.minimum(before, after)
+    # at the end of a section, the interval beyond it doesn't count
+    before, after = (c * np.where(known, side, shorter) for side in (before, after))
+    before[0] = after[-1] = 0.0
+    meeting = after[:-1] + before[1:] >= h
+    meeting[0] &= known[0]
+    meeting[-1] &= known[-1]
+    if meeting.any():
+        i = int(np.flatnonzero(meeting)[0])
+        raise KnotError(
+            f"balanced knots with c = {c:g} coincide between waypoints {i} and {i + 1}, where "
+            "neither neighbouring interval is shorter; choose c below 0.5",
+            waypoint=i,
+        )
+    return x - before, x + after
+
+
+def _given(
+    x: FloatArray, knots: ArrayLike, known: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    n = x.size
+    expected = 2 * n - 2 + int(known[0]) + int(known[-1])
+    try:
+        t = np.array(knots, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise KnotError(f"knots must be a rule or times in seconds, not {knots!r}") from error
+    if t.ndim != 1:
+        raise KnotError(f"knot times must have one dimension, not shape {t.shape}")
+    if not np.isfinite(t).all():
+        j = int(np.flatnonzero(~np.isfinite(t))[0])
+        raise KnotError(f"knot {j} is {t[j]}; every knot must be finite")
+    for end, i in ((0, 0), (-1, n - 1)) if t.size else ():
+        if t[end] != x[end]:
+            raise KnotError(
+                f"the {'last' if end else 'first'} knot is {t[end]:.15g} s; it must be the time of "
+                f"waypoint {i}, {x[end]:.15g} s",
+                waypoint=i,
+            )
+    if t.size != expected:
+        raise _miscounted(x, t, known)
+    t = np.concatenate((() if known[0] else t[:1], t, () if known[-1] else t[-1:]))
+    return t[0::2].copy(), t[1::2].copy()
+
+
+def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotError:
+    """Make the error for too few or too many knots, naming the first wrong interval."""
+    n = x.size
+    needed = np.full(n - 1, 2)
+    needed[0] -= not known[0]
+    needed[-1] -= not known[-1]
+    rules = (
+        "2n - 2",
+        "2n - 1, as one end acceleration is asked for",
+        "2n, as end accelerations are asked for",
+    )
+    message = (
+        f"{n} waypoints need {needed.sum() + 2} knots ({rules[int(known[0]) + int(known[-1])]}); "
+        f"{t.size} are given"
+    )
+    inside = np.sort(t)
+    counts = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
+    for i in np.flatnonzero(counts != needed)[:1].tolist():
+        low, high = float(x[i]), float(x[i + 1])
+        return KnotError(
+            f"{message}. Between waypoints {i} and {i + 1}, strictly between {low:.15g} s and "
+            f"{high:.15g} s, there must be {needed[i]} and are {counts[i]}",
+            waypoint=i,
+            interval=(low, high),
+        )
+    return KnotError(message)
+
+
+def _check_order(
+    x: FloatArray, left: FloatArray, right: FloatArray, known: NDArray[np.bool_]
+) -> None:
+    """Raise a KnotError for the first misplaced knot."""
+    # a knot and its waypoint coincide at the ends only
+    wrong_left = ~((left[1:] > x[:-1]) & (left[1:] < x[1:]))
+    wrong_right = ~((right[:-1] > x[:-1]) & (right[:-1] < x[1:]))
+    wrong_order = ~(right[:-1] < left[1:])
+    wrong_left[-1] &= known[-1]
+    wrong_right[0] &= known[0]
+    wrong = wrong_left | wrong_right | wrong_order
+    if not wrong.any():
+        return
+    i = int(np.flatnonzero(wrong)[0])
+    # the range left by the interval's other knot, if that one is placed correctly
+    if wrong_right[i]:
+        high = left[i + 1] if not wrong_left[i] else x[i + 1]
+        raise _misplaced(i, "after", right[i], x[i], high)
+    low = right[i] if right[i] < x[i + 1] else x[i]
+    raise _misplaced(i + 1, "before", left[i + 1], low, x[i + 1])
+
+
+def _misplaced(i: int, side: str, knot: float, low: float, high: float) -> KnotError:
+    low, high = float(low), float(high)
+    return KnotError(
+        f"the knot {side} waypoint {i} is at {knot:.15g} s; it must lie strictly between "
+        f"{low:.15g} s and {high:.15g} s",
+        waypoint=i,
+        interval=(low, high),
+    )

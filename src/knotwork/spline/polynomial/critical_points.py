@@ -1,0 +1,152 @@
+"""Candidates for extrema of polynomials of any degree inside their pieces, vectorised.
+
+Everything is in the unit variable s in [0, 1] of a piece. A returned point need not be a root of
+the derivative: if there is none, another point of the piece replaces it, which is harmless in a
+search for the largest and smallest values.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.waypoints import FloatArray
+
+ITERATIONS = 128
+"""Bound on safeguarded Newton steps: each at least halves the step before it or the bracket, and 53
+halvings exhaust the digits."""
+
+RESOLUTION = 1e-14
+"""Brackets as short as this, in the unit of the piece, end the search."""
+
+LAST_STEP = 1e-9
+"""So does a Newton step as small as this: the next would be its square, and values at the points
+depend on their errors only to second order."""
+
+
+def horner(c: FloatArray, s: FloatArray) -> FloatArray:
+    """Evaluate polynomials with coefficients c[k, ...], highest power first, at s[..., ...]."""
+    if len(c) == 1:
+        return np.asarray(c[0] + 0.0 * s)
+    value: FloatArray = c[0] * s
+    value += c[1]
+    for coefficient in c[2:]:
+        value *= s
+        value += coefficient
+    return value
+
+
+def differentiate(c: FloatArray) -> FloatArray:
+    """Coefficients of the derivative of polynomials c[k, ...], highest power first."""
+    powers = np.arange(c.shape[0] - 1, 0, -1.0)
+    return np.asarray(c[:-1] * powers.reshape(-1, *[1] * (c.ndim - 1)))
+
+
+@lru_cache(maxsize=64)
+def to_bernstein(degree: int) -> FloatArray:
+    """Matrix that turns coefficients, lowest power first, into Bernstein coefficients on [0, 1]."""
+    return np.array(
+        [[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
+    )
+
+
+def critical_points(c: FloatArray) -> FloatArray:
+    """Points that include all inner extrema of polynomials on [0, 1].
+
+    Degrees up to three are solved in closed form. Above, the roots of each derivative cut [0, 1]
+    into intervals on which the next lower derivative is monotone, where its root is bracketed.
+
+    Args:
+        c: Coefficients in the unit variable, shape (k+1, ...), highest power first.
+
+    Returns:
+        Points in [0, 1], ascending along the first axis, shape (max(k-1, 0), ...).
+    """
+    degree = c.shape[0] - 1
+    if degree <= 1:
+        return np.empty((0, *c.shape[1:]))
+    slope = differentiate(c)
+    # the roots do not depend on scale, but products of tiny or huge coefficients leave the range
+    scale = np.abs(slope).max(axis=0)
+    slope /= np.where(scale > 0.0, scale, 1.0)
+    if degree == 2:
+        return _linear_root(slope)
+    if degree == 3:
+        return _quadratic_roots(slope)
+    return _bracketed_roots(slope, critical_points(slope))
+
+
+def _in_piece(s: FloatArray) -> FloatArray:
+    """Replace values outside [0, 1] and NaN by 0."""
+    return np.where((s >= 0.0) & (s <= 1.0), s, 0.0)
+
+
+def _linear_root(c: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return _in_piece(-c[1:] / c[:1])
+
+
+def _quadratic_roots(c: FloatArray) -> FloatArray:
+    """Roots of c[0] s² + c[1] s + c[2]; the first coefficient may vanish.
+
+    The larger root would lose digits as b - sqrt(b² - 4ac); it is taken from the product of both.
+    A discriminant just below zero is a double root of the slope up to rounding: no extremum.
+    """
+    a, b, constant = c
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        root = np.sqrt(b * b - 4.0 * a * constant)
+        q = -0.5 * (b + np.copysign(root, b))
+        return np.sort(_in_piece(np.stack((q / a, constant / q))), axis=0)
+
+
+def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
+    """One point for each interval between the cuts: the root of c there, if it has one.
+
+    Args:
+        c: Coefficients in the unit variable, shape (k+1, ...), monotone between the cuts.
+        cuts: Ascending points in [0, 1], shape (k-1, ...).
+
+    Returns:
+        Ascending points, shape (k, ...).
+    """
+    low = np.concatenate((np.zeros((1, *cuts.shape[1:])), cuts))
+    high = np.concatenate((cuts, np.ones((1, *cuts.shape[1:]))))
+    at_low, at_high = horner(c, low), horner(c, high)
+    point = np.where(np.abs(at_low) <= np.abs(at_high), low, high)
+    held = np.sign(at_low) * np.sign(at_high) < 0.0
+    columns = np.broadcast_to(c[:, None], (len(c), *low.shape))[:, held]
+    point[held] = _newton(columns, low[held], high[held], at_high[held] > 0.0)
+    return point
+
+
+def _newton(
+    c: FloatArray, low: FloatArray, high: FloatArray, rising: NDArray[np.bool_]
+) -> FloatArray:
+    """Roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
+
+    Newton's step is taken where it stays in the bracket and is at most half the step before it,
+    bisection elsewhere, so that multiple roots converge as well.
+    """
+    slope = differentiate(c)
+    point, step = 0.5 * (low + high), high - low
+    roots, index = np.empty_like(point), np.arange(point.size)
+    for _ in range(ITERATIONS):
+        value = horner(c, point)
+        is_below = (value < 0.0) == rising
+        low, high = np.where(is_below, point, low), np.where(is_below, high, point)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            newton = point - value / horner(slope, point)
+        inside = (newton > low) & (newton < high) & (np.abs(newton - point) <= 0.5 * step)
+        inside |= value == 0.0
+        following = np.where(value == 0.0, point, np.where(inside, newton, 0.5 * (low + high)))
+        step, point = np.abs(following - point), following
+        roots[index] = point
+        going = ~((inside & (step <= LAST_STEP)) | (high - low <= RESOLUTION))
+        if not going.any():
+            break
+        c, slope, index, rising = c[:, going], slope[:, going], index[going], rising[going]
+        low, high, point, step = low[going], high[going], point[going], step[going]
+    return roots

@@ -1,0 +1,118 @@
+"""Bounds on the derivatives of joint positions over time intervals, for any degree.
+
+On an interval a polynomial is a mean of its Bernstein coefficients, so their maximum bounds it.
+They are recomputed for every interval: the shorter the interval, the tighter the bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import perm
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.critical_points import to_bernstein
+from knotwork.verification.bounds.link_motion import ORDERS
+from knotwork.waypoints import FloatArray
+
+EVALUATION_ROUNDING = 2.0**-10
+"""Bounds are increased by this, times the degree, times the sum of the magnitudes of all terms. The
+rounding of Horner's scheme is 2⁻⁵² instead of 2⁻¹⁰ of that, so at most 2⁻⁴² of the bounds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """Time intervals, each within one piece of a curve.
+
+    Attributes:
+        piece: Index of the piece, shape (n,).
+        start: Start of the interval since the start of the piece [s], shape (n,).
+        length: Duration of the interval [s], shape (n,).
+    """
+
+    piece: NDArray[np.intp]
+    start: FloatArray
+    length: FloatArray
+
+    def __getitem__(self, index: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Intervals:
+        return Intervals(self.piece[index], self.start[index], self.length[index])
+
+    def split(self, parts: int | NDArray[np.intp]) -> Intervals:
+        """The intervals divided into equal parts.
+
+        Args:
+            parts: Number of parts of all, or of each, shape (n,).
+        """
+        counts = np.broadcast_to(parts, self.piece.shape)
+        index = np.repeat(np.arange(len(counts)), counts)
+        step = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
+        start = self.start[index] + self.length[index] * (step / counts[index])
+        return Intervals(self.piece[index], start, self.length[index] / counts[index])
+
+
+class Rates(NamedTuple):
+    """Bounds on the derivatives of joint positions, over n intervals.
+
+    Attributes:
+        bounds: Bounds of |q|, |q'|, … |q''''|, shape (5, d, n).
+        size: Sum of the magnitudes of the terms of each position polynomial, shape (d, n): the
+            reference of a position's rounding.
+    """
+
+    bounds: FloatArray
+    size: FloatArray
+
+
+def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
+    """Bound the derivatives of a curve, orders 0 … 4, on each interval.
+
+    Args:
+        curve: Joint positions, trailing shape (d,), of any degree.
+        intervals: The intervals.
+    """
+    sizes = _term_sizes(curve)[:, intervals.piece]
+    shifted = _shifted(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
+    degree = curve.degree
+    powers = np.ones((degree + 1, len(intervals.length), 1))
+    for r in range(degree):
+        powers[r + 1, :, 0] = powers[r, :, 0] * intervals.length
+    bounds = np.zeros((ORDERS, *shifted.shape[1:]))
+    for order in range(min(ORDERS, degree + 1)):
+        terms = shifted[order:] * powers[: degree + 1 - order]
+        values = _derived_bernstein(degree, order) @ terms.reshape(len(terms), -1)
+        bounds[order] = np.abs(values, out=values).max(axis=0).reshape(shifted.shape[1:])
+    bounds += (EVALUATION_ROUNDING * max(degree, 1)) * sizes
+    return Rates(
+        np.ascontiguousarray(bounds.swapaxes(1, 2)), np.ascontiguousarray(sizes[0].swapaxes(0, 1))
+    )
+
+
+@lru_cache(maxsize=64)
+def _derived_bernstein(degree: int, order: int) -> FloatArray:
+    """Matrix from coefficients of powers >= `order` to Bernstein coefficients of a derivative."""
+    return to_bernstein(degree - order) * [perm(r, order) for r in range(order, degree + 1)]
+
+
+def _term_sizes(curve: PiecewisePolynomial) -> FloatArray:
+    """Sum of |term| at the end of each piece for the derivatives 0 … 4, shape (5, m, d)."""
+    span = np.diff(curve.x)[:, None]
+    c = np.abs(curve.c[::-1])
+    sizes = np.zeros((ORDERS, *c.shape[1:]))
+    for order in range(ORDERS):
+        for r in range(len(c) - 1, order - 1, -1):
+            sizes[order] = sizes[order] * span + perm(r, order) * c[r]
+    return sizes
+
+
+def _shifted(c: FloatArray, start: FloatArray) -> FloatArray:
+    """Coefficients about another point of the piece, highest power first (repeated Horner)."""
+    c = np.array(c)
+    if start.any():
+        for last in range(len(c) - 1, 0, -1):
+            for r in range(1, last + 1):
+                c[r] += c[r - 1] * start
+    return c

@@ -1,0 +1,280 @@
+"""Proved bounds on the deviation of the tool from a path, in position, orientation and speed.
+
+At each sample the nearest point of the path is found, on the branch of the previous sample. Between
+two samples the tool is compared with a point that moves along the path from one to the other, so
+that the progress s(t) is continuous. The difference g(t) is within h²/8 · max |g''| of its chord,
+and |g''| is at most the sum of the tool's acceleration, bounded by the chain of joints, and of the
+point's, bounded by the curvature of the path. Orientations are compared as matrices: at an angle φ
+they differ by √8 sin(φ/2) in the Frobenius norm.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.robot import Robot
+from knotwork.spline.polynomial import PiecewisePolynomial
+from knotwork.spline.polynomial.distinct import distinct
+from knotwork.tool_paths.rotations import angle_of, gap_of
+from knotwork.verification.bounds.path_rows import PathRows, path_rows
+from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
+from knotwork.waypoints import FloatArray, PoseFreedom
+
+if TYPE_CHECKING:
+    from knotwork.tool_paths import TimedPath
+
+BUDGET = 100_000
+"""Maximum samples of one stretch; a verdict still open then is not proved."""
+
+BUDGET_PER_PIECE = 20
+"""Minimum budget per piece of the motion."""
+
+FIRST = 64
+"""Minimum number of intervals of the first division of a stretch."""
+
+PRECISION = 0.05
+"""Tightness of a bound, relative to the tolerance."""
+
+MOST_PARTS = 16
+ROUNDS = 12
+
+
+class PathLimits(NamedTuple):
+    """Tolerances of a stretch: distance [m], angle [rad], and difference of speed [m/s]."""
+
+    position: float
+    orientation: float
+    speed: float
+
+
+class PathBound(NamedTuple):
+    """The worst of one quantity along a stretch of a path.
+
+    Attributes:
+        value: The worst sample.
+        time: Time of the worst sample [s].
+        bound: Upper bound over the stretch.
+        proved: Whether the bound keeps the limit, or a sample violates it.
+        where: Interval of the bound [s].
+    """
+
+    value: float
+    time: float
+    bound: float
+    proved: bool
+    where: tuple[float, float]
+
+
+class Progress(NamedTuple):
+    """Progress of the tool along the path in a stretch, including whole turns.
+
+    Attributes:
+        length: Length of the stretch [m].
+        start, end: Progress of the tool at both ends [m].
+        start_off, end_off: Errors of the progress at both ends [m].
+        back: Maximum backward motion [m].
+        time: Time of the largest of these three errors [s].
+    """
+
+    length: float
+    start: float
+    end: float
+    start_off: float
+    end_off: float
+    back: float
+    time: float
+
+    @property
+    def worst(self) -> float:
+        """The largest of the three errors [m]."""
+        return max(abs(self.start_off), abs(self.end_off), self.back)
+
+
+class StretchBounds(NamedTuple):
+    """Bounds on a stretch of a path.
+
+    Attributes:
+        position: Distance from the path [m].
+        orientation: Angle from the orientation on it [rad].
+        progress: Progress along the path, proved if the distance is.
+        speed: Difference from the full speed, where it is required [m/s]; `None` if nowhere.
+        turn: Excess of the free turn over its range [rad]; `None` without one.
+        turned: Turn at the start and at the end of the stretch, including whole turns [rad].
+        ramp: Excess over the full speed in ramps, or backward speed [m/s]; `None` without ramps.
+        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where
+            full speed is required [m/s]; infinite if nowhere.
+        ramp_slowest, ramp_fastest: Minimum and maximum samples of them in ramps [m/s].
+        times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
+        use: Upper bound on the error of each interval relative to the limits, shape (n,). If a
+            sample violates a limit, that of the samples.
+    """
+
+    position: PathBound
+    orientation: PathBound
+    progress: Progress
+    speed: PathBound | None
+    turn: PathBound | None
+    turned: tuple[float, float]
+    ramp: PathBound | None
+    slowest: float
+    fastest: float
+    ramp_slowest: float
+    ramp_fastest: float
+    times: FloatArray
+    use: FloatArray
+
+
+def path_bounds(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    motion: TimedPath,
+    interval: tuple[float, float],
+    full_speed: tuple[float, float],
+    speed: float,
+    limits: PathLimits,
+    budget: int = BUDGET,
+    freedom: PoseFreedom | None = None,
+    turn: float = 0.0,
+) -> StretchBounds:
+    """Bound the deviation of the tool from a stretch of a path, over all its time.
+
+    Args:
+        robot: The arm.
+        curve: Joint positions, trailing shape (d,).
+        motion: The path and its timing.
+        interval: Interval of the stretch [s].
+        full_speed: Interval of full speed [s].
+        speed: Full speed [m/s].
+        limits: Tolerances.
+        budget: Maximum number of samples.
+        freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
+            the limit.
+        turn: Turn of the tool about that axis at the start of the stretch, approximately [rad].
+    """
+    stretch = PathStretch(robot, curve, motion, *interval, freedom)
+    t = _first_times(curve, interval, full_speed)
+    if budget >= BUDGET:
+        inside = (curve.x > interval[0]) & (curve.x < interval[1])
+        budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
+    angle = gap_of(limits.orientation + (0.0 if freedom is None else freedom.tilt))
+    most = np.array([limits.position, angle, limits.speed, limits.speed, limits.orientation])
+    # the bounds alone give the required density of samples
+    sizes = stretch.sizes(t)
+    for _ in range(4):
+        rough = np.diff(t) ** 2 / 8.0 * np.array([sizes[0], sizes[2], sizes[1]])
+        needed = np.sqrt((rough / (PRECISION * most[:3, None])).max(axis=0))
+        finer, old = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
+        if old.all():
+            break
+        t, sizes = finer, stretch.sizes(finer)
+    found = stretch.sample(t)
+    for left in range(ROUNDS, -1, -1):
+        rows = path_rows(motion.path, found, t, sizes, full_speed, speed, freedom, turn)
+        is_open = (rows.upper > most[:, None]) & ~(rows.ends.max(axis=1) > most)[:, None]
+        if not left or not is_open.any():
+            break
+        gap = np.maximum(most[:, None] - rows.ends, 1e-3 * most[:, None])
+        excess = np.maximum(rows.upper - rows.ends, 0.0)
+        needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
+        parts = np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_PARTS), 1)
+        finer, old = _divided(t, parts, needed, budget)
+        if old.all():
+            break
+        t, found = finer, stretch.sample_more(finer, old, found)
+        sizes = stretch.sizes(t)
+    return _summed(stretch, t, found, rows, most)
+
+
+def _first_times(
+    curve: PiecewisePolynomial, interval: tuple[float, float], full: tuple[float, float]
+) -> FloatArray:
+    low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
+    inner = curve.x[(curve.x > low) & (curve.x < high)]
+    known = [t for t in full if low < t < high]
+    # at a break both sides count: velocities may jump if the scenario allows it
+    before = np.nextafter(inner, -np.inf)
+    ends = np.concatenate(([low], inner, [high]))
+    middle = 0.5 * (ends[1:] + ends[:-1])  # every piece has an inner sample
+    grid = np.linspace(low, high, FIRST + 1)
+    return distinct(grid, inner, before, middle, known)
+
+
+def _divided(
+    t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Divide intervals into parts; if the budget is not sufficient, those that need it most.
+
+    Returns:
+        Times, and whether each one is given; of two equal ones only one may be.
+    """
+    count = parts.astype(np.intp)
+    if count.sum() > budget:
+        order = np.argsort(-needed, kind="stable")
+        allowed = np.cumsum(count[order] - 1) <= budget - len(count)
+        count[order[~allowed]] = 1
+    index = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+    inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
+    return np.append(inner, t[-1]), np.append(step == 0, True)
+
+
+def _summed(
+    stretch: PathStretch, t: FloatArray, found: PathSamples, rows: PathRows, most: FloatArray
+) -> StretchBounds:
+    broken = (rows.ends.max(axis=1) > most)[:, None]
+    use = (np.where(broken, rows.ends, rows.upper) / most[:, None]).max(axis=0)
+    position, orientation, speed, ramp, turn = (
+        _worst(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
+    )
+    value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
+    in_full, in_ramps = rows.rows[2], np.isfinite(rows.samples[3])
+    size = np.linalg.norm(found.velocity, axis=1)
+    return StretchBounds(
+        position=position,
+        orientation=orientation._replace(value=value, bound=bound),
+        progress=_progress(stretch, t, found.s),
+        speed=speed if in_full.any() else None,
+        turn=turn if rows.rows[4].any() else None,
+        turned=rows.turned,
+        ramp=ramp if in_ramps.any() else None,
+        slowest=float(rows.least[in_full].min(initial=np.inf)),
+        fastest=float(rows.greatest[in_full].max(initial=-np.inf)),
+        ramp_slowest=float(found.along[in_ramps].min(initial=np.inf)),
+        ramp_fastest=float(size[in_ramps].max(initial=-np.inf)),
+        times=t,
+        use=use,
+    )
+
+
+def _worst(t: FloatArray, samples: FloatArray, upper: FloatArray, most: float) -> PathBound:
+    i, j = int(samples.argmax()), int(upper.argmax())
+    value, bound = float(samples[i]), float(upper[j])
+    proved = bound <= most or value > most
+    return PathBound(value, float(t[i]), bound, proved, (float(t[j]), float(t[j + 1])))
+
+
+def _progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> Progress:
+    back = np.maximum.accumulate(s) - s
+    i = int(back.argmax())
+    asked = stretch.asked_at(t[[0, -1]])
+    off = s[[0, -1]] - asked
+    worst = int(np.argmax([abs(off[0]), abs(off[1]), back[i]]))
+    start, end = (float(one - stretch.low) for one in s[[0, -1]])
+    time = float((t[0], t[-1], t[i])[worst])
+    length = stretch.high - stretch.low
+    return Progress(length, start, end, float(off[0]), float(off[1]), float(back[i]), time)
+
+
+def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:
+    """Rounding error of bounds on a path, below which no limit can be proved [m, m/s].
+
+    Args:
+        robot: The arm.
+        curve: Joint positions along the whole path, trailing shape (d,).
+        motion: The path and its timing.
+    """
+    stretch = PathStretch(robot, curve, motion, motion.start_time, motion.end_time)
+    return float(stretch.sizes(curve.x).rounding.max())

@@ -1,0 +1,218 @@
+"""Comparison of the motion with waypoints at their times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors.plain_text import waypoint_text
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState
+from knotwork.units import Units
+from knotwork.verification.bounds.free_turn import turned_beyond
+from knotwork.verification.checked_motion import Motion
+from knotwork.verification.finding import Finding, judged
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.scenario import ScenarioWaypoint
+
+SMALLEST_TOLERANCE = np.finfo(float).tiny
+TIME_ROUNDING = 1e-9
+"""Relative rounding tolerance of times."""
+MOST_TIME_SLACK = 1e-6
+"""Maximum of that tolerance [s], but at least the floating-point resolution."""
+
+
+def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Check that the motion has the time span of its scenario."""
+    start, end = motion.start_time, motion.end_time
+    slack = _time_slack(motion)
+    lasts = f"the trajectory lasts from {start:.9g} s to {end:.9g} s"
+    first, last = scenario.waypoints[0], scenario.waypoints[-1]
+    faults = [
+        f"{waypoint_text(waypoint.name)} is at {waypoint.time:.9g} s, but {lasts}"
+        for waypoint in scenario.waypoints
+        if not start - slack <= waypoint.time <= end + slack
+    ]
+    if start < first.time - slack or end > last.time + slack:
+        faults.append(
+            f"{lasts}, longer than the scenario, whose waypoints are from {first.time:.9g} s to "
+            f"{last.time:.9g} s"
+        )
+    for message in faults or [lasts]:
+        yield motion_finding("time_span", message, ok=not faults)
+
+
+def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
+    """Make a finding about the whole motion."""
+    return Finding("Motion", "motion", "", quantity, judged(ok), message)
+
+
+def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
+    if space.robot is None:
+        return
+    # at the start of a path the velocity has the path's freedom
+    path_freedoms = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
+    for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
+        if isinstance(waypoint, CartesianWaypoint):
+            q, v = motion.curve(time), motion.curve(time, 1)
+            freedom = path_freedoms.get(waypoint.name) or waypoint.freedom
+            robot, joints = space.robot.seen(standing=waypoint.standing)
+            yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
+
+
+def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare joint values with those of waypoints and of the two ends.
+
+    If the tool is to stop, so are all joints: self-motion would not move the tool.
+    """
+    passed = list(_timed_waypoints(motion, scenario, space))
+    times = np.array([time for _, time, _ in passed])
+    achieved = [motion.curve(times, order) for order in (0, 1)]  # all at once, for speed
+    for i, (waypoint, time, state) in enumerate(passed):
+        for order, requested in _joint_requirements(waypoint, state, space):
+            reached = achieved[order][i]
+            yield _joint_finding(waypoint.name, time, order, requested, reached, scenario, space)
+    if space.end_acceleration is not None:
+        ends = (scenario.waypoints[0], scenario.waypoints[-1])
+        end_times = (motion.start_time, motion.end_time)
+        for end, time, requested in zip(ends, end_times, space.end_acceleration, strict=True):
+            reached = motion.curve(time, 2)
+            yield _joint_finding(end.name, time, 2, requested, reached, scenario, space)
+
+
+def _joint_requirements(
+    waypoint: ScenarioWaypoint, state: JointState | None, space: JointSpace
+) -> Iterator[tuple[int, FloatArray]]:
+    """Orders of derivatives with the values required at a waypoint, shape (d,)."""
+    if state is not None:
+        yield from enumerate((state.position, state.velocity))
+    elif isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
+        yield 1, np.zeros(len(space.joint_names))
+
+
+def _time_slack(motion: Motion) -> float:
+    largest = max(1.0, abs(motion.start_time), abs(motion.end_time))
+    return float(max(min(TIME_ROUNDING * largest, MOST_TIME_SLACK), 8.0 * np.spacing(largest)))
+
+
+def _timed_waypoints(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[tuple[ScenarioWaypoint, float, JointState | None]]:
+    """Waypoints within the motion's time, with their times in the motion [s] and joint states."""
+    start, end, slack = motion.start_time, motion.end_time, _time_slack(motion)
+    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+        if start - slack <= waypoint.time <= end + slack:
+            yield waypoint, min(max(waypoint.time, start), end), state
+
+
+def _tool_findings(
+    waypoint: CartesianWaypoint,
+    robot: Robot,
+    q: FloatArray,
+    v: FloatArray,
+    scenario: Scenario,
+    velocity_freedom: PoseFreedom | None,
+) -> Iterator[Finding]:
+    """Compare the tool with a waypoint; `velocity_freedom` is that of its twist."""
+    import pinocchio as pin
+
+    pose, twist = robot.forward(q), robot.twist(q, v)
+    rotation, spin = waypoint.rotation, twist.angular
+    offset = float(np.linalg.norm(pose.translation - waypoint.position))
+    turn = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation)))
+    if waypoint.freedom is not None:
+        turn = _excess_rotation(waypoint.freedom, rotation, pose.rotation)
+        place = rotation.T @ (pose.translation - waypoint.position)
+        offset = float(np.linalg.norm(place - np.clip(place, *np.transpose(waypoint.freedom.box))))
+    if velocity_freedom is not None and velocity_freedom.tilt:
+        spin = waypoint.angular  # a free tilt may have any speed
+    elif velocity_freedom is not None and velocity_freedom.turn[0] < velocity_freedom.turn[1]:
+        axis = pose.rotation[:, 2]
+        spin = spin - axis * (axis @ (spin - waypoint.angular))
+    speed, rate = (
+        float(np.linalg.norm(difference))
+        for difference in (twist.linear - waypoint.linear, spin - waypoint.angular)
+    )
+    asked, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
+    reached = reached if asked @ reached >= 0 else -reached
+    rows = (
+        ("position", waypoint.position, pose.translation, offset, "m"),
+        ("orientation", asked, reached, turn, "rad"),
+        ("linear_velocity", waypoint.linear, twist.linear, speed, "m/s"),
+        ("angular_velocity", waypoint.angular, spin, rate, "rad/s"),
+    )
+    for quantity, requested, achieved, error, unit in rows:
+        yield _error_finding(
+            "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
+            requested, achieved, error, getattr(scenario.tolerances, quantity), unit,
+            scenario.units,
+        )  # fmt: skip
+
+
+def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
+    """Minimum rotation [rad] into the free range, of the axis or of both."""
+    R = asked.T @ found
+    tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
+    tilt = max(tilt - freedom.tilt, 0.0)
+    excess = max(float(turned_beyond(freedom, asked[None], found[None])[0]), 0.0)
+    # for a tilt and a turn about the axis: cos(φ/2) = cos(tilt/2) cos(turn/2)
+    half = np.hypot(np.sin(tilt / 2.0), np.cos(tilt / 2.0) * np.sin(excess / 2.0))
+    return float(2.0 * np.arcsin(min(half, 1.0)))
+
+
+def _joint_finding(
+    name: str,
+    time: float,
+    order: int,
+    requested: FloatArray,
+    achieved: FloatArray,
+    scenario: Scenario,
+    space: JointSpace,
+) -> Finding:
+    """Compare joint values, and report the joint with the largest error for its tolerance."""
+    quantity = f"joint_{DERIVATIVES[order]}"
+    by_unit = getattr(scenario.tolerances, quantity)
+    tolerances = np.array([by_unit[unit] for unit in space.joint_units])
+    errors = np.abs(achieved - requested)
+    worst = worst_joint(errors, tolerances)
+    return _error_finding(
+        "Joints at the waypoints", name, time, quantity, requested, achieved,
+        float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
+        scenario.units,
+    )  # fmt: skip
+
+
+def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
+    """Index of the joint with the largest error relative to its tolerance."""
+    # A tolerance may underflow to zero in SI.
+    with np.errstate(over="ignore"):
+        return int((errors / np.maximum(tolerances, SMALLEST_TOLERANCE)).argmax())
+
+
+def _error_finding(
+    group: str,
+    waypoint: str,
+    time: float,
+    quantity: str,
+    requested: FloatArray,
+    achieved: FloatArray,
+    error: float,
+    tolerance: float,
+    unit: str,
+    units: Units,
+) -> Finding:
+    fact = (
+        f"{waypoint_text(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
+        f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
+    )
+    return Finding.at_most(
+        group, "waypoint", waypoint, quantity, fact, error, tolerance, unit=unit, time=time,
+        requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
+    )  # fmt: skip

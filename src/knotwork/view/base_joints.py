@@ -1,0 +1,109 @@
+"""Joints from the world to the base frame, in scenes whose base frame is moved by joints.
+
+Such a scene is in base axes. The inverse joints from the base to the world come first, and carry
+the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints, turned_back
+from knotwork.waypoints import FloatArray
+
+
+def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
+    """Describe the joints of a chain: parent, placement and motion of each.
+
+    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is fixed.
+    Joint position q rotates it about `axis` by q, or shifts it along it by q, after `quaternion`
+    (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
+    """
+    model, joints = robot.model, joint_tree(robot.model)
+    return [drawn_joint(joints, i, str(model.names[i])) for i in range(1, model.njoints)]
+
+
+def drawn_joint(joints: JointTree, i: int, name: str) -> dict[str, Any]:
+    """Describe one joint of a tree."""
+    return {
+        "name": name,
+        "parent": joints.parent[i],
+        "origin": joints.translation[i].tolist(),
+        "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
+        "axis": joints.axis[i].tolist(),
+        "slides": not joints.turns[i],
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class BaseJoints:
+    """Joints before those of a robot; none for a fixed base frame.
+
+    Attributes:
+        robot: The robot.
+        joints: Data for the page.
+        columns: Joint positions of the robot that they follow, shape (m,); the last one is always
+            0.
+    """
+
+    robot: Robot
+    joints: list[dict[str, Any]]
+    columns: Sequence[int]
+
+    @property
+    def count(self) -> int:
+        """Number of these joints."""
+        return len(self.joints)
+
+    def below(self, joints: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """These joints, followed by others that they carry."""
+        return [
+            *self.joints,
+            *({**joint, "parent": joint["parent"] + self.count} for joint in joints),
+        ]
+
+    def carry(self, parts: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """Meshes or labels, with their joints renumbered after these ones."""
+        if not self.joints:
+            return [dict(part) for part in parts]
+        return [{**part, "carrier": part.get("carrier", 0) + self.count} for part in parts]
+
+    def positions(self, q: FloatArray) -> FloatArray:
+        """Positions of these joints, then those of the robot and others, shape (k, m + d)."""
+        if not self.joints:
+            return q
+        return np.hstack((q[:, list(self.columns)], np.zeros((len(q), 1)), q))
+
+    def to_world(self, q: FloatArray, points: FloatArray) -> FloatArray:
+        """Points in world axes.
+
+        Args:
+            q: Joint positions [rad or m], shape (k, d).
+            points: Points in base axes [m], shape (k, n, 3).
+        """
+        if not self.joints:
+            return points
+        frame = self.robot.model.frames[self.robot.frame_index(self.robot.standing_frame)]
+        rotation, origin = (
+            x[:, frame.parentJoint] for x in place_joints(joint_tree(self.robot.model), q)
+        )
+        placed = frame.placement
+        shift = origin + rotation @ placed.translation
+        return np.asarray((points - shift[:, None]) @ (rotation @ placed.rotation))
+
+
+def base_joints(robot: Robot) -> BaseJoints:
+    """Joints from the world to the base frame of a robot."""
+    if not robot.base_moves:
+        return BaseJoints(robot, [], [])
+    tree = joint_tree(robot.model)
+    frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
+    chain, columns = turned_back(tree, int(frame.parentJoint), frame.placement)
+    joints = [drawn_joint(chain, i, f"base joint {i}") for i in range(1, len(chain.parent))]
+    return BaseJoints(robot, joints, columns)
