@@ -88,7 +88,7 @@ def clear_motion(
         if len(way_problem.starts) == len(way_problem.goals) == 1:
             error.waypoints = segment.waypoints
         raise error from None
-    curve = _stretched(way, way_problem, problem, task, segment)
+    curve = _stretched(way, problem, task, segment)
     motion = _timed(way, curve, problem, way_problem)
     room = way.room if options.room else None
     return replace(motion, line=way.line, tries=tries, room=room)
@@ -187,7 +187,7 @@ def _solutions(
 
 
 def _stretched(
-    way: Way, way_problem: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
+    way: Way, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given = float(problem.total or problem.duration.sum())
@@ -195,7 +195,7 @@ def _stretched(
     duration = max(way.duration, least) if np.isnan(given) else given
     if duration == way.duration:
         return way.curve
-    curve = stretch(way_problem, way, duration) if duration > way.duration else None
+    curve = stretch(way, duration) if duration > way.duration else None
     if curve is None:
         error = InputError(
             f"{duration:g} s is shorter than the fastest motion found, which takes "
