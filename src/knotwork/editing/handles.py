@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from knotwork.files.documents import Location
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.scenario.geometry import Frames, placed
+from knotwork.scenario.geometry import Frames, read_placement
 from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.si_units import in_si, si_factors
@@ -94,7 +94,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             at, around = (*where, name), frame(thing.parent)
             if scenario.places.given(at) != at:
                 continue  # the place of a repetition
-            pose = around * placed(thing, scenario.places, at)
+            pose = around * read_placement(thing, scenario.places, at)
             form, order = _form(thing)
             axes, kind = (around, around.rotation), where[-1].removesuffix("s")
             numbered = given[name].position, form or "rpy", order

@@ -46,7 +46,7 @@ class ToolMotion(NamedTuple):
     acceleration: FloatArray
 
 
-class FrameMotion(NamedTuple):
+class FrameTransforms(NamedTuple):
     """Homogeneous matrices of a moving frame and their time derivatives, at k times.
 
     Attributes:
@@ -59,15 +59,15 @@ class FrameMotion(NamedTuple):
     rate: FloatArray
     change: FloatArray
 
-    def fixed(self, placement: pin.SE3) -> FrameMotion:
+    def fixed(self, placement: pin.SE3) -> FrameTransforms:
         """The motion of a frame fixed in this one."""
-        return FrameMotion(*(one @ placement.homogeneous for one in self))
+        return FrameTransforms(*(one @ placement.homogeneous for one in self))
 
-    def carried(self, other: FrameMotion) -> FrameMotion:
+    def carried(self, other: FrameTransforms) -> FrameTransforms:
         """The motion of a frame from its motion in this one, by the product rule."""
         X, dX, ddX = self
         Y, dY, ddY = other
-        return FrameMotion(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
+        return FrameTransforms(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
 
     def carried_tool(self, tool: ToolMotion) -> ToolMotion:
         """The motion of a tool from its motion in this frame."""
@@ -138,11 +138,11 @@ class MovingFrame:
         own = KnownJoints(self.placement, axis, turns, curve)
         return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
 
-    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameMotion:
+    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameTransforms:
         """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
         times = np.asarray(t, dtype=float)
         nothing = np.zeros((len(times), 4, 4))
-        found = FrameMotion(nothing + np.eye(4), nothing, nothing)
+        found = FrameTransforms(nothing + np.eye(4), nothing, nothing)
         for one in self.joints:
             found = found.fixed(one.placement)
             rows = (one.curve(times, order).T for order in range(3))
@@ -174,7 +174,7 @@ class MovingFrame:
         tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
         return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
 
-    def since_rest(self, t: ArrayLike) -> FrameMotion:
+    def since_rest(self, t: ArrayLike) -> FrameTransforms:
         """`motion` of the frame that coincides with the base frame when all joints are at 0."""
         return self.motion(t, self.placement * self.rest.inverse())
 
@@ -202,7 +202,7 @@ def _vector(matrices: FloatArray) -> FloatArray:
 
 def _joint(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
-) -> FrameMotion:
+) -> FrameTransforms:
     """Motion of the frame behind a joint, in the joint's axes."""
     place = np.tile(np.eye(4), (len(q), 1, 1))
     rate, change = np.zeros_like(place), np.zeros_like(place)
@@ -215,4 +215,4 @@ def _joint(
     else:
         for matrix, row in ((place, q), (rate, v), (change, a)):
             matrix[:, :3, 3] = row[:, None] * axis
-    return FrameMotion(place, rate, change)
+    return FrameTransforms(place, rate, change)

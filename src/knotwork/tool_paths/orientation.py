@@ -25,7 +25,13 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.errors import PathError
 from knotwork.tool_paths.bernstein import basis, sums_of_basis
 from knotwork.tool_paths.curve import checked_order, unit, unplaced
-from knotwork.tool_paths.orientation_junctions import SAME, Stretch, check_junction, meet, two_sided
+from knotwork.tool_paths.orientation_junctions import (
+    SAME,
+    OrientationStretch,
+    check_junction,
+    meet,
+    two_sided,
+)
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
 from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
@@ -212,7 +218,7 @@ class OrientationCurve:
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
-        parts = [Stretch(stretch) for stretch in stretches]
+        parts = [OrientationStretch(stretch) for stretch in stretches]
         for i, (before, after) in enumerate(itertools.pairwise(parts)):
             check_junction(i, before, after)
             if i not in stops:

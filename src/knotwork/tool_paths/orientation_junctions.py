@@ -25,7 +25,7 @@ APART = 1e-6
 """Tolerance of the difference of rotations at a junction [rad]."""
 
 
-class Stretch:
+class OrientationStretch:
     """Arrays of an `OrientationCurve`, modified at its two ends."""
 
     def __init__(self, curve: Any) -> None:
@@ -61,7 +61,7 @@ class Stretch:
         return length
 
 
-def meet(before: Stretch, after: Stretch) -> None:
+def meet(before: OrientationStretch, after: OrientationStretch) -> None:
     """Give two stretches the same rate and derivative at their junction."""
     scale = max(np.abs(part.curve.rates).max() for part in (before, after))
     a, b = before.rates[-1, 0], after.rates[0, 1]
@@ -76,7 +76,7 @@ def meet(before: Stretch, after: Stretch) -> None:
         before.changes[-1, :] = after.changes[0, :] = 0.0
 
 
-def check_junction(i: int, before: Stretch, after: Stretch) -> None:
+def check_junction(i: int, before: OrientationStretch, after: OrientationStretch) -> None:
     """Check that stretch i ends with the first rotation of the next one.
 
     Raises:

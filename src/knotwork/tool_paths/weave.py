@@ -1,4 +1,4 @@
-"""`Weave`: offset of a tool from its path over time, in the axes of seam and surface.
+"""`PathWeave`: offset of a tool from its path over time, in the axes of seam and surface.
 
 The axes are along the seam, across it to the left, and out of the surface. Circles and eights are
 harmonic. From edge to edge the speed is constant, u, except for ramps u S(t/τ) within the times τ
@@ -45,7 +45,7 @@ sine, and 2e-6 for a triangle with sharp turns."""
 
 
 @dataclass(frozen=True)
-class Weave:
+class PathWeave:
     """A weave in the axes of its seam.
 
     Attributes:
@@ -162,7 +162,7 @@ def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
 
 
 def woven(
-    weave: Weave, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
+    weave: PathWeave, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
     """Offset of a weave from a path in base axes, at times dense enough for quintics between them.
 
