@@ -92,8 +92,8 @@ STUDY_PICTURE = "study.png"
     metavar="[FILE]",
     is_flag=False,
     flag_value="",
-    help=f"Draw maps: PNG, SVG or PDF, by the suffix; {STUDY_PICTURE} in the folder of the study if "
-    "no file is given.",
+    help=f"Draw maps: PNG, SVG or PDF, by the suffix; {STUDY_PICTURE} in the folder of the study "
+    "if no file is given.",
 )
 @click.option(
     "--figures",

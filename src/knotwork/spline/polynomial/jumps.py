@@ -46,8 +46,9 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
 
     Returns:
         Absolute values, each with those that follow within `JUMP_WINDOW`, and the largest value
-        that rounding explains, shape (m-2, d) both. So neither noise about zero, as in the acceleration
-        of a straight motion, nor rounding of breaks to whole nanoseconds counts as a jump.
+        that rounding explains, shape (m-2, d) both. So neither noise about zero, as in the
+        acceleration of a straight motion, nor rounding of breaks to whole nanoseconds counts as a
+        jump.
     """
     sizes = _sum_in_window(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
