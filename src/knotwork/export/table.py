@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 DEFAULT_RATE = 100.0
 """Default sampling rate [Hz]."""
 
-MOST_VALUES = 20_000_000
+MOST_TABLE_VALUES = 20_000_000
 """Largest number of values in a table, some 400 MB of text; more are a mistake in the rate."""
 
-TOOL = {
+TOOL_COLUMNS = {
     "tool_position": ("tool.position", "xyz", "m"),
     "tool_quaternion": ("tool.quaternion", "xyzw", ""),
     "tool_linear_velocity": ("tool.linear_velocity", "xyz", "m_per_s"),
@@ -41,44 +41,37 @@ class MotionTable:
     """A motion at a sequence of times.
 
     Attributes:
-        joint_names: Names of the joints, length d.
-        joint_units: `"rad"` or `"m"` for each joint.
-        planner: Planner or source of the motion.
+        trajectory: The motion itself.
         time: Times [s], shape (s,).
         joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
-        tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
-            robot.
+        tool: As in `TOOL_COLUMNS`, each of shape (s, 3) or, for the quaternion, (s, 4); empty
+            without a robot.
         note: Accuracy of the motion defined by the rows.
         labels: `"segment"` and `"event"`, a text for each row; or empty.
-        trajectory: The motion itself.
     """
 
-    joint_names: tuple[str, ...]
-    joint_units: tuple[str, ...]
-    planner: str
+    trajectory: JointTrajectory
     time: FloatArray
     joints: Mapping[str, FloatArray]
     tool: Mapping[str, FloatArray]
     note: str
     labels: Mapping[str, list[str]]
-    trajectory: JointTrajectory
 
     def columns(self) -> dict[str, FloatArray]:
         """All columns by name, each of shape (s,).
 
         Names end in the units of their values: `time_s` [s], `elbow.velocity_rad_per_s` [rad/s].
         """
-        columns = {"time_s": self.time}
-        for order, quantity in enumerate(DERIVATIVES):
+        columns, motion = {"time_s": self.time}, self.trajectory
+        for quantity, table in self.joints.items():
+            order = DERIVATIVES.index(quantity)
             per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
-            if quantity in self.joints:
-                for i, (name, unit) in enumerate(
-                    zip(self.joint_names, self.joint_units, strict=True)
-                ):
-                    label = f"{name}.{quantity}_{unit}{per}"
-                    columns[label] = self.joints[quantity][:, i]
+            for name, unit, values in zip(
+                motion.joint_names, motion.joint_units, table.T, strict=True
+            ):
+                columns[f"{name}.{quantity}_{unit}{per}"] = values
         for key, values in self.tool.items():
-            name, components, unit = TOOL[key]
+            name, components, unit = TOOL_COLUMNS[key]
             for i, component in enumerate(components):
                 label = "_".join(part for part in (name, component, unit) if part)
                 if label in columns:
@@ -135,17 +128,8 @@ def motion_table(
         time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
     tool = {} if robot is None else _tool(trajectory, robot, time)
     named = bool(trajectory.events) if labels is None else flag(labels, "labels")
-    return MotionTable(
-        trajectory.joint_names,
-        trajectory.joint_units,
-        trajectory.planner,
-        time,
-        joints,
-        tool,
-        note,
-        labels_at(trajectory, time) if named else {},
-        trajectory,
-    )
+    texts = labels_at(trajectory, time) if named else {}
+    return MotionTable(trajectory, time, joints, tool, note, texts)
 
 
 def _samples(
@@ -153,8 +137,8 @@ def _samples(
 ) -> tuple[FloatArray, dict[str, FloatArray], str]:
     """Times of samples, joint values there, and a note on them."""
     columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
-    columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
-    time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_VALUES // columns)
+    columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
+    time = sample_times(motion.start_time, motion.end_time, rate, most=MOST_TABLE_VALUES // columns)
     joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
     return time, joints, f"{time.size} samples at {rate:g} Hz"
 
@@ -183,7 +167,9 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
         robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}"
     )
     q, v = curve.position(time), curve.velocity(time)
-    rows = {key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL.items()}
+    rows = {
+        key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL_COLUMNS.items()
+    }
     last = np.array([0.0, 0.0, 0.0, 1.0])
     for i, (position, velocity) in enumerate(zip(q, v, strict=True)):
         pose, jacobian = robot.forward_and_jacobian(position)
