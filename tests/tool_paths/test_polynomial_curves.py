@@ -113,15 +113,12 @@ def test_nearest_points_are_nearest(seed):
 def test_bounds_of_curvature_are_never_below_it(seed):
     for curve in curves(seed):
         s0, s1 = np.random.default_rng(seed).uniform(0, curve.length, (2, 25))
-        bound, bend = curve.curvature_bound(s0, s1), curve.bend(s0, s1)
+        bound = curve.curvature_bound(s0, s1)
         whole = curve.curvature_bound([0.0], [curve.length])[0]
         for i in range(25):
             s = np.linspace(s0[i], s1[i], 100)
             curvature = np.linalg.norm(curve.position(s, 2), axis=1).max()
             assert curvature <= bound[i] * (1 + 1e-9) <= whole * (1 + 1e-8)
-            points = curve.position(s[[0, 49, 99]])
-            chord = points[0] + (points[2] - points[0]) * 49 / 99
-            assert np.linalg.norm(points[1] - chord) <= bend[i] / 8 + 1e-12
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath, Stretch
-from knotwork.tool_paths.progress import progress
+from knotwork.tool_paths.path_progress import progress
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -17,7 +17,7 @@ from pydantic import model_validator
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import Interval, Positive, Vector3, optional
 from knotwork.errors import InputError, did_you_mean
-from knotwork.robot.urdf_rules import child_elements, link_of, named
+from knotwork.robot.urdf_rules import child_elements, elements_by_name, link_of
 from knotwork.waypoints import FloatArray
 
 CELL = "cell"
@@ -102,16 +102,18 @@ def add_axes(
         InputError: An axis duplicates a link or joint name, is mounted on an unknown link or on one
             that it carries itself, or its URDF has no moving joint.
     """
-    names = {kind: set(named(robot, kind)) for kind in ("link", "joint")}
+    names = {kind: set(elements_by_name(robot, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
-    _put(robot, "link", name=CELL)
+    _append_element(robot, "link", name=CELL)
     if not any(one.carries == ROBOT for _, one in axes):
         _joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
     for name, one in axes:
         if one.urdf is None:
             _add_joint(robot, name, one, root, names)
     counts = {
-        kind: Counter(each for given, _ in others.values() for each in named(given, kind))
+        kind: Counter(
+            each for given, _ in others.values() for each in elements_by_name(given, kind)
+        )
         for kind in names
     }
     shared = {
@@ -159,12 +161,14 @@ def _add_joint(
         link = root
     else:
         names["link"].add(link)
-        _put(robot, "link", name=link)
+        _append_element(robot, "link", name=link)
     kind = "prismatic" if one.slides else "revolute" if one.range else "continuous"
     joint = _joint(robot, name, kind, (one.parent, link), one.position, one.rpy)
-    _put(joint, "axis", xyz=_text(one.slides or one.turns or ()))
+    _append_element(joint, "axis", xyz=_text(one.slides or one.turns or ()))
     lower, upper = map(repr, one.range or (0.0, 0.0))
-    _put(joint, "limit", velocity=str(one.velocity or 0), effort="0", lower=lower, upper=upper)
+    _append_element(
+        joint, "limit", velocity=str(one.velocity or 0), effort="0", lower=lower, upper=upper
+    )
 
 
 def _add_urdf(
@@ -184,7 +188,7 @@ def _add_urdf(
         )
     called: dict[str, dict[str, str]] = {}
     for kind, known in names.items():
-        own = named(given, kind)
+        own = elements_by_name(given, kind)
         called[kind] = {each: f"{name}_{each}" if each in shared[kind] else each for each in own}
         for each, new in called[kind].items():
             if new in known or (new != each and new in own):
@@ -210,7 +214,7 @@ def _rename(element: Element, key: str, called: Mapping[str, str]) -> None:
     element.setAttribute(key, called.get(old, old))
 
 
-def see_from(robot: Element, link: str) -> None:
+def invert_to_root(robot: Element, link: str) -> None:
     """Make a link the root of a URDF, by inverting the joints between it and the root.
 
     A joint places its child at T · J(q) in its parent, so it places the parent at J(-q) · T⁻¹ in
@@ -232,10 +236,10 @@ def see_from(robot: Element, link: str) -> None:
         for old in child_elements(joint):
             if old.tagName in ("parent", "child", "origin", "axis"):
                 joint.removeChild(old)
-        _put(joint, "parent", link=child)
-        _put(joint, "child", link=step)
-        _put(joint, "axis", xyz=_text(-axis))
-        _put(robot, "link", name=step)
+        _append_element(joint, "parent", link=child)
+        _append_element(joint, "child", link=step)
+        _append_element(joint, "axis", xyz=_text(-axis))
+        _append_element(robot, "link", name=step)
         rpy = pin.rpy.matrixToRpy(back.rotation)
         _joint(robot, step, "fixed", (step, link), back.translation, rpy)
 
@@ -248,14 +252,14 @@ def _joint(
     xyz: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
     rpy: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
 ) -> Element:
-    joint = _put(robot, "joint", name=name, type=kind)
-    _put(joint, "origin", xyz=_text(xyz), rpy=_text(rpy))
+    joint = _append_element(robot, "joint", name=name, type=kind)
+    _append_element(joint, "origin", xyz=_text(xyz), rpy=_text(rpy))
     for end, link in zip(("parent", "child"), ends, strict=True):
-        _put(joint, end, link=link)
+        _append_element(joint, end, link=link)
     return joint
 
 
-def _put(carrier: Element, tag: str, **attributes: str) -> Element:
+def _append_element(carrier: Element, tag: str, **attributes: str) -> Element:
     document: Any = carrier.ownerDocument
     made: Element = document.createElement(tag)
     for name, value in attributes.items():

@@ -16,7 +16,7 @@ from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
 
 # Maximum number of configurations evaluated by Pinocchio.
-FEW = 16
+PINOCCHIO_COUNT = 16
 
 
 class JointAxes:
@@ -111,7 +111,7 @@ class JointAxes:
         For few configurations single calls of Pinocchio are faster than arrays.
         """
         robot = self._robot()
-        if len(q) > FEW or robot is None:
+        if len(q) > PINOCCHIO_COUNT or robot is None:
             tip, turned, points, axes = self.forward(q)
             return tip, turned, self.jacobian(tip, points, axes)
         model, data, frame = robot.model, robot.data, robot.require_tool()

@@ -161,7 +161,7 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
     )
 
 
-def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
+def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree, list[int]]:
     """Inverse joints from a link to the root of a tree.
 
     Args:
@@ -180,7 +180,7 @@ def turned_back(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree,
     return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in way]
 
 
-def joined(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
+def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
     """Join two trees: joints and positions of the second follow those of the first.
 
     Args:

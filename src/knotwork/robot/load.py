@@ -15,7 +15,7 @@ from knotwork.robot.description import Description
 from knotwork.robot.external_axes import Axes
 from knotwork.robot.file import RobotFile
 from knotwork.robot.joint_limits import limit_tables
-from knotwork.robot.model import Robot
+from knotwork.robot.robot import Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
 EXAMPLE_ROBOT_DATA = "example-robot-data:"

@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_only
 
-ROUNDED = 1e-3
+INERTIA_TOLERANCE = 1e-3
 """Tolerance of the triangle inequality of moments of inertia, which are often rounded, relative to
 the largest one."""
 
@@ -69,14 +69,14 @@ def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, st
         return None
     if mass == 0.0:
         return "inertia", "is given, but the mass is zero", "a mass above zero, or no inertia"
-    if np.abs(inertia - inertia.T).max() > ROUNDED * np.abs(inertia).max():
+    if np.abs(inertia - inertia.T).max() > INERTIA_TOLERANCE * np.abs(inertia).max():
         return "inertia", f"is not symmetric: {inertia.tolist()}", "a symmetric matrix"
     moments = np.linalg.eigvalsh(inertia)
     found = "has the principal moments {:.4g}, {:.4g} and {:.4g} kg m²".format(*moments)
     if not moments[0] > 0.0:
         accepted = "three positive moments, or no inertia for a point mass"
         return "inertia", f"{found}, which is not positive definite", accepted
-    if moments[2] > (1.0 + ROUNDED) * (moments[0] + moments[1]):
+    if moments[2] > (1.0 + INERTIA_TOLERANCE) * (moments[0] + moments[1]):
         accepted = "moments about the centre of mass of which none is above the sum of the others"
         return "inertia", f"{found}, which no body has", accepted
     return None

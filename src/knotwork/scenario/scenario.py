@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from knotwork.scenario.asked_timing import AskedTiming
     from knotwork.task import PlainTask
     from knotwork.tool_paths import TimedPath
-    from knotwork.tool_paths.weave import Weave
+    from knotwork.tool_paths.weave import WeavePattern
     from knotwork.trajectory import JointTrajectory
 
 
@@ -78,7 +78,7 @@ class Stretch:
     end: float
     speed: float
     full_speed: tuple[float, float]
-    weave: Weave | None = None
+    weave: WeavePattern | None = None
 
 
 @dataclass(frozen=True, eq=False)

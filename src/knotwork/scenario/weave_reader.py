@@ -16,7 +16,7 @@ from knotwork.scenario.scenario import ToleranceSet
 from knotwork.task import AtMost, PathWaypoint
 from knotwork.task import Weave as GivenWeave
 from knotwork.tool_paths import Timing, ToolPath
-from knotwork.tool_paths.weave import AXES, SAME, Weave, woven
+from knotwork.tool_paths.weave import SAME_BREAK_TIME, WEAVE_AXES, WeavePattern, weave_offsets
 from knotwork.waypoints import FloatArray
 
 LEAST_PERIODS, MOST_PERIODS = 2, 10_000
@@ -39,7 +39,7 @@ class WeaveReader:
 
     def read(
         self, path: ToolPath, timing: Timing, start: float
-    ) -> tuple[list[Weave | None], EndlessCurve, FloatArray]:
+    ) -> tuple[list[WeavePattern | None], EndlessCurve, FloatArray]:
         """The weave of each stretch; the sum of all, and the times at which a new one begins [s].
 
         Consecutive stretches with the same weave have one continuous weave.
@@ -52,15 +52,15 @@ class WeaveReader:
         Raises:
             DocumentError: A weave is too short, fast or narrow, or along the seam.
         """
-        weaves: list[Weave | None] = [None] * len(self.given)
+        weaves: list[WeavePattern | None] = [None] * len(self.given)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
         for low, high, asked in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
             weave, normal = self._weave(low, asked, end - begin)
             weaves[low:high] = [weave] * (high - low)
             with self.curves.errors(self.first + 1 + low, "weave", "normal"):
-                t, state = woven(weave, path, timing, begin, normal)
-            skipped = int(t[0] <= times[-1][-1] + SAME)
+                t, state = weave_offsets(weave, path, timing, begin, normal)
+            skipped = int(t[0] <= times[-1][-1] + SAME_BREAK_TIME)
             times.append(t[skipped:])
             states.append(state[:, skipped:])
             breaks.append(begin + weave.breaks())
@@ -86,7 +86,9 @@ class WeaveReader:
             ("waypoints", self.first + 1 + k, *(key or ("weave",))), found, accepted
         )
 
-    def _weave(self, k: int, given: GivenWeave, duration: float) -> tuple[Weave, FloatArray | None]:
+    def _weave(
+        self, k: int, given: GivenWeave, duration: float
+    ) -> tuple[WeavePattern, FloatArray | None]:
         """The weave that begins on a stretch, by index, and its given normal."""
         text = self.curves.text
         periods = duration * given.frequency
@@ -109,11 +111,11 @@ class WeaveReader:
                 "width",
             )
         axes = given.axes or (("across", "along") if given.loop else ("across",))
-        weave = Weave(
+        weave = WeavePattern(
             given.shape,
             given.width,
             given.frequency,
-            tuple(AXES.index(one) for one in axes),
+            tuple(WEAVE_AXES.index(one) for one in axes),
             given.dwell or 0.0,
             given.rounding or allowed,
             duration,

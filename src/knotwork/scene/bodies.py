@@ -15,7 +15,7 @@ import pinocchio as pin
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.external_axes import UrdfFile
-from knotwork.robot.shapes import Shape as UrdfShape
+from knotwork.robot.shapes import LinkShape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scenario import PlacedShape
 from knotwork.scene.meshes.locating import find_mesh, ros_folders

@@ -17,7 +17,7 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import EndlessCurve
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, joined, serial, turned_back
+from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, serial
 from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
 from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
@@ -205,14 +205,14 @@ class _Builder:
             link = theirs.standing_frame
             standing, placement = self._riding(given.carrier)
             placement = placement * given.placement
-        back, columns = turned_back(other.model.joints, *(base := _carried(theirs, link)))
+        back, columns = inverse_chain(other.model.joints, *(base := _carried(theirs, link)))
         known = [replace(one, delay=one.delay + given.delay) for one in other.known]
         moved = known[0].curve
         still = EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         way = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
         turned = [replace(known[0], curve=way)] if columns else []
         root = self._put(back, placement, [*turned, still], standing)
-        self.joints = joined(self.joints, other.model.joints, pin.SE3.Identity(), root)
+        self.joints = join_trees(self.joints, other.model.joints, pin.SE3.Identity(), root)
         self.known += known
         self.robots[given.name] = other.robot, root
         for body in other.model.bodies:
@@ -264,7 +264,7 @@ class _Builder:
         self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
     ) -> int:
         """Add joints with known positions, and give the index of the last."""
-        self.joints = joined(self.joints, tree, placement, carrier)
+        self.joints = join_trees(self.joints, tree, placement, carrier)
         self.known += known
         return len(self.joints.parent) - 1
 

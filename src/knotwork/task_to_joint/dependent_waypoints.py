@@ -20,7 +20,7 @@ from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.polynomial.distinct import distinct
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.free_poses import FreedomChain, FreedomChains
-from knotwork.task_to_joint.obstacles import PATH_SAMPLES, Obstacles
+from knotwork.task_to_joint.obstacles import COLLISION_SAMPLES, Obstacles
 from knotwork.task_to_joint.requested_branch import branch_names, is_in_branch
 from knotwork.task_to_joint.solution import PathStart
 from knotwork.waypoints import FloatArray, IndexArray
@@ -280,7 +280,7 @@ class GroupSolver:
         """Step of the first collision of each continuation that has one, by index."""
         if self.obstacles is None:
             return {}
-        count = PATH_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guides else 1)
+        count = COLLISION_SAMPLES * (GUIDED_SAMPLES_FACTOR if track.guides else 1)
         steps = {int(b): self.obstacles.contact(continuation, int(b), count) for b in branches}
         return {branch: step for branch, step in steps.items() if step is not None}
 

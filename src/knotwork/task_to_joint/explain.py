@@ -7,7 +7,7 @@ import numpy as np
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.cost import Level
-from knotwork.kinematics.sequence.step_costs import EXCESS_FACTOR
+from knotwork.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.robot import Robot
 from knotwork.task_to_joint.solution import Choice, Infeasibility
 from knotwork.task_to_joint.solution_search import ChosenSequence, SolutionSearch
@@ -81,7 +81,7 @@ def find_infeasibilities(
         for i, candidates in enumerate(search.candidates)
         if candidates is not None and i not in search.free_velocity
     ]
-    limit = search.robot.velocity_limit * EXCESS_FACTOR
+    limit = search.robot.velocity_limit * OVERSPEED_FACTOR
     return tuple(_infeasibility(search, *place) for place in places if (place[2] > limit).any())
 
 
@@ -102,7 +102,7 @@ def _infeasibility(
     units = [f"{unit}/s" for unit in robot.joint_units]
     excess = speed / limit
     order = np.argsort(-excess, kind="stable")
-    fast = [int(j) for j in order if speed[j] > limit[j] * EXCESS_FACTOR]
+    fast = [int(j) for j in order if speed[j] > limit[j] * OVERSPEED_FACTOR]
     shown = search.scenario.units
     needs = ", ".join(
         f"{robot.joint_names[j]} needs {shown.text(float(speed[j]), units[j], '.4g')} "

@@ -28,7 +28,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, Torch
 if TYPE_CHECKING:
     import pinocchio as pin
 
-INSIDE = 0.95
+TORCH_RANGE_SHARE = 0.95
 """Fraction of a torch's ranges that its joints use: between waypoints they may exceed it a bit."""
 
 
@@ -190,7 +190,11 @@ def _virtual_joints(free: PoseFreedom) -> list[VirtualJoint]:
         joints.append(VirtualJoint("free turn", "z", -greatest, -least, soft=False))
     for name, axis, (low, high) in turned:
         if low < high:
-            joints.append(VirtualJoint(name, axis, INSIDE * low, INSIDE * high, axes=axes))
+            joints.append(
+                VirtualJoint(
+                    name, axis, TORCH_RANGE_SHARE * low, TORCH_RANGE_SHARE * high, axes=axes
+                )
+            )
     for k, (low, high) in zip("xyz", free.box, strict=True):
         if low < high:
             joints.append(VirtualJoint(f"free position {k}", k, -high, -low, "m"))

@@ -20,7 +20,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
 
-PATH_SAMPLES = 24
+COLLISION_SAMPLES = 24
 """Number of times along a path at which candidates are tested; the check gives the proof."""
 
 ENOUGH_CLEARANCE = 0.1
@@ -110,7 +110,7 @@ class Obstacles:
     def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])
 
-    def contact(self, path: Continuation, start: int, count: int = PATH_SAMPLES) -> int | None:
+    def contact(self, path: Continuation, start: int, count: int = COLLISION_SAMPLES) -> int | None:
         """The first of some steps along a path that collides; `None` if there is no collision.
 
         Args:

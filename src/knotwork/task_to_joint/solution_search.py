@@ -39,7 +39,7 @@ from knotwork.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.task_to_joint.velocities import velocity_at
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-HOME = "home"
+HOME_CONFIGURATION = "home"
 
 
 class ChosenSequence(NamedTuple):
@@ -58,8 +58,8 @@ class ChosenSequence(NamedTuple):
 
 def home(space: JointSpace) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
-    if HOME in space.configurations:
-        return np.array(space.configurations[HOME])
+    if HOME_CONFIGURATION in space.configurations:
+        return np.array(space.configurations[HOME_CONFIGURATION])
     return middle((space.lower_position_limit, space.upper_position_limit))
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import unbounded
+from knotwork.kinematics.chain.joint_ranges import unbounded_joints
 from knotwork.kinematics.sequence.step_costs import (
     SAME_STEP,
     CollidingStep,
@@ -34,7 +34,7 @@ def joint_rules(robot: Robot) -> JointRules:
         limit=limit,
         lower=np.where(virtual, -np.inf, robot.lower_position_limit),
         upper=np.where(virtual, np.inf, robot.upper_position_limit),
-        unbounded=unbounded(robot) & ~virtual,
+        unbounded=unbounded_joints(robot) & ~virtual,
         weights=robot.weights,
         ramp=np.where(virtual, 0.0, speed / robot.limits["acceleration"]),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, unplaced
+from knotwork.tool_paths.curve import SAME_POINT, Curve, checked_order, geometry_error
 from knotwork.waypoints import FloatArray, read_only
 
 
@@ -31,8 +31,8 @@ class Line(Curve):
         self.end = read_only(end, (3,), "end")
         way = self.end - self.start
         self.length = float(np.linalg.norm(way))
-        if self.length <= REPEATED:
-            raise unplaced(
+        if self.length <= SAME_POINT:
+            raise geometry_error(
                 "the line from {start} to {end} has no length; its ends must differ",
                 start=self.start,
                 end=self.end,

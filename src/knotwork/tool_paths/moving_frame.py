@@ -46,7 +46,7 @@ class ToolMotion(NamedTuple):
     acceleration: FloatArray
 
 
-class FrameMotion(NamedTuple):
+class FrameDerivatives(NamedTuple):
     """Homogeneous matrices of a moving frame and their time derivatives, at k times.
 
     Attributes:
@@ -59,29 +59,30 @@ class FrameMotion(NamedTuple):
     rate: FloatArray
     change: FloatArray
 
-    def fixed(self, placement: pin.SE3) -> FrameMotion:
+    def fixed(self, placement: pin.SE3) -> FrameDerivatives:
         """The motion of a frame fixed in this one."""
-        return FrameMotion(*(one @ placement.homogeneous for one in self))
+        return FrameDerivatives(*(one @ placement.homogeneous for one in self))
 
-    def carried(self, other: FrameMotion) -> FrameMotion:
+    def carried(self, other: FrameDerivatives) -> FrameDerivatives:
         """The motion of a frame from its motion in this one, by the product rule."""
         X, dX, ddX = self
         Y, dY, ddY = other
-        return FrameMotion(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
+        return FrameDerivatives(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
 
     def carried_tool(self, tool: ToolMotion) -> ToolMotion:
         """The motion of a tool from its motion in this frame."""
-        turn, turning, bending = (one[:, :3, :3] for one in self)
-        shift, sliding, pull = (one[:, :3, 3] for one in self)
-        r, (v, w), (a, b) = tool.position, _halves(tool.twist), _halves(tool.acceleration)
-        back = turn.transpose(0, 2, 1)
-        linear = _times(turning, r) + sliding + _times(turn, v)
-        angular = _vector(turning @ back) + _times(turn, w)
-        faster = _times(bending, r) + pull + 2.0 * _times(turning, v) + _times(turn, a)
-        spin = _vector(bending @ back) + _times(turning, w) + _times(turn, b)
+        R, dR, ddR = (one[:, :3, :3] for one in self)
+        p, dp, ddp = (one[:, :3, 3] for one in self)
+        r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
+        a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
+        back = R.transpose(0, 2, 1)
+        linear = _multiply(dR, r) + dp + _multiply(R, v)
+        angular = _skew_vector(dR @ back) + _multiply(R, w)
+        faster = _multiply(ddR, r) + ddp + 2.0 * _multiply(dR, v) + _multiply(R, a)
+        spin = _skew_vector(ddR @ back) + _multiply(dR, w) + _multiply(R, b)
         return ToolMotion(
-            _times(turn, r) + shift,
-            turn @ tool.rotation,
+            _multiply(R, r) + p,
+            R @ tool.rotation,
             np.hstack((linear, angular)),
             np.hstack((faster, spin)),
         )
@@ -97,9 +98,9 @@ class FrameMotion(NamedTuple):
             velocity: Velocities in the base frame, shape (k, 3).
         """
         back = self.place[:, :3, :3].transpose(0, 2, 1)
-        place = _times(back, position - self.place[:, :3, 3])
-        slip = velocity - self.rate[:, :3, 3] - _times(self.rate[:, :3, :3], place)
-        return place, back @ rotation, _times(back, slip)
+        place = _multiply(back, position - self.place[:, :3, 3])
+        slip = velocity - self.rate[:, :3, 3] - _multiply(self.rate[:, :3, :3], place)
+        return place, back @ rotation, _multiply(back, slip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,16 +139,16 @@ class MovingFrame:
         own = KnownJoints(self.placement, axis, turns, curve)
         return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
 
-    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameMotion:
+    def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
         """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
         times = np.asarray(t, dtype=float)
         nothing = np.zeros((len(times), 4, 4))
-        found = FrameMotion(nothing + np.eye(4), nothing, nothing)
+        found = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
         for one in self.joints:
             found = found.fixed(one.placement)
             rows = (one.curve(times, order).T for order in range(3))
             for axis, turns, *row in zip(one.axis, one.turns, *rows, strict=True):
-                found = found.carried(_joint(axis, turns, *row))
+                found = found.carried(_joint_motion(axis, turns, *row))
         return found.fixed(self.placement if placement is None else placement)
 
     def at(self, time: float) -> pin.SE3:
@@ -174,35 +175,31 @@ class MovingFrame:
         tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
         return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
 
-    def since_rest(self, t: ArrayLike) -> FrameMotion:
+    def since_rest(self, t: ArrayLike) -> FrameDerivatives:
         """`motion` of the frame that coincides with the base frame when all joints are at 0."""
         return self.motion(t, self.placement * self.rest.inverse())
 
 
-def woven(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
+def add_weave(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
     """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
     return frame.inside(frame.rest.inverse()).moved(np.eye(3), (False,) * 3, weave)
 
 
-def _halves(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return vectors[:, :3], vectors[:, 3:]
-
-
-def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return (matrices @ vectors[:, :, None])[..., 0]
 
 
-def _vector(matrices: FloatArray) -> FloatArray:
+def _skew_vector(matrices: FloatArray) -> FloatArray:
     """The vectors of the skew-symmetric parts of matrices."""
     return (
         np.stack([matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)], 1) / 2
     )
 
 
-def _joint(
+def _joint_motion(
     axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
-) -> FrameMotion:
+) -> FrameDerivatives:
     """Motion of the frame behind a joint, in the joint's axes."""
     place = np.tile(np.eye(4), (len(q), 1, 1))
     rate, change = np.zeros_like(place), np.zeros_like(place)
@@ -215,4 +212,4 @@ def _joint(
     else:
         for matrix, row in ((place, q), (rate, v), (change, a)):
             matrix[:, :3, 3] = row[:, None] * axis
-    return FrameMotion(place, rate, change)
+    return FrameDerivatives(place, rate, change)

@@ -13,31 +13,31 @@ from knotwork.errors import PathError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.polynomial.refined import refined
-from knotwork.tool_paths.curve import Curve, checked_order
+from knotwork.tool_paths.curve import Curve, checked_order, sorted_ends
 from knotwork.waypoints import FloatArray
 
 NODES, WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
 NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS
 
-SETTLED = 4e-15
+LENGTH_TOLERANCE = 4e-15
 """Relative difference of a span's length and the sum of its halves at which it is short enough."""
 
-EVEN = 0.7
+MIN_SPEED_RATIO = 0.7
 """Minimum ratio of lowest to highest speed on a span."""
 
-BENT = 0.1
+MAX_SPAN_TURN = 0.1
 """Maximum turn on a span [rad], for tight bounds of curvature."""
 
-DEEPEST = 40
+MAX_SPAN_HALVINGS = 40
 """Maximum number of halvings of a piece; a curve that stops or turns back would need more."""
 
-TINY = 1e-150
+MIN_DIVISOR = 1e-150
 """Minimum of divisors, so that a curve that stops has a large curvature, not NaN."""
 
-ITERATIONS = 30
+MAX_NEWTON_STEPS = 30
 """Maximum number of Newton steps; each doubles the digits."""
 
-SAME = 1e-14
+END_TOLERANCE = 1e-14
 """Arc lengths within this relative distance of an end of the curve are that end."""
 
 
@@ -56,7 +56,7 @@ class PolynomialCurve(Curve):
     """
 
     def __init__(self, c: FloatArray) -> None:
-        spans, first = _divided(c)
+        spans, first = _divide(c)
         self._c = [spans]
         for _ in range(3):
             self._c.append(differentiate(self._c[-1]))
@@ -81,7 +81,7 @@ class PolynomialCurve(Curve):
         w = x * x * (3.0 - 2.0 * x) + x * (1.0 - x) * ((1.0 - x) * slopes[0] - x * slopes[1])
         w = np.where((x < 0.0) | (x > 1.0), x, w)
         going = np.arange(s.size)
-        for _ in range(ITERATIONS):
+        for _ in range(MAX_NEWTON_STEPS):
             rows, at = span[going], w[going]
             slope = self._c[1][:, rows]
             off = wanted[going] - _lengths(slope, 0.0, at)
@@ -129,13 +129,13 @@ class PolynomialCurve(Curve):
         points = np.asarray(points, dtype=float)
         span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
         going, here = np.arange(w.size), self._at(span, w, 2)
-        for _ in range(ITERATIONS):
+        for _ in range(MAX_NEWTON_STEPS):
             place, tangent, bend = here
             off = place - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
-            for _ in range(ITERATIONS):
+            for _ in range(MAX_NEWTON_STEPS):
                 spans, at, moved = self._moved(span[going], w[going], step)
                 there = self._at(spans, at, 2)
                 farther = _norm(there[0] - points[going]) > before * (1 + 1e-12)
@@ -149,7 +149,7 @@ class PolynomialCurve(Curve):
                 break
         s = self._s[span] + _lengths(self._c[1][:, span], 0.0, w)
         ends = np.array([[0.0], [self.length]])
-        at_end = np.abs(s - ends) <= SAME * self.length
+        at_end = np.abs(s - ends) <= END_TOLERANCE * self.length
         return np.where(at_end[0], 0.0, np.where(at_end[1], self.length, s))
 
     def _moved(
@@ -176,15 +176,14 @@ class PolynomialCurve(Curve):
 
         The bound on each span is ‖C' × C''‖ / ‖C'‖³ by the Bernstein coefficients of both.
         """
-        ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
-        low, high = self._span_of(np.minimum(*ends)), self._span_of(np.maximum(*ends))
+        low, high = map(self._span_of, sorted_ends(s0, s1))
         if not low.size:
             return np.zeros(0)
         limits = np.column_stack((low, high + 1)).ravel()
         return np.asarray(np.maximum.reduceat(self._curvature, limits)[::2])
 
 
-def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     """Divide pieces into sufficiently short spans.
 
     Returns:
@@ -195,7 +194,7 @@ def _divided(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     """
     pieces = np.arange(c.shape[1] + 1.0)
     curve = PiecewisePolynomial(c, pieces)
-    for _ in range(DEEPEST):
+    for _ in range(MAX_SPAN_HALVINGS):
         sizes = np.diff(curve.x)
         spans = curve.c * sizes[:, None] ** np.arange(curve.degree, -1.0, -1.0)[:, None, None]
         long = ~_short_enough(spans)
@@ -216,8 +215,12 @@ def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
     least, most = _speed_bounds(slope)
     whole = _lengths(slope)
     settled = np.abs(whole - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
-    even = least > EVEN**2 * most
-    return np.asarray((settled <= SETTLED * whole) & even & (_curvature_bounds(c) * whole < BENT))
+    even = least > MIN_SPEED_RATIO**2 * most
+    return np.asarray(
+        (settled <= LENGTH_TOLERANCE * whole)
+        & even
+        & (_curvature_bounds(c) * whole < MAX_SPAN_TURN)
+    )
 
 
 def _lengths(
@@ -241,7 +244,7 @@ def _curvature_bounds(c: FloatArray) -> FloatArray:
     slope = differentiate(c)
     turn = _bernstein(np.cross(slope[:, None], differentiate(slope)))
     largest = np.linalg.norm(turn, axis=2).max(axis=0)
-    return np.asarray(largest / np.maximum(_speed_bounds(slope)[0], TINY) ** 1.5)
+    return np.asarray(largest / np.maximum(_speed_bounds(slope)[0], MIN_DIVISOR) ** 1.5)
 
 
 def _bernstein(products: FloatArray) -> FloatArray:

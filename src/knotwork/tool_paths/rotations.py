@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
-WIDEST = np.sqrt(8.0)
+HALF_TURN_GAP = np.sqrt(8.0)
 """Frobenius norm of the difference of two rotations half a turn apart."""
 
 
@@ -68,12 +68,12 @@ def gap_of(angle: float) -> float:
 
     The norm increases up to half a turn and is constant beyond.
     """
-    return float(WIDEST * np.sin(0.5 * min(angle, np.pi)))
+    return float(HALF_TURN_GAP * np.sin(0.5 * min(angle, np.pi)))
 
 
 def angle_of(gap: ArrayLike) -> FloatArray:
     """Angle between two rotations [rad], from the Frobenius norm of their difference."""
-    return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / WIDEST, 1.0)))
+    return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / HALF_TURN_GAP, 1.0)))
 
 
 def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:

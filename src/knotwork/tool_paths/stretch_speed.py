@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from knotwork.errors import PathError, StretchTimeError
-from knotwork.tool_paths.path_timing import ROUNDING, check_acceleration, checked_speed
+from knotwork.tool_paths.timing_profile import RAMP_TOLERANCE, check_acceleration, checked_speed
 
 
 def speed_for_duration(
@@ -56,7 +56,7 @@ def speed_for_duration(
         return length / duration
     lowest, highest = _feasible_speeds(length, known, acceleration)
     least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
-    if not least * (1.0 - ROUNDING) <= duration <= most * (1.0 + ROUNDING):
+    if not least * (1.0 - RAMP_TOLERANCE) <= duration <= most * (1.0 + RAMP_TOLERANCE):
         upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
         message = (
             f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "

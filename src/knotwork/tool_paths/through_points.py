@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, unit, unplaced
+from knotwork.tool_paths.curve import SAME_POINT, geometry_error, unit
 from knotwork.tool_paths.points_file import read_points
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
@@ -60,8 +60,8 @@ class ThroughPoints(PolynomialCurve):
         if count < 2:
             raise PathError(f"{count} points are given; a curve needs at least two")
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        for i in np.flatnonzero(chords <= REPEATED)[:1]:
-            raise unplaced(
+        for i in np.flatnonzero(chords <= SAME_POINT)[:1]:
+            raise geometry_error(
                 f"points {i} and {i + 1} are the same, {{point}}; leave one out",
                 point=self.points[i],
             )
@@ -83,7 +83,7 @@ class ThroughPoints(PolynomialCurve):
         if quaternions is not None:
             from scipy.spatial.transform import Rotation
 
-            self.quaternions = _aligned(quaternions, count)
+            self.quaternions = _align_signs(quaternions, count)
             self.rotations = Rotation.from_quat(self.quaternions).as_matrix()
         self.normals: FloatArray | None = None
         if normals is not None:
@@ -115,7 +115,7 @@ class ThroughPoints(PolynomialCurve):
             raise
 
 
-def _aligned(quaternions: ArrayLike, count: int) -> FloatArray:
+def _align_signs(quaternions: ArrayLike, count: int) -> FloatArray:
     """Unit quaternions with signs that are consistent between neighbours.
 
     Raises:

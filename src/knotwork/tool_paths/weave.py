@@ -1,4 +1,4 @@
-"""`Weave`: offset of a tool from its path over time, in the axes of seam and surface.
+"""`WeavePattern`: offset of a tool from its path over time, in the axes of seam and surface.
 
 The axes are along the seam, across it to the left, and out of the surface. Circles and eights are
 harmonic. From edge to edge the speed is constant, u, except for ramps u S(t/τ) within the times τ
@@ -18,10 +18,10 @@ import numpy as np
 from knotwork.polynomial.distinct import distinct
 from knotwork.tool_paths.curve import Curve
 from knotwork.tool_paths.orientation import OrientationCurve
-from knotwork.tool_paths.path import ToolPath
-from knotwork.tool_paths.path_timing import Timing
 from knotwork.tool_paths.seam import seam_frames
 from knotwork.tool_paths.tangent import tangent_orientation
+from knotwork.tool_paths.timing_profile import Timing
+from knotwork.tool_paths.tool_path import ToolPath
 from knotwork.waypoints import FloatArray
 
 HARMONICS = {
@@ -31,21 +31,21 @@ HARMONICS = {
 }
 """Amplitude relative to half the width, multiple of the frequency, and phase [rad] of each axis."""
 
-AXES = ("along", "across", "normal")
+WEAVE_AXES = ("along", "across", "normal")
 
-WIDEST_TURN = 0.5
+MAX_TURN_SHARE = 0.5
 """Maximum fraction of a crossing in which the speed rises, and in which it falls."""
 
-DIGITS, SAME = 6, 1e-6
+BREAK_DIGITS, SAME_BREAK_TIME = 6, 1e-6
 """Breaks are rounded to this number of digits [s], so that none are too close to each other."""
 
-FINE = 8
+PIECES_PER_BREAK = 8
 """Quintic pieces between two breaks of a weave. The error relative to the width is about 1e-8 for a
 sine, and 2e-6 for a triangle with sharp turns."""
 
 
 @dataclass(frozen=True)
-class Weave:
+class WeavePattern:
     """A weave in the axes of its seam.
 
     Attributes:
@@ -76,27 +76,17 @@ class Weave:
         """Duration of the ramps of speed next to an edge [s]; 0 for harmonic shapes."""
         if self.shape in HARMONICS and not self.dwell:
             return 0.0
-        part = WIDEST_TURN if self.shape == "sine" else 2.0 * self.rounding / self.width
-        return min(part, WIDEST_TURN) * self.crossing
+        part = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
+        return min(part, MAX_TURN_SHARE) * self.crossing
 
-    def eased(self, use: float, order: int) -> dict[str, float]:
-        """Values of keys that reduce a derivative of the offset by about a factor.
+    def lower_frequency(self, factor: float, order: int) -> float:
+        """Frequency that reduces a derivative of the offset by about a factor [Hz].
 
         Args:
-            use: The factor, over 1.
+            factor: The factor, over 1.
             order: Order of the derivative.
-
-        Returns:
-            A frequency [Hz], and a rounding [m] if one is sufficient.
         """
-        m, turn = self.crossing, self.turn
-        found = {"frequency": 0.5 / (m * use ** (1.0 / order) + self.dwell)}
-        if self.shape == "triangle" and order > 1:
-            wider = np.linspace(turn, WIDEST_TURN * m, 1000)
-            eased = (m - turn) * turn ** (order - 1) * use <= (m - wider) * wider ** (order - 1)
-            if eased.any():
-                found["rounding"] = float(0.5 * self.width * wider[eased.argmax()] / m)
-        return found
+        return 0.5 / (self.crossing * math.pow(factor, 1.0 / order) + self.dwell)
 
     def breaks(self, *others: FloatArray) -> FloatArray:
         """Breaks of the weave from 0 to its duration, merged with others [s]."""
@@ -107,8 +97,8 @@ class Weave:
         halves = np.arange(math.ceil(self.duration / half) + 1)
         ramps = np.array([1.0, self.duration * self.frequency - 1.0]) / self.frequency
         inner = np.concatenate(((halves[:, None] * half + marks).ravel(), ramps, *others))
-        inner = np.round(inner, DIGITS)
-        inside = (inner > SAME) & (inner < self.duration - SAME)
+        inner = np.round(inner, BREAK_DIGITS)
+        inside = (inner > SAME_BREAK_TIME) & (inner < self.duration - SAME_BREAK_TIME)
         return distinct(inner[inside], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:
@@ -171,8 +161,8 @@ def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
     return OrientationCurve.joined(turns)
 
 
-def woven(
-    weave: Weave, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
+def weave_offsets(
+    weave: WeavePattern, path: ToolPath, timing: Timing, start: float, normal: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
     """Offset of a weave from a path in base axes, at times dense enough for quintics between them.
 
@@ -198,7 +188,11 @@ def woven(
     about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
     others = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
     marks = weave.breaks(*(times - start for times in others))
-    t = np.interp(np.arange((len(marks) - 1) * FINE + 1) / FINE, np.arange(len(marks)), marks)
+    t = np.interp(
+        np.arange((len(marks) - 1) * PIECES_PER_BREAK + 1) / PIECES_PER_BREAK,
+        np.arange(len(marks)),
+        marks,
+    )
     s, ds, dds = (timing(start + t, order) for order in range(3))
     rate, change = seam.rate(s), seam.rate(s, 1)
     ds, dds = ds[:, None], dds[:, None]

@@ -119,11 +119,8 @@ def _slower_weave(
     )
     if there < LARGE * whole:  # the path begins or ends, or what comes before or after is to blame
         return ""
-    eased = one.weave.eased(EASED * use, order)
-    scale, length = scenario.shown_length
-    text = f"frequency: {1.0 / rounded_up(1.0 / eased['frequency'], 3):.3g} Hz"
-    if "rounding" in eased:
-        text = f"rounding: {rounded_up(scale * eased['rounding'], 2):g} {length}, or {text},"
+    frequency = one.weave.lower_frequency(EASED * use, order)
+    text = f"frequency: {1.0 / rounded_up(1.0 / frequency, 3):.3g} Hz"
     return f"a weave is active there; about {text} keeps it"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints, turned_back
+from knotwork.robot.joint_tree import JointTree, inverse_chain, joint_tree, place_joints
 from knotwork.waypoints import FloatArray
 
 
@@ -99,7 +99,7 @@ def footing(robot: Robot) -> Footing:
         return Footing(robot, [], [])
     tree = _tree(robot)
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
-    chain, columns = turned_back(tree, int(frame.parentJoint), frame.placement)
+    chain, columns = inverse_chain(tree, int(frame.parentJoint), frame.placement)
     joints = [drawn_joint(chain, i, f"footing {i}") for i in range(1, len(chain.parent))]
     return Footing(robot, joints, columns)
 

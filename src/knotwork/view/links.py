@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.robot.shapes import Shape, UrdfShapes
+from knotwork.robot.shapes import LinkShape, UrdfShapes
 from knotwork.scene.meshes.locating import find_mesh, mesh_package
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
@@ -113,7 +113,7 @@ class _Drawn:
         self._files: dict[Path, list[Mesh] | InputError] = {}
         self._triangles = self._bytes = 0
 
-    def meshes(self, shapes: Sequence[Shape]) -> tuple[list[Mesh], list[str]]:
+    def meshes(self, shapes: Sequence[LinkShape]) -> tuple[list[Mesh], list[str]]:
         """Shapes of a link in its axes, and reasons of missing ones."""
         found: list[Mesh] = []
         missing: list[str] = []
@@ -131,7 +131,7 @@ class _Drawn:
                 missing.append(str(error))
         return found, missing
 
-    def _made(self, shape: Shape) -> list[Mesh]:
+    def _made(self, shape: LinkShape) -> list[Mesh]:
         if shape.kind != "mesh":
             return [solid(shape.kind, shape.size, shape.colour or GREY)]
         meshes = [mesh.scaled(shape.scale) for mesh in self._file(shape.mesh, shape.urdf)]

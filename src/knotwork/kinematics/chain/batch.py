@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from typing import Any, NamedTuple, TypeAlias
 
@@ -10,13 +11,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints, no_limits
+from knotwork.kinematics.chain.joint_ranges import Limits, clip, held_joints, no_limits
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
-    HASTY,
+    HASTY_EFFORT,
     MAX_FACTOR,
     MAX_STEP,
-    USUAL,
+    USUAL_EFFORT,
 )
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
@@ -24,14 +25,14 @@ from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
 
-# Most successful searches are within `NEAR` after `PATIENCE` iterations; waiting for the others
-# takes as long as two new starts.
-PATIENCE = 20
-NEAR = 0.03
+# Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations;
+# waiting for the others takes as long as two new starts.
+STRAGGLER_ITERATIONS = 20
+STRAGGLER_ERROR = 0.03
 # A search is stopped if its error does not fall to a fraction within some iterations: iterations,
 # fraction, minimum damping factor. Searches for any solution use the second.
-EFFORT = 8, 0.5, USUAL.least_factor
-HASTY_EFFORT = 5, 0.25, HASTY.least_factor
+BATCH_EFFORT = 8, 0.5, USUAL_EFFORT.least_factor
+HASTY_BATCH_EFFORT = 5, 0.25, HASTY_EFFORT.least_factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,14 +117,14 @@ def solve_batch(
         hasty: Stop early: there are other searches for any solution.
         group: Group of each search, shape (n,): once one of a group converges, the others end.
     """
-    check_every, fallen_to, least_factor = HASTY_EFFORT if hasty else EFFORT
+    check_every, fallen_to, least_factor = HASTY_BATCH_EFFORT if hasty else BATCH_EFFORT
     n, limits = len(start), no_limits(robot) if limits is None else limits
-    q = clipped(start, limits)
+    q = clip(start, limits)
     position, orientation = np.full((2, n), np.inf)
     index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0
     targets = targets.take(np.zeros(n, dtype=int)) if len(targets) < n else targets
     box = limits[0][:, None], limits[1][:, None]
-    here = _reached(robot, q.T, targets)
+    here = _evaluate(robot, q.T, targets)
     checkpoint = here.square
     for iteration in count():
         converged = np.maximum(here.distance, here.angle) <= tolerance
@@ -133,27 +134,29 @@ def solve_batch(
         if iteration % check_every == check_every - 1:
             leaving |= here.square > fallen_to * checkpoint
             checkpoint = here.square
-        if iteration == PATIENCE:
-            leaving |= here.square > NEAR**2
+        if iteration == STRAGGLER_ITERATIONS:
+            leaving |= here.square > STRAGGLER_ERROR**2
         leaving |= iteration >= max_iterations
         if leaving.any():
             rows, staying = index[leaving], ~leaving
             q[rows] = here.q[:, leaving].T
             position[rows], orientation[rows] = here.distance[leaving], here.angle[leaving]
             index, factor, checkpoint = index[staying], factor[staying], checkpoint[staying]
-            here, targets = _Reached(*(one[..., staying] for one in here)), targets.take(staying)
+            targets = targets.take(staying)
+            here = _SearchStates(*(values[..., staying] for values in here))
         if not index.size:
             break
         iterations += 1
-        trial = _reached(robot, clipped(here.q + _steps(here, box, factor), box), targets)
+        trial = _evaluate(robot, clip(here.q + _steps(here, box, factor), box), targets)
         better = trial.square < here.square
-        here = _Reached(*(np.where(better, new, old) for new, old in zip(trial, here, strict=True)))
+        columns: Any = map(partial(np.where, better), trial, here)
+        here = _SearchStates(*columns)
         factor = np.where(better, np.maximum(0.2 * factor, least_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
 
 
-class _Reached(NamedTuple):
+class _SearchStates(NamedTuple):
     """State of the searches, the index of the search last, as in `JointAxes`."""
 
     q: FloatArray
@@ -164,13 +167,13 @@ class _Reached(NamedTuple):
     square: FloatArray
 
 
-def _reached(robot: Robot, q: FloatArray, targets: Targets) -> _Reached:
+def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
     tip, rotation, J = joint_axes(robot).placed(q.T)
     error, distance, angle = pose_errors(tip, rotation, targets.position, targets.rotation)
-    return _Reached(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
+    return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 
 
-def _steps(here: _Reached, limits: Limits, factor: FloatArray) -> FloatArray:
+def _steps(here: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, joints held at limits, shape (d, n)."""
     gradient = np.einsum("kin,kn->in", here.J, here.error)
     held = held_joints(here.q, gradient, limits)

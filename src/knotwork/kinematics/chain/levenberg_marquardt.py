@@ -21,11 +21,11 @@ MAX_STEP = 1.0
 FIRST_FACTOR = 1e-2
 MAX_FACTOR = 1e8
 # With an error below this a search gets the usual effort: the solution is in reach [m, rad].
-CLOSE = 0.3
+CLOSE_ERROR = 0.3
 # Fraction of the tolerances that searches aim at, so that rounding can't decide.
-MARGIN = 0.9
+TOLERANCE_MARGIN = 0.9
 # Once within the tolerances, iterate until the error is this fraction of them, or this many steps.
-POLISHED = 1e-4
+POLISHED_SHARE = 1e-4
 POLISH_STEPS = 2
 
 
@@ -45,12 +45,12 @@ class Effort(NamedTuple):
 
 # A search that has not halved its error in twelve steps is at a local minimum. Even where the arm
 # is stretched to a singularity, Newton's step still quarters the error.
-USUAL = Effort()
+USUAL_EFFORT = Effort()
 # At simultaneous singularities convergence takes longer.
-PATIENT = Effort(iterations=400, patience=60)
+PATIENT_EFFORT = Effort(iterations=400, patience=60)
 # One of many searches for any solution stops earlier and keeps more damping: over random poses this
 # takes the fewest steps in total.
-HASTY = Effort(patience=5, least_factor=1e-2)
+HASTY_EFFORT = Effort(patience=5, least_factor=1e-2)
 
 
 class LocalSolution(NamedTuple):
@@ -199,24 +199,26 @@ class PoseSearch:
             step *= MAX_STEP / max(map(abs, moves))
         return step
 
-    def solve(self, start: FloatArray, limits: Limits, effort: Effort = USUAL) -> LocalSolution:
+    def solve(
+        self, start: FloatArray, limits: Limits, effort: Effort = USUAL_EFFORT
+    ) -> LocalSolution:
         """Search from a start.
 
         Args:
             start: Joint positions [rad or m], shape (d,); clipped to the limits.
             limits: Joint limits.
-            effort: Effort of the search; with `HASTY` a search close to the pose gets `USUAL`.
+            effort: Effort of the search; close to the pose `HASTY_EFFORT` becomes `USUAL_EFFORT`.
         """
         # For six numbers NumPy's overhead dominates: no array is made or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()
-        enough = (POLISHED * min(self.tolerances)) ** 2
+        enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
         most_position, most_orientation = self._most_position**2, self._most_orientation**2
         q, at_limit = _inside(start, lows, highs)
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
-        if effort is HASTY and square <= CLOSE**2:
-            effort = USUAL
+        if effort is HASTY_EFFORT and square <= CLOSE_ERROR**2:
+            effort = USUAL_EFFORT
         iterations, patience, least_factor = effort
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < iterations:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
-from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints, limits_of
+from knotwork.kinematics.chain.joint_ranges import Limits, clip, held_joints, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
 from knotwork.waypoints import FloatArray
 
-MAX_STEPS = 30
+MAX_NULL_SPACE_STEPS = 30
 # Shorter steps end the motion [rad or m].
 SMALLEST_STEP = 1e-6
 # Effort of the correction back onto the pose after a null-space step.
@@ -36,12 +36,12 @@ def nearest_by_self_motion(
     limits = limits_of(search.robot)
     distance, length, spent = float(np.linalg.norm(q - near)), 1.0, 0
     step: FloatArray | None = None
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_NULL_SPACE_STEPS):
         if step is None:
             step = null_space_step(search, q, near, limits)
         if length * np.linalg.norm(step) < smallest_step:
             break
-        found = search.solve(clipped(q + length * step, limits), limits, CORRECTION)
+        found = search.solve(clip(q + length * step, limits), limits, CORRECTION)
         spent += found.iterations + 1
         reached = float(np.linalg.norm(found.q - near))
         if found.converged and reached < distance:

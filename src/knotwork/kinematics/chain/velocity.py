@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray, read_only
 
 # Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
 # direction: the joint velocities are checked against plausible limits.
-NEAR_SINGULAR = 1e-3
+IMPLAUSIBLE_SINGULAR_VALUE = 1e-3
 # Faster than any joint of an arm: replaces a missing velocity limit near a singularity
 # [rad/s or m/s].
 FASTEST_JOINT = 10.0
@@ -138,9 +138,9 @@ def _check_attained(
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > tolerances[0] * scale or angular > tolerances[1] * scale:
-        message = _unattainable(robot, smallest, wanted, residual, v, units)
-    elif smallest < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
-        message = _too_fast(robot, J, smallest, v, units)
+        message = _unattainable_message(robot, smallest, wanted, residual, v, units)
+    elif smallest < IMPLAUSIBLE_SINGULAR_VALUE and (np.abs(v) > _plausible_speeds(robot)).any():
+        message = _speed_message(robot, J, smallest, v, units)
     else:
         return
     raise SingularityError(
@@ -244,7 +244,7 @@ def joint_scales(robot: Robot) -> FloatArray:
     return scales
 
 
-def _unattainable(
+def _unattainable_message(
     robot: Robot,
     smallest: float,
     wanted: FloatArray,
@@ -262,14 +262,14 @@ def _unattainable(
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
         if amount > 1e-12
     ]
-    nearest = f"the closest attainable velocity is {_twist(possible, units)}"
+    nearest = f"the closest attainable velocity is {_twist_text(possible, units)}"
     if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
         nearest = "no component is attainable"
     left = (
         f"a component of {' and '.join(amounts)} {describe_direction(residual)} is unattainable "
         f"here; {nearest}"
     )
-    if robot.dof < 6 and smallest > NEAR_SINGULAR:
+    if robot.dof < 6 and smallest > IMPLAUSIBLE_SINGULAR_VALUE:
         return (
             f"an arm of {robot.dof} joints can't give the tool this velocity: {left} (smallest "
             f"singular value {smallest:.3g})"
@@ -284,7 +284,9 @@ def _plausible_speeds(robot: Robot) -> FloatArray:
     return np.minimum(robot.velocity_limit, FASTEST_JOINT)
 
 
-def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units) -> str:
+def _speed_message(
+    robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units
+) -> str:
     direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
     use = np.abs(v) / _plausible_speeds(robot)
     kinds = [f"{unit}/s" for unit in robot.joint_units]
@@ -305,7 +307,7 @@ def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units
     )
 
 
-def _twist(twist: FloatArray, units: Units) -> str:
+def _twist_text(twist: FloatArray, units: Units) -> str:
     """A twist in numbers, rounding left out."""
     parts = []
     for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):

@@ -8,22 +8,23 @@ import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
 from knotwork.kinematics.chain.joint_ranges import (
+    LIMIT_TOLERANCE,
     held_joints,
     limits_of,
     nearest_turns,
     no_limits,
-    turned_inside,
+    turn_inside,
     turning_limits,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
 from knotwork.kinematics.diagnosis.closest import (
     FINEST_TOLERANCE,
-    ROUNDING,
-    apart,
+    POSE_ROUNDING,
     closest_poses,
     come_close,
-    reached,
-    square,
+    distinct_minima,
+    is_reached,
+    squared_error,
     starts_from,
 )
 from knotwork.robot import Robot
@@ -33,12 +34,10 @@ from knotwork.waypoints import FloatArray
 
 # Weight of a metre relative to a radian when the point is kept and the tool turned.
 POINT_FIRST = 1e3
-# Rounding tolerance of an excess over a limit [rad or m].
-AT_LIMIT = 1e-9
 # Limits are a cause if they increase the error by more than this fraction.
-AS_NEAR = 1e-3
+LIMIT_ERROR_FACTOR = 1e-3
 # A joint counts as blocking if it carries at least this share of the descent direction.
-HELD = 1e-6
+BLOCKING_SHARE = 1e-6
 # Additional searches for the point alone, and the number of successful ones that are refined by
 # turning the tool.
 POINT_SEARCHES = 30
@@ -75,36 +74,37 @@ def solution_or_reason(
     beyond = closest_poses(search, near, no_limits(robot))
     limits, found = turning_limits(robot), beyond
     if np.isfinite(limits).any():  # else it is the same search
-        pulled = [turned_inside(robot, s.q, near) for s in beyond]
+        pulled = [turn_inside(robot, s.q, near) for s in beyond]
         found = closest_poses(search, near, limits, pulled)
-    inside = [search.measured(turned_inside(robot, s.q, near)) for s in found]
+    inside = [search.measured(turn_inside(robot, s.q, near)) for s in found]
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
-    closest = min(inside, key=square)
-    if reached(closest):
+    closest = min(inside, key=squared_error)
+    if is_reached(closest):
         _refuse_tolerance(search, closest, tolerances, units)
-    held, data = _held(search, closest), {"where": where, **_left(closest)}
-    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if reached(s)]
+    held, data = _blocking_joints(search, closest), {"where": where, **_closest_data(closest)}
+    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if is_reached(s)]
     if at_pose:
         joints = _least_outside(robot, at_pose, near)
         sentence = (
             "the pose is reachable only outside the joint limits: the solution found that is least "
-            f"outside has {_joints_outside(robot, joints, units)}{_inside(closest, held, units)}"
+            f"outside has {_joints_outside(robot, joints, units)}"
+            f"{_closest_sentence(closest, held, units)}"
         )
         raise OutsideLimitsError(waypoint, sentence, joints=joints, held=held, **data)
     # Searches that ignore the limits may miss this minimum.
-    least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
+    least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=squared_error)
     point = _on_point(search, [*beyond, *inside], near)
-    sentence = _missed(search, least, point, units)
-    if square(closest) > (1.0 + AS_NEAR) ** 2 * square(least):
-        sentence += _inside(closest, held, units)
+    sentence = _miss_sentence(search, least, point, units)
+    if squared_error(closest) > (1.0 + LIMIT_ERROR_FACTOR) ** 2 * squared_error(least):
+        sentence += _closest_sentence(closest, held, units)
     else:
         held, sentence = (), f"{sentence}; joint limits are not the cause"
     raise UnreachablePoseError(waypoint, sentence, held=held, **data, **_shortfalls(least, point))
 
 
-def _left(closest: LocalSolution) -> dict[str, Any]:
+def _closest_data(closest: LocalSolution) -> dict[str, Any]:
     """Error data: the closest pose inside the limits."""
     return {
         "closest": closest.q.tolist(),
@@ -159,7 +159,7 @@ def _least_outside(
     # An excess within rounding is not reported if another joint is outside.
     return [
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
-        for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
+        for i in np.flatnonzero(over > min(LIMIT_TOLERANCE, 0.5 * over.max()))
     ]
 
 
@@ -177,7 +177,7 @@ def _joints_outside(
     return "; ".join(parts)
 
 
-def _missed(
+def _miss_sentence(
     search: PoseSearch,
     least: LocalSolution,
     point: tuple[float, float | None, bool],
@@ -185,16 +185,16 @@ def _missed(
 ) -> str:
     """Text about how far the pose is out of reach; `point` is the result of `_on_point`."""
     distance, angle, inside = point
-    there = _miss(least, units)
+    there = _miss_text(least, units)
     if angle is None:
         return (
             "the pose is out of reach: the nearest point found is "
-            f"{_length(distance, units)} away in any orientation, the closest pose {there}"
+            f"{_length_text(distance, units)} away in any orientation, the closest pose {there}"
         )
     but = ", but" if inside else " only outside the joint limits, and"
     sentence = (
         f"the point is reachable{but} not in this orientation: on the point the nearest found "
-        f"is off by {_angle(angle, units)}"
+        f"is off by {_angle_text(angle, units)}"
     )
     if search.within(least.position_error, 0.0):
         return sentence
@@ -223,7 +223,7 @@ def _on_point(
         at_point = [s for s in (point.solve(q, limits) for q in starts) if s.converged]
         if at_point:
             at_point.sort(key=lambda s: s.orientation_error)
-            first = apart(robot, [s.q for s in at_point], POINT_REFINED)
+            first = distinct_minima(robot, [s.q for s in at_point], POINT_REFINED)
             refined = [come_close(turned, q, limits).q for q in first]
             at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
@@ -232,35 +232,35 @@ def _on_point(
     return min(s.position_error for s in nearest), None, False
 
 
-def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
+def _blocking_joints(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
     """Joints at a limit that would have to move beyond it."""
     robot = search.robot
-    margin = HELD * square(closest) ** 0.5
+    margin = BLOCKING_SHARE * squared_error(closest) ** 0.5
     held = held_joints(closest.q, search.gradient(closest.q), limits_of(robot), margin)
     return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 
-def _inside(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
-    left = _miss(closest, units)
+def _closest_sentence(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
+    left = _miss_text(closest, units)
     sentence = f"; the closest pose found within the limits misses by {left}"
     return f"{sentence}, blocked by the limits of {', '.join(held)}" if held else sentence
 
 
-def _miss(solution: LocalSolution, units: Units) -> str:
+def _miss_text(solution: LocalSolution, units: Units) -> str:
     length, angle = solution.position_error, solution.orientation_error
-    return f"{_length(length, units)} and {_angle(angle, units)}"
+    return f"{_length_text(length, units)} and {_angle_text(angle, units)}"
 
 
-def _length(value: float, units: Units) -> str:
-    return units.text(_rounded(value), "m", ".4g")
+def _length_text(value: float, units: Units) -> str:
+    return units.text(_without_rounding(value), "m", ".4g")
 
 
-def _angle(value: float, units: Units) -> str:
-    value = _rounded(value)
+def _angle_text(value: float, units: Units) -> str:
+    value = _without_rounding(value)
     in_degrees = f" ({readable(np.degrees(value), '.3g')}°)" if units.angle == "rad" else ""
     return f"{units.text(value, 'rad', '.4g')}{in_degrees}"
 
 
-def _rounded(value: float) -> float:
+def _without_rounding(value: float) -> float:
     """Replace a value within rounding by zero."""
-    return value if value > ROUNDING else 0.0
+    return value if value > POSE_ROUNDING else 0.0

@@ -12,7 +12,11 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.kinematics.following.path_proof import PathTolerance, check_tolerance, proved_use
+from knotwork.kinematics.following.path_proof import (
+    PathTolerance,
+    check_tolerance,
+    proved_tolerance_use,
+)
 from knotwork.polynomial.distinct import distinct
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -21,21 +25,21 @@ from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray
 
 # Fractions of each interval at which the curve is compared with the path, where errors are largest.
-SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+INTERVAL_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 # Waypoints are inserted until sampled errors are below this fraction of the tolerances, and then
 # until the proof succeeds; the proof gives no remaining margin.
-PART = 0.9
+SAMPLED_SHARE = 0.9
 # Tolerances that need more waypoints than this are refused.
-MOST = 100_000
-MOST_PARTS = 8
+MAX_WAYPOINTS = 100_000
+MAX_PARTS = 8
 EVEN_ROUNDS = 3
 # Tolerance of self-motion between waypoints to the motion whose limits were checked [rad or m].
-STRAYED = 5e-3
+SELF_MOTION_TOLERANCE = 5e-3
 # Shorter intervals are not divided [s].
-SHORTEST = 1e-5
+SHORTEST_INTERVAL = 1e-5
 # Breaks of a path closer than this are merged [s]: between waypoints that close, rounding of joint
 # positions would appear as acceleration and jerk.
-ONE_BREAK = 2e-4
+SAME_BREAK = 2e-4
 
 
 class FollowedPath(NamedTuple):
@@ -76,14 +80,14 @@ def with_waypoints_inserted(
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
     one, path = _Insertion(joints, tolerance, knots), joints.path
-    followed = one.evenly(_ends(path, [] if times is None else times))
+    followed = one.evenly(_waypoint_times(path, [] if times is None else times))
     # not earlier: with fewer waypoints near a singularity rounding errors are far larger
     check_tolerance(joints.robot, one.curve(followed), path, tolerance)
     while True:
         use = one.use(followed)
         if (use <= 1.0).all():
             curve = one.curve(followed)
-            use = proved_use(joints.robot, curve, path, tolerance, followed.time)
+            use = proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
         followed = one.divided(followed, use)
@@ -119,7 +123,7 @@ class _Insertion:
             worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
             if (worst <= 1.0).all():
                 break
-            more = np.ceil(count * np.minimum(worst, MOST_PARTS**4) ** 0.25).astype(int)
+            more = np.ceil(count * np.minimum(worst, MAX_PARTS**4) ** 0.25).astype(int)
             count = np.where(worst > 1.0, np.maximum(more, count + 1), count)
             self._check_count(int(count.sum()))
             pieces = zip(ends[:-1], ends[1:], count, strict=True)
@@ -141,46 +145,52 @@ class _Insertion:
         """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
-        times = (start + length * np.array(SAMPLES)).ravel()
+        times = (start + length * np.array(INTERVAL_SAMPLES)).ravel()
         allowed = self.tolerance
-        off = errors(self.joints.robot, self.joints.path, spline(times), spline(times, 1), times)
-        use = off / (PART * np.array([allowed.position, allowed.orientation, allowed.speed]))
+        off = path_errors(
+            self.joints.robot, self.joints.path, spline(times), spline(times, 1), times
+        )
+        use = off / (
+            SAMPLED_SHARE * np.array([allowed.position, allowed.orientation, allowed.speed])
+        )
         use = use.max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
-            use = np.maximum(use, self._strayed(spline(times), times) / STRAYED)
+            use = np.maximum(use, self._strayed(spline(times), times) / SELF_MOTION_TOLERANCE)
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
     def _strayed(self, q: FloatArray, times: FloatArray) -> FloatArray:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
         strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
-        far = strayed > STRAYED  # `joints.curve` is approximate: compute these exactly
+        far = (
+            strayed > SELF_MOTION_TOLERANCE
+        )  # `joints.curve` is approximate: compute these exactly
         if far.any():
             strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
         return np.asarray(strayed)
 
     def _check_count(self, count: int) -> None:
-        if count > MOST:
+        if count > MAX_WAYPOINTS:
             allowed = self.tolerance
             raise PathError(
                 f"the tolerances {allowed.position:g} m, {allowed.orientation:g} rad and "
-                f"{allowed.speed:g} of the speed need more than {MOST} waypoints along the "
-                "path; use wider ones, or round the corner where its curvature jumps"
+                f"{allowed.speed:g} of the speed need more than {MAX_WAYPOINTS} waypoints along "
+                "the path; use wider ones, or round the corner where its curvature jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
         """Refuse intervals below the resolution of time."""
-        short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST))
+        short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
         if short.size:
             i = int(short[use[short].argmax()])
             along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
             raise PathError(
                 f"{along:.6g} m along the path no waypoints keep the motion within its tolerances: "
-                f"even in {SHORTEST:g} s the error is {use[i]:.3g} times as large; use wider ones, "
-                "a lower speed or a round corner there"
+                f"even in {SHORTEST_INTERVAL:g} s the error is {use[i]:.3g} times as large; use "
+                "wider ones, a lower speed or a round corner there"
             )
 
 
-def _ends(path: TimedPath, given: ArrayLike) -> FloatArray:
+def _waypoint_times(path: TimedPath, given: ArrayLike) -> FloatArray:
     """Times of the waypoints that every tolerance needs: the given times and the breaks [s].
 
     A break close to another of these times is left out.
@@ -189,12 +199,12 @@ def _ends(path: TimedPath, given: ArrayLike) -> FloatArray:
     ends = list(fixed)
     for time in path.breaks[1:-1]:
         i = bisect_left(ends, time)
-        if min(time - ends[i - 1], ends[i] - time) >= ONE_BREAK:
+        if min(time - ends[i - 1], ends[i] - time) >= SAME_BREAK:
             ends.insert(i, time)
     return np.array(ends)
 
 
-def errors(
+def path_errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""

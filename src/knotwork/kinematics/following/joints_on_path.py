@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE
 from knotwork.kinematics.following.continuation import (
+    JOINT_STEP,
     Continuation,
     accelerations,
     at_full_speed,
@@ -14,13 +16,12 @@ from knotwork.kinematics.following.continuation import (
 )
 from knotwork.kinematics.following.joint_field import JointField, Pull
 from knotwork.kinematics.following.limiting_constraint import (
-    AT_LIMIT,
     LimitingConstraint,
     Steps,
     following_error,
     limiting_constraint,
 )
-from knotwork.kinematics.following.steps import LOST, STRAY
+from knotwork.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
 from knotwork.polynomial.two_point import two_point_coefficients
@@ -28,14 +29,13 @@ from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Largest motion of a joint in a step [rad or m]: between steps the projection onto the path then
-# converges. Self-motion, which it does not correct, is exact to about 1e-9 with half of it.
-STEP = 0.1
+# Largest motion of a joint in a step with self-motion [rad or m], which the projection onto the
+# path does not correct: it is then exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
 # If limits are violated, each step is divided into this many parts.
-CLOSELY = 8
+STEP_PARTS = 8
 # Tolerance on limits of a curve that is close to the path [rad or m, relative].
-ON_CURVE = 1e-6
+CURVE_TOLERANCE = 1e-6
 
 
 class JointsOnPath:
@@ -74,7 +74,7 @@ class JointsOnPath:
     ) -> None:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull, path.full_speed)
-        self._step = SELF_MOTION_STEP if robot.dof > 6 else STEP
+        self._step = SELF_MOTION_STEP if robot.dof > 6 else JOINT_STEP
         if found is None or not self._fine(found):
             place, rotation, _, _ = path.state([path.start_time])
             q = self.field.corrected(start[None], place, rotation)[0]
@@ -127,20 +127,20 @@ class JointsOnPath:
         """
         far = curve.extrema()
         time = distinct(curve.x, far.minimum_time, far.maximum_time)
-        broken = self._limiting_constraint(time, curve(time), curve(time, 1), ON_CURVE)
+        broken = self._limiting_constraint(time, curve(time), curve(time, 1), CURVE_TOLERANCE)
         if broken is not None:
             raise self._error(self._closely() or broken)
 
     def _closely(self) -> LimitingConstraint | None:
         """The limiting constraint, at more times than the steps."""
         starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
-        inner = (starts + lengths * np.arange(CLOSELY) / CLOSELY).ravel()
+        inner = (starts + lengths * np.arange(STEP_PARTS) / STEP_PARTS).ravel()
         time = np.append(inner, self.time[-1])
         q = self.positions(time)
         return self._limiting_constraint(time, q, self.rates(time, q)[0])
 
     def _limiting_constraint(
-        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = AT_LIMIT
+        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = LIMIT_TOLERANCE
     ) -> LimitingConstraint | None:
         smallest = np.asarray(np.linalg.svd(self.field.axes.jacobians(q), compute_uv=False)[:, -1])
         still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
@@ -157,7 +157,9 @@ class JointsOnPath:
         """Joint positions at times [rad or m], shape (k, d)."""
         guess = self.curve(times)
         q, error = self.field.corrected(guess, *self.path.state(times)[:2])
-        stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= STRAY) | ~(error <= LOST)
+        stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION) | ~(
+            error <= PATH_ERROR
+        )
         before = np.searchsorted(self.time, times, "right") - 1
         for i in distinct(before[stray]):  # they could be of another branch
             own = stray & (before == i)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
-from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
@@ -18,11 +18,9 @@ from knotwork.waypoints import FloatArray
 
 # A path that ends with a smallest singular value below this is singular; above it, only the joint
 # speeds are excessive.
-SINGULAR = 0.01
+SINGULAR_VALUE = 0.01
 # Factor of the recommended speed: joints are a little faster on the curve than on the path.
-ROOM = 0.999
-# Rounding tolerance of limits [rad or m, relative].
-AT_LIMIT = 1e-9
+SPEED_MARGIN = 0.999
 
 
 class LimitingConstraint(NamedTuple):
@@ -96,7 +94,7 @@ class Steps(NamedTuple):
 
 
 def limiting_constraint(
-    robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = AT_LIMIT
+    robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = LIMIT_TOLERANCE
 ) -> LimitingConstraint | None:
     """The first constraint that a start violates.
 
@@ -110,7 +108,7 @@ def limiting_constraint(
         slack: Tolerance on limits [rad or m, for velocities relative].
     """
     blocked = _beyond_range(robot, steps, slack)
-    if smallest < SINGULAR and (blocked is None or lost < blocked.time):
+    if smallest < SINGULAR_VALUE and (blocked is None or lost < blocked.time):
         return LimitingConstraint("singularity", lost, 0, 0.0, 0.0, smallest)
     if blocked is not None:
         return blocked
@@ -213,7 +211,7 @@ def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
     fastest = float(use[even].max(initial=0.0))
     if fastest <= 1.0:
         return None
-    part = ROOM / fastest
+    part = SPEED_MARGIN / fastest
     if float(use[~even].max(initial=0.0)) > part ** (1.0 / 3.0):
         return None
     unit = 10.0 ** (math.floor(math.log10(part)) - 1)

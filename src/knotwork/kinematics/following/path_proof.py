@@ -15,9 +15,9 @@ from knotwork.waypoints import FloatArray
 
 # The proof uses tolerances narrower by this fraction, so that the check, which rounds differently,
 # reaches the same verdict.
-NARROWER = 1e-6
+TOLERANCE_NARROWING = 1e-6
 # Minimum ratio of a tolerance to the rounding error of the bounds.
-ABOVE_ROUNDING = 4.0
+ROUNDING_FACTOR = 4.0
 
 
 class PathTolerance(NamedTuple):
@@ -42,7 +42,7 @@ def check_tolerance(
     Raises:
         PathError: A tolerance is too fine.
     """
-    least = ABOVE_ROUNDING * path_rounding(robot, curve, path)
+    least = ROUNDING_FACTOR * path_rounding(robot, curve, path)
     slowest = float(path.timing.speeds.min())
     for what, value, needed, unit in (
         ("of the distance from the path", tolerance.position, least, " m"),
@@ -56,7 +56,7 @@ def check_tolerance(
             )
 
 
-def proved_use(
+def proved_tolerance_use(
     robot: Robot,
     curve: PiecewisePolynomial,
     path: TimedPath,
@@ -78,7 +78,7 @@ def proved_use(
         Bounds, above 1 where nothing is proved, shape (k - 1,).
     """
     use = np.zeros(len(times) - 1)
-    part = 1.0 - NARROWER
+    part = 1.0 - TOLERANCE_NARROWING
     timing, start = path.timing, path.start_time
     for i, speed in enumerate(timing.speeds.tolist()):
         limits = PathLimits(

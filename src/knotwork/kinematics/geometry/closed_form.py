@@ -25,9 +25,9 @@ from knotwork.waypoints import FloatArray
 
 # Margin within which rounding and pose tolerances decide whether an equation has solutions, so that
 # a search is needed: a sine, for the shoulder a length [m].
-CLEAR = 3e-3
-# Residual of a pose above which a search is needed [m, rad].
-RESIDUAL = 1e-11
+CLEAR_MARGIN = 3e-3
+# Largest pose error of solutions [m, rad].
+SOLUTION_ERROR = 1e-11
 # Signs of the shoulder, the wrist and the elbow.
 _SIGNS = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)]).T
 
@@ -53,7 +53,7 @@ def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
     tip, rotation, *_ = chain.forward(np.where(np.isfinite(flat), flat, 0.0))
     asked = targets.take(np.repeat(np.arange(n), 8))
     _, distance, angle = pose_errors(tip, rotation, asked.position, asked.rotation)
-    met = (np.maximum(distance, angle) <= RESIDUAL).reshape(n, 8)
+    met = (np.maximum(distance, angle) <= SOLUTION_ERROR).reshape(n, 8)
     certain = clear & (met | ~exists).all(axis=1)
     return [
         one[there] if sure else None for one, there, sure in zip(q, exists, certain, strict=True)
@@ -107,7 +107,7 @@ class _Equations:
             back = R @ last.swapaxes(2, 3)
             end = _apply(R, self.centre) + p + _apply(back, self.end - self.centre)
             self._elbow(q, end, solved, elbow)
-            angle = _angle(a[1], _square(a[1]), back @ _square(a[1]))
+            angle = _angle(a[1], _perpendicular(a[1]), back @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
@@ -121,7 +121,7 @@ class _Equations:
         exists = np.asarray((room > 0.0).all(axis=0))
         clear = np.ones_like(exists)
         for one in room[::-1]:  # an angle that depends on an unclear one is not clear either
-            clear = np.asarray((one < -(CLEAR**2)) | ((one > CLEAR**2) & clear))
+            clear = np.asarray((one < -(CLEAR_MARGIN**2)) | ((one > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
     def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
@@ -172,7 +172,7 @@ def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
     return np.asarray((R @ points[..., None])[..., 0])
 
 
-def _square(axis: FloatArray) -> FloatArray:
+def _perpendicular(axis: FloatArray) -> FloatArray:
     """A unit vector perpendicular to another."""
     other = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     return np.asarray(other / np.linalg.norm(other))

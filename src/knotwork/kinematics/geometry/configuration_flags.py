@@ -19,14 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import low_discrepancy
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy_points
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import JointAxes, joint_axes, kept_with
 from knotwork.waypoints import FloatArray
 
 FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
 # Lengths below this [m] and sines below this are rounding.
-TINY = 1e-6
+FLAG_ROUNDING = 1e-6
 
 
 class Geometry(NamedTuple):
@@ -53,22 +53,22 @@ def geometry(robot: Robot) -> Geometry | None:
         return None
     chain = joint_axes(robot)
     a, o = chain.axes, chain.origins
-    if not chain.revolute.all() or abs(a[0] @ a[1]) > TINY or not _parallel(a[1], a[2]):
+    if not chain.revolute.all() or abs(a[0] @ a[1]) > FLAG_ROUNDING or not _parallel(a[1], a[2]):
         return None
-    centre = _meeting(o[4], a[4], o[5], a[5])
+    centre = _intersection(o[4], a[4], o[5], a[5])
     if centre is None:
         return None
-    on_axis_4 = np.linalg.norm(np.cross(centre - o[3], a[3])) < TINY
+    on_axis_4 = np.linalg.norm(np.cross(centre - o[3], a[3])) < FLAG_ROUNDING
     if not on_axis_4 and not _parallel(a[2], a[3]):
         return None
     across = float((centre - o[0]) @ a[1]) if on_axis_4 else float((o[3] - o[0]) @ a[1])
-    up = -1.0 if a[0, 2] < -TINY else 1.0
+    up = -1.0 if a[0, 2] < -FLAG_ROUNDING else 1.0
     tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
     in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
-    found = Geometry(not on_axis_4, up, -1.0 if across < -TINY else 1.0, in_tool)
+    found = Geometry(not on_axis_4, up, -1.0 if across < -FLAG_ROUNDING else 1.0, in_tool)
     # The flags are valid if the Jacobian loses rank exactly where one of the three vanishes: its
     # determinant is a constant times their product.
-    q = 2 * np.pi * low_discrepancy(6, 24) - np.pi
+    q = 2 * np.pi * low_discrepancy_points(6, 24) - np.pi
     product = np.prod(_functions(chain, found, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
     factor = (determinant @ product) / max(product @ product, 1e-300)
@@ -78,14 +78,14 @@ def geometry(robot: Robot) -> Geometry | None:
 
 
 def _parallel(a: FloatArray, b: FloatArray) -> bool:
-    return bool(np.linalg.norm(np.cross(a, b)) < TINY)
+    return bool(np.linalg.norm(np.cross(a, b)) < FLAG_ROUNDING)
 
 
-def _meeting(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
+def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
     """The intersection of two lines, or `None`."""
     normal = np.cross(a, b)
     square = normal @ normal
-    if square < TINY or abs((q - p) @ normal) > TINY:
+    if square < FLAG_ROUNDING or abs((q - p) @ normal) > FLAG_ROUNDING:
         return None
     met: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
     return met
@@ -122,9 +122,11 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         if robot.dof != 6:
             return np.empty((len(q), 0))
         determinant = np.linalg.det(chain.jacobians(q))
-        return np.where(np.abs(determinant) < TINY * TINY, 0.0, np.sign(determinant))[:, None]
+        return np.where(
+            np.abs(determinant) < FLAG_ROUNDING * FLAG_ROUNDING, 0.0, np.sign(determinant)
+        )[:, None]
     values = _functions(chain, found, q)
-    signs = np.where(np.abs(values) < TINY, 0.0, np.sign(values))
+    signs = np.where(np.abs(values) < FLAG_ROUNDING, 0.0, np.sign(values))
     # The same elbow is up on one side of axis 1 and down on the other.
     signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * found.side)
     return signs.T

@@ -13,7 +13,7 @@ from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.cost import least_index, make_cost
 from knotwork.kinematics.sequence.nearness import weights
 from knotwork.kinematics.sequence.step_costs import (
-    EXCESS_FACTOR,
+    OVERSPEED_FACTOR,
     JointRules,
     Layer,
     StepRules,
@@ -160,7 +160,7 @@ class _Refinement:
             away = q - task.origin
         cost = make_cost(
             len(q),
-            infeasible=np.where(use > EXCESS_FACTOR, use, 0.0),
+            infeasible=np.where(use > OVERSPEED_FACTOR, use, 0.0),
             travel=0.5 * (1.0 + weight) * np.linalg.norm(away / task.joints.scale, axis=1),
         )
         if task.near is not None:

@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import WaypointDataError
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
-from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
+from knotwork.kinematics.chain.joint_ranges import clip, limits_of, spread_starts
+from knotwork.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN
 from knotwork.kinematics.pose_arguments import check_count, check_pose, check_tolerance
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
-MAX_RESTARTS = 600
+MAX_BATCH_RESTARTS = 600
 # Size to which batches are filled when few poses are left.
 FILLED_BATCH = 200
 
@@ -27,7 +27,7 @@ def solve_pose_ik_batch(
     start: ArrayLike,
     *,
     tolerance: float = 1e-8,
-    max_restarts: int = MAX_RESTARTS,
+    max_restarts: int = MAX_BATCH_RESTARTS,
 ) -> BatchSolution:
     """Find joint positions inside the limits for many poses, in one batch.
 
@@ -70,7 +70,7 @@ def solve_pose_ik_batch(
     n, d = len(wanted), robot.dof
     each = np.asarray(start, dtype=object).ndim > 1
     first = np.broadcast_to(read_only(start, (n, d) if each else (d,), "start"), (n, d))
-    return _solved(robot, wanted, first, MARGIN * tolerance, max_restarts)
+    return _solved(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
 
 
 def _solved(
@@ -82,7 +82,7 @@ def _solved(
 ) -> BatchSolution:
     """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
     (n, d), limits, targets = start.shape, limits_of(robot), Targets.of(poses)
-    q = clipped(start, limits)
+    q = clip(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
     todo, iterations, restarts = np.arange(n), 0, 0
     begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
@@ -114,7 +114,7 @@ def _solved(
             break
         # A step of a batch takes hardly longer for hundreds than for one.
         count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
-        begin = np.tile(starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
+        begin = np.tile(spread_starts(robot, limits, count, skip=restarts), (len(todo), 1, 1))
         restarts += count
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)

@@ -11,7 +11,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.tool_paths.progress import progress
+from knotwork.tool_paths.path_progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
 from knotwork.verification.bounds.free_turn import free_angles

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.endless import side_by_side
-from knotwork.robot.joint_tree import JointTree, joined, serial
+from knotwork.robot.joint_tree import JointTree, join_trees, serial
 from knotwork.tool_paths.moving_frame import KnownJoints
 
 
@@ -41,7 +41,7 @@ def seen_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
         before = before * one.placement.inverse()
     placements, axes, turns, columns = zip(*steps, strict=True)
     chain = serial(placements, np.array(axes), turns)
-    whole = joined(chain, arm, before * root, len(steps))
+    whole = join_trees(chain, arm, before * root, len(steps))
     n = len(arm.parent) - 1
     own = [column - len(steps) for column in whole.column[len(steps) + 1 :]]
     return JointTree(

@@ -15,15 +15,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError, RampError, SlowStretchError
+from knotwork.errors import PathError, RampError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
 
-ROUNDING = 1e-9
+RAMP_TOLERANCE = 1e-9
 """Relative excess of ramps over the length of their stretch up to which they are shortened."""
 
-RESOLVED = 1e-12
+TIME_RESOLUTION = 1e-12
 """Minimum duration of a change of speed, relative to the path's, for the resolution of time."""
 
 
@@ -133,9 +133,9 @@ def speed_profile(
 
     Raises:
         WaypointDataError: Arrays are not finite or have a wrong shape.
-        PathError: A length, speed or acceleration is not positive.
+        PathError: A length, speed or acceleration is not positive, or a stretch is too slow for the
+            resolution of time in its ramps.
         RampError: A stretch is too short for its ramps; the error has feasible values.
-        SlowStretchError: A stretch is too slow for the resolution of time in its ramps.
 
     >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
     >>> timing = kw.tool_paths.speed_profile([0.1], [0.05], acceleration=0.5, **ends)
@@ -157,7 +157,7 @@ def speed_profile(
     for i, ends in enumerate(pairwise(met)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         which, v = i if count > 1 else None, float(speed[i])
-        shrink = _fit(which, float(length[i]), v, ends, fixed, acceleration)
+        shrink = _shortening(which, float(length[i]), v, ends, fixed, acceleration)
         pieces = _stretch(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
@@ -174,16 +174,15 @@ def speed_profile(
 
 def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
     """Refuse a piece [s] that is too short for the duration of the path."""
-    least = RESOLVED * float(durations.sum())
+    least = TIME_RESOLUTION * float(durations.sum())
     if shortest >= least:
         return
     k = int(durations.argmax())
-    raise SlowStretchError(
-        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: times don't resolve its "
-        f"changes of speed, which take {shortest:.3g} s",
-        stretch=k,
-        # the duration of a ramp is proportional to the speed, that of the path inversely
-        lowest_speed=math.sqrt(least / shortest) * float(speeds[k]),
+    # the duration of a ramp is proportional to the speed, that of the path inversely
+    raise PathError(
+        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: too slow to resolve its "
+        f"changes of speed in time, which take {shortest:.3g} s; accepted: at least "
+        f"{math.sqrt(least / shortest) * speeds[k]:.6g} m/s"
     )
 
 
@@ -206,13 +205,13 @@ def _stretch(
 ) -> list[tuple[float, list[float]]]:
     """Durations and coefficients of arc length of ramp, full speed and ramp from s[0] to s[1]."""
     # Speeds within rounding need no ramp: it would be too short.
-    v0, v1 = (v if math.isclose(v, end, rel_tol=ROUNDING) else end for end in ends)
+    v0, v1 = (v if math.isclose(v, end, rel_tol=RAMP_TOLERANCE) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
     even = (float(s[1] - s[0]) - sum(covered)) / v
     return [
         (T0, _ramp(v0, v, T0, float(s[0]))),
-        (even if even > ROUNDING * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
+        (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
         (T1, _ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
 
@@ -230,7 +229,7 @@ def checked_speed(speed: float, what: str) -> float:
     return float(speed)
 
 
-def _fit(
+def _shortening(
     stretch: int | None,
     length: float,
     v: float,
@@ -247,7 +246,7 @@ def _fit(
     needed = part / acceleration
     if needed <= length:
         return 1.0
-    if needed <= length * (1.0 + ROUNDING):
+    if needed <= length * (1.0 + RAMP_TOLERANCE):
         return length / needed
     highest, least = _highest_speed(length, ends, fixed, acceleration), part / length
     if highest is not None and highest >= v:  # the ends are faster: a lower speed does not help

@@ -13,8 +13,8 @@ import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.renamed import old_method
-from knotwork.robot.chain import select_chain
 from knotwork.robot.description import Description
+from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.joint_limits import chain_limits
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import read_urdf

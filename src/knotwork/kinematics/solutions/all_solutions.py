@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
-from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
+from knotwork.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.pose_arguments import check_count, check_request
@@ -20,7 +20,7 @@ from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 # Number of samples of the self-motion of a redundant arm.
-SPREAD = 32
+SELF_MOTION_SPREAD = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def solve_pose_ik_all(
     *,
     position_tolerance: float = 1e-8,
     orientation_tolerance: float = 1e-8,
-    spread: int = SPREAD,
+    spread: int = SELF_MOTION_SPREAD,
     waypoint: str = "",
     where: str = "",
 ) -> tuple[Branch, ...]:
@@ -102,7 +102,7 @@ def solve_pose_ik_all(
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(spread, "spread", 1)
     asked = position_tolerance, orientation_tolerance
-    search = PoseSearch(robot, pose, MARGIN * asked[0], MARGIN * asked[1])
+    search = PoseSearch(robot, pose, TOLERANCE_MARGIN * asked[0], TOLERANCE_MARGIN * asked[1])
     found = solutions_within_limits(search)
     free = robot.dof > 6 or len(found) > MAX_BRANCHES
     if free:
