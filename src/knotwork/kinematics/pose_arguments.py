@@ -12,6 +12,8 @@ from knotwork.errors import WaypointDataError
 
 # Tolerance of RᵀR = I for rotation matrices.
 POSE_ROTATION_TOLERANCE = 1e-6
+# Finest tolerance of a pose, because of rounding [m, rad].
+FINEST_TOLERANCE = 1e-12
 # Squares of larger numbers overflow [m].
 LARGEST_COORDINATE = 1e150
 
@@ -50,11 +52,18 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
     """Check a pose and its tolerances.
 
     Raises:
-        WaypointDataError: As `check_pose` and `check_tolerance`.
+        WaypointDataError: As `check_pose` and `check_tolerance`; or a tolerance is too fine.
     """
     check_pose(pose)
-    check_tolerance(position_tolerance, "position_tolerance")
-    check_tolerance(orientation_tolerance, "orientation_tolerance")
+    tolerances = {
+        "position_tolerance": position_tolerance,
+        "orientation_tolerance": orientation_tolerance,
+    }
+    for name, value in tolerances.items():
+        check_tolerance(value, name)
+        if value < FINEST_TOLERANCE:
+            message = f"{name} {value:g} is finer than rounding; {FINEST_TOLERANCE:g} or more is"
+            raise WaypointDataError(f"{message} accepted", value=value)
 
 
 def check_count(value: Any, name: str, least: int = 0) -> None:

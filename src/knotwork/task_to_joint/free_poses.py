@@ -39,14 +39,11 @@ class FreedomChain(NamedTuple):
         robot: The arm followed by the virtual joints.
         columns: Indices of this chain's joints in the combined joint vector, shape (d,).
         size: Length of the combined joint vector.
-        narrowed: The chain with the ranges of tilt and torch angles halved: a path that starts
-            within these can move either way.
     """
 
     robot: Robot
     columns: NDArray[np.intp]
     size: int
-    narrowed: Robot
 
     @property
     def is_hard(self) -> bool:
@@ -123,9 +120,7 @@ class FreedomChains:
             chain = arm if not joints else arm.with_virtual_joints(*joints)
             if len(columns) == size and all(map(operator.is_, joints, shared.values())):
                 chain = self.whole
-            narrow = [_halve_ranges(joint) for joint in joints]
-            narrowed = chain if narrow == joints else arm.with_virtual_joints(*narrow)
-            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size, narrowed)
+            self._of[stands, freedom] = FreedomChain(chain, np.array(columns), size)
 
     def __iter__(self) -> Iterator[FreedomChain]:
         return iter(self._of.values())
@@ -216,13 +211,6 @@ def _shared(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJ
             lower, upper = min(known.lower, one.lower), max(known.upper, one.upper)
             found[_kind(one)] = replace(known, lower=lower, upper=upper)
     return found
-
-
-def _halve_ranges(joint: VirtualJoint) -> VirtualJoint:
-    """The joint with half its range, if it turns about another axis than the tool's."""
-    if joint.axis == "z" or joint.unit != "rad":
-        return joint
-    return replace(joint, lower=0.5 * joint.lower, upper=0.5 * joint.upper)
 
 
 def _torch_axes(torch: TorchRanges) -> FloatArray:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterable
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from knotwork.errors import OutOfReachError
 from knotwork.kinematics.chain.joint_ranges import difference, middle, whole_turns
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import (
@@ -167,9 +165,8 @@ class SolutionSearch:
         references = [self._reference(i)[chain.columns] for i in poses]
         several = find_candidates(chain.robot, list(poses.values()), references, units)
         for (i, target), candidates, near in zip(poses.items(), several, references, strict=True):
-            begins_group = i in self._group_of
-            if candidates.redundant and (begins_group or self.near is not None):
-                candidates = self._add_nearest(chain, target, candidates, near, begins_group)
+            if candidates.redundant and (i in self._group_of or self.near is not None):
+                candidates = self._add_nearest(chain, target, candidates, near)
             if i in self.free_velocity:
                 zero = np.zeros_like(candidates.velocity)
                 candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
@@ -182,7 +179,6 @@ class SolutionSearch:
         target: CartesianWaypoint,
         candidates: Candidates,
         near: FloatArray,
-        begins_group: bool,
     ) -> Candidates:
         """Candidates of a redundant arm, plus the nearest one refined along its self-motion.
 
@@ -194,15 +190,11 @@ class SolutionSearch:
             refine_sequence,
         )
 
-        arm, joints = chain.robot, self.joints.select(chain.columns)
-        if begins_group and chain.narrowed is not chain.robot:
-            with contextlib.suppress(OutOfReachError):
-                narrowed = find_candidates(chain.narrowed, [target], [near], self.scenario.units)[0]
-                arm, candidates = chain.narrowed, narrowed
-        gaps = difference(candidates.q, near, joint_axes(arm).revolute) / joints.scale
+        joints = self.joints.select(chain.columns)
+        gaps = difference(candidates.q, near, joint_axes(chain.robot).revolute) / joints.scale
         row = int(np.linalg.norm(gaps, axis=1).argmin())
         task = RefinementTask(joints, (), [target], near)
-        q = refine_sequence(arm, task, candidates.q[[row]], candidates.velocity[[row]])
+        q = refine_sequence(chain.robot, task, candidates.q[[row]], candidates.velocity[[row]])
         nearest = candidates_of(chain.robot, target, q[0])
         return concatenate(
             [candidates, nearest._replace(branch=nearest.branch + candidates.branches)]

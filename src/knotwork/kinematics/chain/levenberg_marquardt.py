@@ -115,17 +115,7 @@ class PoseSearch:
         if (position_weight, orientation_weight) != (1.0, 1.0):
             self._weights = np.repeat([position_weight, orientation_weight], 3)
 
-    def reweighted(self, *, position_weight: float, orientation_weight: float) -> PoseSearch:
-        """Search for the same pose with other weights."""
-        return PoseSearch(
-            self.robot,
-            self.pose,
-            *self.tolerances,
-            position_weight=position_weight,
-            orientation_weight=orientation_weight,
-        )
-
-    def within(self, position_error: float, orientation_error: float) -> bool:
+    def is_within(self, position_error: float, orientation_error: float) -> bool:
         """Whether errors of position [m] and orientation [rad] are within the tolerances."""
         return position_error <= self._most_position and orientation_error <= self._most_orientation
 
@@ -138,24 +128,20 @@ class PoseSearch:
         """Weighted error e, shape (6,)."""
         return self._error(q)[0]
 
-    def gradient(self, q: FloatArray) -> FloatArray:
-        """Descent direction Jᵀe, shape (d,)."""
-        return -self.value_and_gradient(q)[1]
-
     def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
         """|e|²/2 and its gradient −Jᵀe, shape (d,)."""
         e, square, _, _ = self._error(q)
-        return 0.5 * square, np.asarray(-self._jacobian_here().T.dot(e))
+        return 0.5 * square, np.asarray(-self._last_jacobian().T.dot(e))
 
-    def measured(self, q: FloatArray) -> LocalSolution:
+    def measure(self, q: FloatArray) -> LocalSolution:
         """A configuration as the end of a search."""
         errors = self.errors(q)
-        return LocalSolution(q, *errors, 0, self.within(*errors))
+        return LocalSolution(q, *errors, 0, self.is_within(*errors))
 
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
         self._error(q)
-        return self._jacobian_here()
+        return self._last_jacobian()
 
     def bend(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Acceleration of the TCP in tool axes while the joints move steadily, shape (6,)."""
@@ -178,7 +164,7 @@ class PoseSearch:
         e *= self._weights
         return e, float(e.dot(e)), position, orientation
 
-    def _jacobian_here(self) -> FloatArray:
+    def _last_jacobian(self) -> FloatArray:
         """The Jacobian at the last evaluation of the error."""
         J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
         if J.ndim == 1:  # of a single joint
@@ -232,7 +218,7 @@ class PoseSearch:
                 checkpoint = square
             iteration += 1
             if accepted:
-                J = self._jacobian_here()
+                J = self._last_jacobian()
                 gradient = J.T.dot(e)
                 held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
                 if len(held):
@@ -251,7 +237,7 @@ class PoseSearch:
                 factor *= 8.0
         errors = math.sqrt(position), math.sqrt(orientation)
         q = q.copy() if q is start else q
-        return LocalSolution(q, *errors, iteration, self.within(*errors))
+        return LocalSolution(q, *errors, iteration, self.is_within(*errors))
 
 
 def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:

@@ -32,18 +32,6 @@ SMALL_ERROR = 1e-2
 # Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
 MINIMISER_STEPS = 500
 FLAT_GRADIENT = 1e-10
-# The finest tolerance accepted [m, rad], because of rounding. Searches aim at a little less than a
-# tolerance.
-FINEST_TOLERANCE = 1e-12
-POSE_ROUNDING = 0.9 * FINEST_TOLERANCE
-
-
-def is_reached(solution: LocalSolution) -> bool:
-    """Whether a search ended at a solution, within the tolerances or rounding."""
-    return (
-        solution.converged
-        or max(solution.position_error, solution.orientation_error) <= POSE_ROUNDING
-    )
 
 
 def squared_error(solution: LocalSolution) -> float:
@@ -105,14 +93,14 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         q: Start, shape (d,).
         limits: Joint limits.
     """
-    found = search.solve(q, limits)
-    if not is_reached(found) and found.miss < SMALL_ERROR:
-        found = search.solve(found.q, limits, PATIENT_EFFORT)
-    if is_reached(found):
-        return found
+    solution = search.solve(q, limits)
+    if not solution.converged and solution.miss < SMALL_ERROR:
+        solution = search.solve(solution.q, limits, PATIENT_EFFORT)
+    if solution.converged:
+        return solution
     from scipy.optimize import minimize
 
     options = {"ftol": 0.0, "gtol": FLAT_GRADIENT, "maxiter": MINIMISER_STEPS}
     bounds, least = np.transpose(limits), search.value_and_gradient
-    ended = minimize(least, found.q, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return search.measured(clip(ended.x, limits))
+    ended = minimize(least, solution.q, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return search.measure(clip(ended.x, limits))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
-from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError
 from knotwork.kinematics.chain.joint_ranges import (
     LIMIT_TOLERANCE,
     held_joints,
@@ -18,15 +18,13 @@ from knotwork.kinematics.chain.joint_ranges import (
 )
 from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
 from knotwork.kinematics.diagnosis.closest import (
-    FINEST_TOLERANCE,
-    POSE_ROUNDING,
     closest_poses,
     come_close,
     distinct_minima,
-    is_reached,
     squared_error,
     starts_from,
 )
+from knotwork.kinematics.pose_arguments import FINEST_TOLERANCE
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.units import SI, Units, readable
@@ -47,7 +45,6 @@ POINT_REFINED = 5
 def solution_or_reason(
     search: PoseSearch,
     near: FloatArray,
-    tolerances: tuple[float, float],
     waypoint: str,
     where: str,
     units: Units = SI,
@@ -57,7 +54,6 @@ def solution_or_reason(
     Args:
         search: The pose, and the robot.
         near: Preferred configuration, shape (d,).
-        tolerances: Tolerances of the request [m, rad].
         waypoint: Name of the waypoint.
         where: Location of its definition.
         units: Units of the message.
@@ -68,7 +64,6 @@ def solution_or_reason(
     Raises:
         OutsideLimitsError: Only joint positions outside their limits reach the pose.
         UnreachablePoseError: No joint positions reach the pose.
-        WaypointDataError: A tolerance is finer than rounding.
     """
     robot = search.robot
     beyond = closest_poses(search, near, no_limits(robot))
@@ -76,15 +71,19 @@ def solution_or_reason(
     if np.isfinite(limits).any():  # else it is the same search
         pulled = [turn_inside(robot, s.q, near) for s in beyond]
         found = closest_poses(search, near, limits, pulled)
-    inside = [search.measured(turn_inside(robot, s.q, near)) for s in found]
+    inside = [search.measure(turn_inside(robot, s.q, near)) for s in found]
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
     closest = min(inside, key=squared_error)
-    if is_reached(closest):
-        _refuse_tolerance(search, closest, tolerances, units)
-    held, data = _blocking_joints(search, closest), {"where": where, **_closest_data(closest)}
-    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if is_reached(s)]
+    held = _blocking_joints(search, closest)
+    data: dict[str, Any] = {
+        "where": where,
+        "closest": closest.q.tolist(),
+        "closest_distance": closest.position_error,
+        "closest_angle": closest.orientation_error,
+    }
+    at_pose = [nearest_turns(robot, s.q, near) for s in beyond if s.converged]
     if at_pose:
         joints = _least_outside(robot, at_pose, near)
         sentence = (
@@ -101,47 +100,15 @@ def solution_or_reason(
         sentence += _closest_sentence(closest, held, units)
     else:
         held, sentence = (), f"{sentence}; joint limits are not the cause"
-    raise UnreachablePoseError(waypoint, sentence, held=held, **data, **_shortfalls(least, point))
-
-
-def _closest_data(closest: LocalSolution) -> dict[str, Any]:
-    """Error data: the closest pose inside the limits."""
-    return {
-        "closest": closest.q.tolist(),
-        "closest_distance": closest.position_error,
-        "closest_angle": closest.orientation_error,
-    }
-
-
-def _shortfalls(least: LocalSolution, point: tuple[float, float | None, bool]) -> dict[str, Any]:
-    """Error data; `point` is the result of `_on_point`."""
-    return {
-        "position_shortfall": least.position_error,
-        "orientation_shortfall": least.orientation_error,
-        "point_shortfall": point[0],
-        "angle_at_point": point[1],
-    }
-
-
-def _refuse_tolerance(
-    search: PoseSearch, closest: LocalSolution, tolerances: tuple[float, float], units: Units
-) -> NoReturn:
-    """Refuse a tolerance that only rounding prevents.
-
-    Raises:
-        WaypointDataError: Always.
-    """
-    position = not search.within(closest.position_error, 0.0)
-    name, value, unit, left = (
-        ("position_tolerance", tolerances[0], "m", closest.position_error)
-        if position
-        else ("orientation_tolerance", tolerances[1], "rad", closest.orientation_error)
-    )
-    raise WaypointDataError(
-        f"{name} {units.text(value, unit, 'g')} is finer than rounding: the pose is reached to "
-        f"{units.text(left, unit, '.3g')} and no nearer; "
-        f"{units.text(FINEST_TOLERANCE, unit, '.3g')} or more is accepted",
-        value=value,
+    raise UnreachablePoseError(
+        waypoint,
+        sentence,
+        held=held,
+        position_shortfall=least.position_error,
+        orientation_shortfall=least.orientation_error,
+        point_shortfall=point[0],
+        angle_at_point=point[1],
+        **data,
     )
 
 
@@ -196,7 +163,7 @@ def _miss_sentence(
         f"the point is reachable{but} not in this orientation: on the point the nearest found "
         f"is off by {_angle_text(angle, units)}"
     )
-    if search.within(least.position_error, 0.0):
+    if search.is_within(least.position_error, 0.0):
         return sentence
     return f"{sentence}; the closest pose found is {there} away"
 
@@ -211,8 +178,9 @@ def _on_point(
         it; and whether it is reached inside the limits.
     """
     robot = search.robot
-    point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
-    turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
+    tolerances = search.tolerances
+    point = PoseSearch(robot, search.pose, *tolerances, orientation_weight=0.0)
+    turned = PoseSearch(robot, search.pose, *tolerances, position_weight=POINT_FIRST)
     choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
     if not np.isfinite(choices[0][1]).any():
         choices.pop()
@@ -236,7 +204,9 @@ def _blocking_joints(search: PoseSearch, closest: LocalSolution) -> tuple[str, .
     """Joints at a limit that would have to move beyond it."""
     robot = search.robot
     margin = BLOCKING_SHARE * squared_error(closest) ** 0.5
-    held = held_joints(closest.q, search.gradient(closest.q), limits_of(robot), margin)
+    held = held_joints(
+        closest.q, -search.value_and_gradient(closest.q)[1], limits_of(robot), margin
+    )
     return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 
@@ -252,15 +222,10 @@ def _miss_text(solution: LocalSolution, units: Units) -> str:
 
 
 def _length_text(value: float, units: Units) -> str:
-    return units.text(_without_rounding(value), "m", ".4g")
+    return units.text((value if value > FINEST_TOLERANCE else 0.0), "m", ".4g")
 
 
 def _angle_text(value: float, units: Units) -> str:
-    value = _without_rounding(value)
+    value = value if value > FINEST_TOLERANCE else 0.0
     in_degrees = f" ({readable(np.degrees(value), '.3g')}°)" if units.angle == "rad" else ""
     return f"{units.text(value, 'rad', '.4g')}{in_degrees}"
-
-
-def _without_rounding(value: float) -> float:
-    """Replace a value within rounding by zero."""
-    return value if value > POSE_ROUNDING else 0.0

@@ -101,15 +101,15 @@ def solve_pose_ik_all(
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     check_count(spread, "spread", 1)
-    asked = position_tolerance, orientation_tolerance
-    search = PoseSearch(robot, pose, TOLERANCE_MARGIN * asked[0], TOLERANCE_MARGIN * asked[1])
+    tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
+    search = PoseSearch(robot, pose, *tolerances)
     found = solutions_within_limits(search)
     free = robot.dof > 6 or len(found) > MAX_BRANCHES
     if free:
         found = farthest_apart(robot, found, spread)
     if not len(found):
         centre = middle(limits_of(robot))
-        found = solution_or_reason(search, centre, asked, waypoint, where).q[None]
+        found = solution_or_reason(search, centre, waypoint, where).q[None]
     return tuple(_branch(robot, pose, q, free) for q in sorted(found, key=sort_key))
 
 

@@ -138,8 +138,7 @@ def solve_pose_ik(
         kept.take_all(every)
         kind = f"nearest of {max(len(every), 1)} solutions"
         if kept.best is None:
-            asked = position_tolerance, orientation_tolerance
-            kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
+            kept.take(solution_or_reason(search, goal, waypoint, where, units).q)
     return kept.answer(kind)
 
 
@@ -249,6 +248,6 @@ class _NearestSolution:
             self.distance,
             self.iterations,
             self.restarts,
-            self.search.within(*errors),
+            self.search.is_within(*errors),
             kind,
         )
