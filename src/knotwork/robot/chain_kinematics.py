@@ -47,10 +47,10 @@ class ChainKinematics:
             tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
             placement = tool.placement * self.tool_offset
             carrier = tool.parentJoint
-            carried = [(one, placement) for one in self.held]
+            carried = [(load, placement) for load in self.held]
             carried += [] if self.payload is None else [(self.payload, tool.placement)]
-            for one, axes in carried:
-                body = pin.Inertia(one.mass, one.centre_of_mass, one.inertia)
+            for load, axes in carried:
+                body = pin.Inertia(load.mass, load.centre_of_mass, load.inertia)
                 model.appendBodyToJoint(carrier, body, axes)
             for joint in virtual:
                 axes = pin.SE3.Identity()
@@ -110,12 +110,12 @@ class ChainKinematics:
         """
         if self.tcp_frame_id is None:
             leaves = self.tool_candidates
-            others = ", ".join(name for name in self.frame_names if name not in leaves)
+            links = ", ".join(name for name in self.frame_names if name not in leaves)
             raise RobotError(
                 self.name,
                 "needs a tool frame; name the link that carries the tool with `tool: {frame: "
                 "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
-                f"(links: {others}; links at the end of a chain: {', '.join(leaves)})",
+                f"(links: {links}; links at the end of a chain: {', '.join(leaves)})",
             )
         return self.tcp_frame_id
 
@@ -216,13 +216,13 @@ class ChainKinematics:
         q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
-    def _checked(self, values: ArrayLike, what: str) -> FloatArray:
+    def _checked(self, values: ArrayLike, name: str) -> FloatArray:
         array = np.asarray(values)
         fine = array.shape == (self.model.nq,) and array.dtype == np.float64
         # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
         if fine and np.isfinite(array.dot(array)):
             return array
-        return read_only(values, (self.dof,), what)
+        return read_only(values, (self.dof,), name)
 
     def _in_base(self, placement: Any) -> Any:
         if self._world_from_base is None:

@@ -49,10 +49,10 @@ class JointAxes:
             [across @ placement.rotation, across @ placement.translation]
         ).T
         self.revolute = self._joints.angles
-        tip, _, points, axes = (one[..., 0] for one in self.forward(np.zeros((1, robot.dof))))
+        tip, _, points, axes = (values[..., 0] for values in self.forward(np.zeros((1, robot.dof))))
         self.axes, self.origins = axes.T.copy(), points.T.copy()
-        ways = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
-        self.reach = float(np.linalg.norm(ways, axis=1).sum())
+        links = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
+        self.reach = float(np.linalg.norm(links, axis=1).sum())
 
     def certain_miss(self, position: FloatArray) -> FloatArray:
         """Distance of points beyond the length of the arm [m], not positive within it.
@@ -117,10 +117,10 @@ class JointAxes:
         model, data, frame = robot.model, robot.data, robot.require_tool()
         place, turn = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
         J = np.empty((len(q), 6, q.shape[1]))
-        each = J if q.shape[1] > 1 else J[:, :, 0]  # a single column comes as a vector
+        columns = J if q.shape[1] > 1 else J[:, :, 0]  # a single column comes as a vector
         tool, axes = data.oMf[frame], pin.LOCAL_WORLD_ALIGNED
-        for i, one in enumerate(q):
-            each[i] = pin.computeFrameJacobian(model, data, one, frame, axes)
+        for i, configuration in enumerate(q):
+            columns[i] = pin.computeFrameJacobian(model, data, configuration, frame, axes)
             place[i], turn[i] = tool.translation, tool.rotation
         base = self._base.rotation
         J = (base @ J.reshape(-1, 2, 3, q.shape[1])).reshape(J.shape)

@@ -103,11 +103,11 @@ def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
 
 def _reduce_model(full: Any, still: list[int], reference: Any) -> Any:
     """Lock joints. Pinocchio looks frames up by name, and a link may be named like a joint."""
-    whole = full.copy()
-    links = [frame for frame in whole.frames if frame.type == pin.FrameType.BODY]
+    model = full.copy()
+    links = [frame for frame in model.frames if frame.type == pin.FrameType.BODY]
     for frame in links:
         frame.name = f"{_NO_JOINT}{frame.name}"
-    reduced = pin.buildReducedModel(whole, still, reference)
+    reduced = pin.buildReducedModel(model, still, reference)
     for frame in reduced.frames:
         frame.name = frame.name.removeprefix(_NO_JOINT)
     return reduced

@@ -149,12 +149,12 @@ def serial(placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]) -
         turns: Whether each joint is revolute; otherwise prismatic.
     """
     n = len(placements)
-    turned = np.array([0.0, *(float(one) for one in turns)])
+    turned = np.array([0.0, *(float(placement) for placement in turns)])
     return JointTree(
         (0, *range(n)),
         (-1, *range(n)),
-        np.array([np.eye(3), *(one.rotation for one in placements)]),
-        np.array([np.zeros(3), *(one.translation for one in placements)]),
+        np.array([np.eye(3), *(placement.rotation for placement in placements)]),
+        np.array([np.zeros(3), *(placement.translation for placement in placements)]),
         np.vstack((np.zeros(3), axis)),
         turned,
         np.array([0.0, *(1.0 - turned[1:])]),
@@ -173,11 +173,11 @@ def inverse_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTre
         These joints with opposite axes, and the indices of their positions in the tree. Another
         joint, the last one, stays at 0 and has the axes of the root.
     """
-    way = tree.path(joint)[::-1]
-    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in way]
-    axes = np.array([*(-tree.axis[i] for i in way), [0.0, 0.0, 1.0]])
-    turns = [*(bool(tree.turns[i]) for i in way), True]
-    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in way]
+    joints = tree.path(joint)[::-1]
+    steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]
+    axes = np.array([*(-tree.axis[i] for i in joints), [0.0, 0.0, 1.0]])
+    turns = [*(bool(tree.turns[i]) for i in joints), True]
+    return serial([placement.inverse(), *steps], axes, turns), [tree.column[i] for i in joints]
 
 
 def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int = 0) -> JointTree:
@@ -224,7 +224,7 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
 
 def _frame_along(axis: FloatArray) -> FloatArray:
     """A rotation matrix with a unit vector as its third column, shape (3, 3)."""
-    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    x = other - other.dot(axis) * axis
+    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = helper - helper.dot(axis) * axis
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(axis, x), axis])

@@ -78,62 +78,62 @@ class Robot(Variants):
 
     def __init__(self, description: Description) -> None:
         super().__init__(description)
-        given = description
-        self.name, self.description = given.name, given.description
-        self.source, self.urdf_files = given.source, given.urdf.files
+        desc = description
+        self.name, self.description = desc.name, desc.description
+        self.source, self.urdf_files = desc.source, desc.urdf.files
         self.urdf = self.urdf_files[0].path
-        self.package_paths = given.package_paths
-        self.tool_frame = given.tool_frame
-        self.ignored_pairs, self.srdf = given.ignored_pairs, given.srdf
-        self.tool_offset = given.tool_offset.copy()
-        self.tool_candidates = given.urdf.leaves
-        self.payload, self.held = given.payload, given.held
+        self.package_paths = desc.package_paths
+        self.tool_frame = desc.tool_frame
+        self.ignored_pairs, self.srdf = desc.ignored_pairs, desc.srdf
+        self.tool_offset = desc.tool_offset.copy()
+        self.tool_candidates = desc.urdf.leaves
+        self.payload, self.held = desc.payload, desc.held
         chain = select_chain(
-            given.urdf,
-            given.name,
-            base_frame=given.base_frame,
-            tool_frame=given.tool_frame,
-            locked=given.locked,
-            rest=given.rest,
+            desc.urdf,
+            desc.name,
+            base_frame=desc.base_frame,
+            tool_frame=desc.tool_frame,
+            locked=desc.locked,
+            rest=desc.rest,
         )
         self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
-        self.standing_frame = given.standing or chain.base_frame
-        self.base_moves = given.standing is not None
+        self.standing_frame = desc.standing or chain.base_frame
+        self.base_moves = desc.standing is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
-        self._add_frames(given.gravity, given.virtual)
+        self._add_frames(desc.gravity, desc.virtual)
         names = self.joint_names
         self.joint_units = tuple(
-            "m" if given.urdf.types[name] == "prismatic" else "rad" for name in names
+            "m" if desc.urdf.types[name] == "prismatic" else "rad" for name in names
         )
         self._set_limits()
-        extra = self.virtual_joints = given.virtual
+        extra = self.virtual_joints = desc.virtual
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.joint_names += tuple(one.name for one in extra)
-        self.joint_units += tuple(one.unit for one in extra)
-        weights = [given.weights.get(name, 1.0) for name in self.joint_names]
+        self.joint_names += tuple(joint.name for joint in extra)
+        self.joint_units += tuple(joint.unit for joint in extra)
+        weights = [desc.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = read_only(weights, (self.dof,), "weights")
         self.configurations = MappingProxyType(
             {
                 name: read_only(
                     [*(values[j] for j in names), *(0.0 for _ in extra)], (self.dof,), name
                 )
-                for name, values in given.configurations.items()
+                for name, values in desc.configurations.items()
                 if all(joint in values for joint in names)
             }
         )
 
     def _set_limits(self) -> None:
-        given = self._given
+        description = self._given
         planned = self.tool_frame is not None
         lower, upper, magnitudes = chain_limits(
-            given.urdf, given.limits, self.joint_names, self.name, planned=planned
+            description.urdf, description.limits, self.joint_names, self.name, planned=planned
         )
-        if given.virtual:
-            lower = np.append(lower, [one.lower for one in given.virtual])
-            upper = np.append(upper, [one.upper for one in given.virtual])
-            endless = np.full(len(given.virtual), np.inf)
+        if description.virtual:
+            lower = np.append(lower, [joint.lower for joint in description.virtual])
+            upper = np.append(upper, [joint.upper for joint in description.virtual])
+            endless = np.full(len(description.virtual), np.inf)
             magnitudes = {kind: np.append(most, endless) for kind, most in magnitudes.items()}
         if self.base_moves:
             magnitudes = {**magnitudes, "effort": np.full(len(lower), np.inf)}
@@ -235,10 +235,10 @@ class Robot(Variants):
         >>> arm.dof, arm.with_base("table").joint_names[0]
         (6, 'table')
         """
-        given = self._given
-        urdf = read_urdf(self.urdf, self.name, given.urdf.axes, link)
+        description = self._given
+        urdf = read_urdf(self.urdf, self.name, description.urdf.axes, link)
         standing = None if link == self.standing_frame else self.standing_frame
-        return Robot(replace(given, urdf=urdf, base_frame=link, standing=standing))
+        return Robot(replace(description, urdf=urdf, base_frame=link, standing=standing))
 
     @cached_property
     def _at_rest(self) -> Robot:
@@ -260,8 +260,8 @@ class Robot(Variants):
             q: Joint positions [rad or m], shape (d,).
             standing: Whether the pose is in the world frame.
         """
-        robot, own = self.seen(standing=standing)
-        return robot.forward(q[own])
+        robot, joints = self.seen(standing=standing)
+        return robot.forward(q[joints])
 
     def configuration(self, name: str) -> FloatArray:
         """A named configuration [rad or m], shape (d,).

@@ -107,16 +107,16 @@ class UrdfShapes:
 
     def of(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
         """Give a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
-        found: list[LinkShape] = []
-        lost: list[str] = []
+        valid: list[LinkShape] = []
+        faults: list[str] = []
         path, element, materials = self._links[link]
         for item in child_elements(element, kind):
-            given = child_elements(item, "geometry")
-            shapes = [shape for geometry in given for shape in child_elements(geometry)]
-            if len(given) != 1 or len(shapes) != 1:
-                lost.append(
-                    f"<{kind}> has {len(given)} <geometry> with {len(shapes)} shapes in all; each "
-                    f"<{kind}> has one"
+            geometries = child_elements(item, "geometry")
+            shapes = [shape for geometry in geometries for shape in child_elements(geometry)]
+            if len(geometries) != 1 or len(shapes) != 1:
+                faults.append(
+                    f"<{kind}> has {len(geometries)} <geometry> with {len(shapes)} shapes in all; "
+                    f"each <{kind}> has one"
                 )
                 if len(shapes) != 1:
                     continue
@@ -128,20 +128,20 @@ class UrdfShapes:
             try:
                 shape, (rotation, translation) = _shape(shapes[0]), _origin(item)
             except InputError as error:
-                lost.append(str(error))
+                faults.append(str(error))
                 continue
             placed = replace(shape, urdf=path, rotation=rotation, translation=translation)
-            found.append(replace(placed, colour=colour, fault=fault))
-        return found, lost
+            valid.append(replace(placed, colour=colour, fault=fault))
+        return valid, faults
 
 
 def _colour(item: Element, materials: Mapping[str, Element]) -> Colour | None:
     colour = None
     for material in child_elements(item, "material"):
         named = materials.get(material.getAttribute("name"))
-        given = material if child_elements(material, "color") else named
-        if given is not None:
-            element = child_elements(given, "color")[0]
+        definition = material if child_elements(material, "color") else named
+        if definition is not None:
+            element = child_elements(definition, "color")[0]
             red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
             colour = (red, green, blue, opacity[0] if opacity else 1.0)
             if not all(0.0 <= part <= 1.0 for part in colour):
@@ -179,7 +179,9 @@ def _numbers(element: Element, name: str, least: int, most: int | None = None) -
     except ValueError:
         numbers = []
     most = least if most is None else most
-    if not least <= len(numbers) <= most or not all(abs(one) <= LARGEST_LENGTH for one in numbers):
+    if not least <= len(numbers) <= most or not all(
+        abs(number) <= LARGEST_LENGTH for number in numbers
+    ):
         count = f"{least}" if least == most else f"{least} or {most}"
         many = "number" if count == "1" else "numbers"
         raise InputError(

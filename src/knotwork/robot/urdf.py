@@ -91,8 +91,8 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
         RobotError: The file is not a valid URDF; the message quotes the parser, or names the
             file's format.
     """
-    paths = (path, *(Path(one.urdf) for _, one in axes if one.urdf is not None))
-    texts = tuple(read_text(one, most=MAX_URDF_BYTES) for one in paths)
+    paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
+    texts = tuple(read_text(file, most=MAX_URDF_BYTES) for file in paths)
     read = _parse_cached if sum(map(len, texts)) <= MAX_CACHED_LENGTH else _parse
     return read(texts, path, robot, axes, seen_from)
 
@@ -106,23 +106,24 @@ def _parse_cached(
 
 def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
     root, base = _parse_tree(texts[0], path, robot)
-    own = {kind: elements_by_name(root, kind) for kind in ("link", "joint")}
-    files = [UrdfFile(path, tuple((link, link) for link in own["link"]))]
+    elements = {kind: elements_by_name(root, kind) for kind in ("link", "joint")}
+    files = [UrdfFile(path, tuple((link, link) for link in elements["link"]))]
     if axes:
-        placed = [(name, Path(one.urdf)) for name, one in axes if one.urdf is not None]
-        others = {
+        placed = [(name, Path(element.urdf)) for name, element in axes if element.urdf is not None]
+        trees = {
             name: _parse_tree(text, file, robot)
             for (name, file), text in zip(placed, texts[1:], strict=True)
         }
-        for (_, file), (other, _) in zip(placed, others.values(), strict=True):
-            _build(plain_text(other), file, robot)  # so that errors name the right file
+        for (_, file), (tree, _) in zip(placed, trees.values(), strict=True):
+            _build(plain_text(tree), file, robot)  # so that errors name the right file
         try:
-            files += add_axes(root, axes, base, others)
+            files += add_axes(root, axes, base, trees)
             base = check_tree(root)
         except InputError as error:
             raise RobotError(robot, f"external_axes: {error}") from error
     parents = {
-        link_of(one, "child"): link_of(one, "parent") for one in child_elements(root, "joint")
+        link_of(element, "child"): link_of(element, "parent")
+        for element in child_elements(root, "joint")
     }
     if seen_from:
         invert_to_root(root, seen_from)
@@ -146,7 +147,9 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
         unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
         axes=axes,
-        added=tuple(n for n, kind in types.items() if n not in own["joint"] and kind != "fixed"),
+        added=tuple(
+            n for n, kind in types.items() if n not in elements["joint"] and kind != "fixed"
+        ),
     )
 
 
@@ -221,14 +224,14 @@ def _build(text: str, path: Path, robot: str) -> Any:
         reason = captured[0] if captured and captured[0] else str(error)
         raise RobotError(robot, f"{path} is not a valid URDF: {reason}") from error
     for frame in model.frames:
-        for what, numbers in (
+        for name, numbers in (
             ("origin", frame.placement.homogeneous),
             ("inertia", frame.inertia.toDynamicParameters()),
         ):
             if not np.isfinite(numbers).all():
                 raise RobotError(
                     robot,
-                    f"{path} is not a valid URDF: the {what} of {frame.name!r} is not finite",
+                    f"{path} is not a valid URDF: the {name} of {frame.name!r} is not finite",
                     joint=frame.name,
                 )
     return model

@@ -39,7 +39,7 @@ def link_of(joint: Element, end: str) -> str:
 
 def elements_by_name(root: Element, tag: str) -> dict[str, Element]:
     """Child elements by name, such as the links of a URDF."""
-    return {one.getAttribute("name"): one for one in child_elements(root, tag)}
+    return {element.getAttribute("name"): element for element in child_elements(root, tag)}
 
 
 def check_tree(root: Element) -> str:
@@ -63,8 +63,8 @@ def check_tree(root: Element) -> str:
         for end in ("parent", "child"):
             link = link_of(joint, end)
             if link not in names:
-                found = f"{link!r}, which is not a link" if link else "not given"
-                raise InputError(f"the {end} of joint {name!r} is {found}")
+                fault = f"{link!r}, which is not a link" if link else "not given"
+                raise InputError(f"the {end} of joint {name!r} is {fault}")
         child = link_of(joint, "child")
         if child in above:
             raise InputError(f"link {child!r} is the child of two joints, and may be of one")
@@ -99,7 +99,7 @@ def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]
     below: dict[str, list[str]] = {}
     for child, parent in above.items():
         below.setdefault(parent, []).append(child)
-    level, depth, left = roots, 0, dict(names)
+    level, depth, unvisited = roots, 0, dict(names)
     while level:
         depth += 1
         if depth > MAX_LINK_DEPTH:
@@ -108,10 +108,10 @@ def _check_depth(roots: list[str], names: dict[str, None], above: dict[str, str]
                 f"{MAX_LINK_DEPTH} are read"
             )
         for link in level:
-            del left[link]
+            del unvisited[link]
         level = [child for link in level for child in below.get(link, ())]
-    if left:  # not connected to a root
-        ring = [next(iter(left))]
+    if unvisited:  # not connected to a root
+        ring = [next(iter(unvisited))]
         while ring[-1] not in ring[:-1]:
             ring.append(above[ring[-1]])
         ring = ring[ring.index(ring[-1]) :]
@@ -128,14 +128,14 @@ def _check_inertia(link: Element) -> None:
         for inertia in child_elements(inertial, "inertia"):
             for moment in ("ixx", "iyy", "izz"):
                 if inertia.hasAttribute(moment):
-                    what = f"{moment} of link {name!r}"
-                    _check_not_negative(inertia, moment, what, MIN_MOMENT)
+                    quantity = f"{moment} of link {name!r}"
+                    _check_not_negative(inertia, moment, quantity, MIN_MOMENT)
 
 
-def _check_not_negative(element: Element, attribute: str, what: str, least: float = 0.0) -> None:
+def _check_not_negative(element: Element, attribute: str, name: str, least: float = 0.0) -> None:
     text = element.getAttribute(attribute)
     if not least <= _number(text) < math.inf:
-        raise InputError(f"{what} is {shown(text)}; it must be a number from 0 on")
+        raise InputError(f"{name} is {shown(text)}; it must be a number from 0 on")
 
 
 def _check_axis(joint: Element) -> None:

@@ -85,9 +85,13 @@ class Variants(ChainKinematics):
             RobotError: Another configuration of the task has a joint at another position, or a
                 position is outside the limits.
         """
-        given, rest = self._given, dict(self._given.rest)
-        for joint, value in given.configurations[name].items():
-            if joint in self.joint_names or joint in given.locked or joint in given.urdf.mimics:
+        description, rest = self._given, dict(self._given.rest)
+        for joint, value in description.configurations[name].items():
+            if (
+                joint in self.joint_names
+                or joint in description.locked
+                or joint in description.urdf.mimics
+            ):
                 continue
             if rest.setdefault(joint, value) != value:
                 raise RobotError(
@@ -97,7 +101,7 @@ class Variants(ChainKinematics):
                     "same position in both, or a pose on what it carries",
                     joint=joint,
                 )
-        return self if rest == given.rest else self._made(rest=rest)
+        return self if rest == description.rest else self._made(rest=rest)
 
     def with_gravity(self, gravity: ArrayLike) -> Self:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.
@@ -134,7 +138,7 @@ class Variants(ChainKinematics):
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
         array([3. , 0.5])
         """
-        given, old = {"position": position, **magnitudes}, self._given.limits
-        new = limit_tables(given, self.joint_names, self._given.urdf, self.name)
+        limits, old = {"position": position, **magnitudes}, self._given.limits
+        new = limit_tables(limits, self.joint_names, self._given.urdf, self.name)
         merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
         return self._made(limits={**old, **merged})

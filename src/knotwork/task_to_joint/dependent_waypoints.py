@@ -258,16 +258,16 @@ class GroupSolver:
             raise _BlockedPathError(
                 track, continuation, start, branches, turns, tried, feasible, contacts
             )
-        rows, back, onward = start.select(feasible), branches[feasible], []
+        rows, owner, onward = start.select(feasible), branches[feasible], []
         steps = np.abs(continuation.time[:, None] - times).argmin(axis=0)
         for position, step in zip(continuation.q[1:], steps[1:], strict=True):
-            q = track.chain.scatter(position[back] + turns[feasible])
+            q = track.chain.scatter(position[owner] + turns[feasible])
             onward.append(
                 rows._replace(
                     q=q,
                     flags=configuration_flags(self.chains.whole, q),
                     weight=1.0 + limit_nearness(self.chains.whole, q),
-                    velocity=track.chain.scatter(continuation.velocity[step][back]),
+                    velocity=track.chain.scatter(continuation.velocity[step][owner]),
                     excess=np.zeros(len(q)),
                     unattainable=np.zeros(len(q)),
                 )
@@ -301,17 +301,19 @@ class GroupSolver:
         index = max(
             range(len(tried)), key=lambda i: (constraints[i].part or 0.0, constraints[i].time)
         )
-        constraint, whole = constraints[index], self.chains.whole
+        constraint, robot_with_freedoms = constraints[index], self.chains.whole
         k = next(k for k, part in enumerate(path.stretches) if constraint.time <= part.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
         count = len(constraints)
         solutions = "the only solution" if count == 1 else f"the best of all {count} solutions"
         if not isinstance(self.scenario.branch, str):
             solutions += " in the branch asked for"
-        names = branch_names(whole, blocked.start.select(tried[[index]]))
+        names = branch_names(robot_with_freedoms, blocked.start.select(tried[[index]]))
         branch = "".join(f" ({name})" for name in names)
         remedy = "begin a new path at a stop, before which the arm may change its branch"
-        if other_branches := branch_names(whole, blocked.start.select(blocked.feasible)):
+        if other_branches := branch_names(
+            robot_with_freedoms, blocked.start.select(blocked.feasible)
+        ):
             remedy = f"ask for a branch that leads along it: {'; or '.join(other_branches)}"
         return following_error(
             robot,

@@ -109,17 +109,17 @@ def _infeasibility(
         f"(limit {shown.shown(float(limit[j]), units[j])[0]:.4g})"
         for j in fast
     )
-    worst, others = fast[0], _other_choices_text(search)
+    worst, note = fast[0], _other_choices_text(search)
     if first < last:
         duration = search.steps[first].duration
         sentence = (
-            f"from {names[0]!r} to {names[1]!r} {needs} on average; {others}; "
+            f"from {names[0]!r} to {names[1]!r} {needs} on average; {note}; "
             f"{duration * excess[worst]:.4g} s or more is sufficient for the mean, and they have "
             f"{duration:.4g} s"
         )
     else:
         sentence = (
-            f"at {names[0]!r} {needs} for the tool's velocity; {others}; "
+            f"at {names[0]!r} {needs} for the tool's velocity; {note}; "
             f"{1.0 / excess[worst]:.3g} of that velocity is feasible"
         )
     return Infeasibility(

@@ -134,8 +134,8 @@ class Arc(Curve):
             read_only(point, (3,), name)
             for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
         )
-        whole = number(turns, "turns")
-        if not whole.is_integer() or whole < 0:
+        count = number(turns, "turns")
+        if not count.is_integer() or count < 0:
             raise PathError(f"turns is {turns!r}; it must be a whole number, 0 or greater")
         from_a, from_c = a - m, c - m
         radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
@@ -247,7 +247,7 @@ def _circumcentre(u: FloatArray, v: FloatArray, normal: FloatArray) -> FloatArra
     return np.asarray(spoke / (2.0 * (normal @ normal)))
 
 
-def _unit_normal(normal: ArrayLike, direction: FloatArray, what: str) -> FloatArray:
+def _unit_normal(normal: ArrayLike, direction: FloatArray, name: str) -> FloatArray:
     """Return the unit normal without its component along a direction.
 
     Raises:
@@ -258,7 +258,7 @@ def _unit_normal(normal: ArrayLike, direction: FloatArray, what: str) -> FloatAr
     if abs(along) > RIGHT_ANGLE_TOLERANCE:
         raise PathError(
             f"the arc's normal makes an angle of {math.degrees(math.acos(abs(along))):.6g} deg "
-            f"with {what}; it must be 90 deg within {math.degrees(RIGHT_ANGLE_TOLERANCE):.2g}"
+            f"with {name}; it must be 90 deg within {math.degrees(RIGHT_ANGLE_TOLERANCE):.2g}"
         )
     return unit(axis - along * direction, "normal")
 

@@ -77,27 +77,27 @@ class Blend(PolynomialCurve):
         self.deviation = float(np.linalg.norm(middle - self.corner))
 
 
-def _way(corner: FloatArray, point: FloatArray, what: str, distance: float) -> FloatArray:
+def _way(corner: FloatArray, point: FloatArray, name: str, distance: float) -> FloatArray:
     """Direction from the corner to a point on one of the lines.
 
     Raises:
         PathError: The point is nearer than the blend distance.
     """
-    way = point - corner
-    length = float(np.linalg.norm(way))
+    chord = point - corner
+    length = float(np.linalg.norm(chord))
     if length <= SAME_POINT:
         raise geometry_error(
-            f"the point {what} the corner {{corner}} is the corner itself", corner=corner
+            f"the point {name} the corner {{corner}} is the corner itself", corner=corner
         )
     if distance > length * (1.0 + 1e-9):
         raise geometry_error(
-            f"blend distance is {{distance}}, but the line {what} the corner {{corner}} is "
+            f"blend distance is {{distance}}, but the line {name} the corner {{corner}} is "
             "{length} long; at most that is accepted",
             distance=distance,
             corner=corner,
             length=length,
         )
-    return np.asarray(way / length)
+    return np.asarray(chord / length)
 
 
 def _power_coefficients(points: FloatArray) -> FloatArray:

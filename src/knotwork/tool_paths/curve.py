@@ -75,7 +75,7 @@ def checked_order(order: int, most: int = 3) -> int:
     return int(order)
 
 
-def number(value: object, what: str) -> float:
+def number(value: object, name: str) -> float:
     """Return a value as a number.
 
     Raises:
@@ -84,19 +84,19 @@ def number(value: object, what: str) -> float:
     try:
         return float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise PathError(f"{what} is {value!r}; it must be a number") from None
+        raise PathError(f"{name} is {value!r}; it must be a number") from None
 
 
-def unit(direction: ArrayLike, what: str) -> FloatArray:
+def unit(direction: ArrayLike, name: str) -> FloatArray:
     """Return a direction as a unit vector, shape (3,).
 
     Raises:
         PathError: The direction is zero.
     """
-    vector = read_only(direction, (3,), what)
+    vector = read_only(direction, (3,), name)
     size = float(np.linalg.norm(vector))
     if size == 0.0:
-        raise PathError(f"{what} is zero; it must be a direction")
+        raise PathError(f"{name} is zero; it must be a direction")
     return np.asarray(vector / size)
 
 

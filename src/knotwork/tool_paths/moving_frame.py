@@ -61,25 +61,25 @@ class FrameDerivatives(NamedTuple):
 
     def fixed(self, placement: pin.SE3) -> FrameDerivatives:
         """The motion of a frame fixed in this one."""
-        return FrameDerivatives(*(one @ placement.homogeneous for one in self))
+        return FrameDerivatives(*(X @ placement.homogeneous for X in self))
 
-    def carried(self, other: FrameDerivatives) -> FrameDerivatives:
+    def carried(self, inner: FrameDerivatives) -> FrameDerivatives:
         """The motion of a frame from its motion in this one, by the product rule."""
         X, dX, ddX = self
-        Y, dY, ddY = other
+        Y, dY, ddY = inner
         return FrameDerivatives(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
 
     def carried_tool(self, tool: ToolMotion) -> ToolMotion:
         """The motion of a tool from its motion in this frame."""
-        R, dR, ddR = (one[:, :3, :3] for one in self)
-        p, dp, ddp = (one[:, :3, 3] for one in self)
+        R, dR, ddR = (X[:, :3, :3] for X in self)
+        p, dp, ddp = (X[:, :3, 3] for X in self)
         r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
         a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
-        back = R.transpose(0, 2, 1)
+        inverse = R.transpose(0, 2, 1)
         linear = _multiply(dR, r) + dp + _multiply(R, v)
-        angular = _skew_vector(dR @ back) + _multiply(R, w)
+        angular = _skew_vector(dR @ inverse) + _multiply(R, w)
         faster = _multiply(ddR, r) + ddp + 2.0 * _multiply(dR, v) + _multiply(R, a)
-        spin = _skew_vector(ddR @ back) + _multiply(dR, w) + _multiply(R, b)
+        spin = _skew_vector(ddR @ inverse) + _multiply(dR, w) + _multiply(R, b)
         return ToolMotion(
             _multiply(R, r) + p,
             R @ tool.rotation,
@@ -97,10 +97,10 @@ class FrameDerivatives(NamedTuple):
             rotation: Rotations in the base frame, shape (k, 3, 3).
             velocity: Velocities in the base frame, shape (k, 3).
         """
-        back = self.place[:, :3, :3].transpose(0, 2, 1)
-        place = _multiply(back, position - self.place[:, :3, 3])
+        inverse = self.place[:, :3, :3].transpose(0, 2, 1)
+        place = _multiply(inverse, position - self.place[:, :3, 3])
         slip = velocity - self.rate[:, :3, 3] - _multiply(self.rate[:, :3, :3], place)
-        return place, back @ rotation, _multiply(back, slip)
+        return place, inverse @ rotation, _multiply(inverse, slip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,8 +126,8 @@ class MovingFrame:
     def rest(self) -> pin.SE3:
         """Placement in the base frame where all joints are at 0."""
         placed = pin.SE3.Identity()
-        for one in self.joints:
-            placed = placed * one.placement
+        for joints in self.joints:
+            placed = placed * joints.placement
         return placed * self.placement
 
     def inside(self, placement: pin.SE3) -> MovingFrame:
@@ -136,20 +136,20 @@ class MovingFrame:
 
     def moved(self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve) -> MovingFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
-        own = KnownJoints(self.placement, axis, turns, curve)
-        return MovingFrame((*self.joints, own), pin.SE3.Identity(), self.link)
+        added = KnownJoints(self.placement, axis, turns, curve)
+        return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
 
     def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
         """Motion at times [s], shape (k,), of the frame or another placement in the last axes."""
         times = np.asarray(t, dtype=float)
         nothing = np.zeros((len(times), 4, 4))
-        found = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
-        for one in self.joints:
-            found = found.fixed(one.placement)
-            rows = (one.curve(times, order).T for order in range(3))
-            for axis, turns, *row in zip(one.axis, one.turns, *rows, strict=True):
-                found = found.carried(_joint_motion(axis, turns, *row))
-        return found.fixed(self.placement if placement is None else placement)
+        frame = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
+        for joints in self.joints:
+            frame = frame.fixed(joints.placement)
+            rows = (joints.curve(times, order).T for order in range(3))
+            for axis, turns, *row in zip(joints.axis, joints.turns, *rows, strict=True):
+                frame = frame.carried(_joint_motion(axis, turns, *row))
+        return frame.fixed(self.placement if placement is None else placement)
 
     def at(self, time: float) -> pin.SE3:
         """Placement in the base frame at a time [s]."""

@@ -104,9 +104,9 @@ class OrientationCurve:
 
     def _vectors(self) -> FloatArray:
         """Rotation vectors v1 to v5 of each piece, shape (m - 1, 5, 3)."""
-        h, back = self._steps[:, None], self.rotations.transpose(0, 2, 1)
-        start, end = back[:-1], back[1:]
-        whole = start @ self.rotations[1:]
+        h, inverse = self._steps[:, None], self.rotations.transpose(0, 2, 1)
+        start, end = inverse[:-1], inverse[1:]
+        turns = start @ self.rotations[1:]
         a, b = h * _multiply(start, self.rates[:-1, 1]), h * _multiply(end, self.rates[1:, 0])
         change_a = h**2 * _multiply(start, self.changes[:-1, 1])
         change_b = h**2 * _multiply(end, self.changes[1:, 0])
@@ -115,10 +115,10 @@ class OrientationCurve:
         v[:, 4] = b / 5.0
         v[:, 3] = v[:, 4] - _multiply(exponentials(v[:, 4]), change_b) / 20.0
         E = exponentials(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
-        rest = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ whole
-        rest = rest @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
-        v[:, 2] = [logarithm(R) for R in rest]
-        angle = np.linalg.norm([logarithm(R) for R in whole], axis=1)
+        middle = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ turns
+        middle = middle @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
+        v[:, 2] = [logarithm(R) for R in middle]
+        angle = np.linalg.norm([logarithm(R) for R in turns], axis=1)
         far = np.maximum(angle, np.linalg.norm(v[:, 2], axis=1)) > HALF_TURN
         if far.any():
             i = int(far.argmax())
@@ -342,10 +342,10 @@ class OrientationCurve:
         step = self._steps[piece]
         u0, u1 = (np.clip((bound[row] - self.s[piece]) / step, 0.0, 1.0) for bound in (low, high))
         rate, change = self._bounds(piece, u0, u1)
-        found = np.zeros(low.size), np.zeros(low.size)
-        np.maximum.at(found[0], row, rate / step)
-        np.maximum.at(found[1], row, change / step**2)
-        return found
+        bounds = np.zeros(low.size), np.zeros(low.size)
+        np.maximum.at(bounds[0], row, rate / step)
+        np.maximum.at(bounds[1], row, change / step**2)
+        return bounds
 
 
 def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:

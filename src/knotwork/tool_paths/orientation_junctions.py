@@ -46,12 +46,12 @@ class OrientationStretch:
             Actual length of the transition: that of the whole piece if it was not divided [m].
         """
         curve, piece = self.curve, -1 if at_end else 0
-        v, whole = curve._v[piece], float(curve._steps[piece])
+        v, step = curve._v[piece], float(curve._steps[piece])
         if (
             np.abs(np.diff(v, axis=0)).max() > RATE_TOLERANCE * max(1.0, np.abs(v).max())
-            or whole <= length
+            or step <= length
         ):
-            return whole
+            return step
         s = curve.length - length if at_end else length
         index = len(self.s) - 1 if at_end else 1
         at = np.array([s])
@@ -71,9 +71,9 @@ def match_rates(before: OrientationStretch, after: OrientationStretch) -> None:
     weight = 0.5
     if np.abs(a - b).max() > EQUAL_RATES * scale:
         shorter = TRANSITION_SHARE * min(before.curve.length, after.curve.length)
-        one, other = before.divide(True, shorter), after.divide(False, shorter)
+        length_before, length_after = before.divide(True, shorter), after.divide(False, shorter)
         # weighted by the transition lengths, so that both sides deviate by the same angle
-        weight = other / (one + other)
+        weight = length_after / (length_before + length_after)
     before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
     if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
         before.changes[-1, :] = after.changes[0, :] = 0.0
@@ -93,10 +93,10 @@ def check_junction(i: int, before: OrientationStretch, after: OrientationStretch
         )
 
 
-def two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:
+def two_sided(values: ArrayLike, count: int, name: str) -> FloatArray:
     """Copy values before and after each break, shape (m, 2, 3)."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 3:
-        return read_only(array, (count, 2, 3), what)
-    array = read_only(array, (count, 3), what)
+        return read_only(array, (count, 2, 3), name)
+    array = read_only(array, (count, 3), name)
     return np.repeat(array[:, None], 2, axis=1)

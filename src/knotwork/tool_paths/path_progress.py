@@ -52,13 +52,13 @@ def progress(
     )
     k = int(jumps[0]) if jumps.size else len(s)
     while k < len(s):
-        own = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
+        nearest = np.clip(path.nearest(places[k : k + 1], s[k - 1 : k]), *within)[0]
         if (
-            abs(own - s[k]) <= SAME_ARC_LENGTH * path.length
+            abs(nearest - s[k]) <= SAME_ARC_LENGTH * path.length
         ):  # the guess is on the branch of the point again
             later = jumps[jumps > k]
             k = int(later[0]) if later.size else len(s)
         else:
-            s[k] = own
+            s[k] = nearest
             k += 1
     return s

@@ -60,14 +60,14 @@ def read_points(path: Path, length_unit: float) -> PathPoints:
             [Problem(lines[i + 1], "", f"{message} {lines[i]}", "leave one out") for i in repeated],
         )
     units: list[FloatArray | None] = []
-    for what, columns in (("quaternion", QUATERNION_COLUMNS), ("normal", NORMAL_COLUMNS)):
+    for quantity, columns in (("quaternion", QUATERNION_COLUMNS), ("normal", NORMAL_COLUMNS)):
         if columns[0] not in names:
             units.append(None)
             continue
-        units.append(own := values[:, [names.index(name) for name in columns]])
-        size = np.linalg.norm(own, axis=1)
+        units.append(vectors := values[:, [names.index(name) for name in columns]])
+        size = np.linalg.norm(vectors, axis=1)
         problems = [
-            Problem(lines[i], ", ".join(columns), f"the {what} has length {size[i]:.6g}", "1")
+            Problem(lines[i], ", ".join(columns), f"the {quantity} has length {size[i]:.6g}", "1")
             for i in np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
         ]
         if problems:
@@ -92,12 +92,12 @@ def _names(rows: Rows) -> list[str]:
             raise rows.error(rows.head, i, f"unknown heading {name!r}", hint)
         if name in names[:i]:
             raise rows.error(rows.head, i, f"is column {names.index(name) + 1}, too")
-    given = [
+    groups = [
         columns for columns in (QUATERNION_COLUMNS, NORMAL_COLUMNS) if set(names) & set(columns)
     ]
-    if len(given) > 1:
+    if len(groups) > 1:
         raise rows.error(rows.head, None, "gives rotations and normals", "one of them")
-    needed = (*POSITION_COLUMNS, *(name for columns in given for name in columns))
+    needed = (*POSITION_COLUMNS, *(name for columns in groups for name in columns))
     missing = [name for name in needed if name not in names]
     if missing:
         raise rows.error(rows.head, None, f"no column is named {', '.join(missing)}", accepted)

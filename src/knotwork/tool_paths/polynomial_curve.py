@@ -75,9 +75,9 @@ class PolynomialCurve(Curve):
         Newton's method, from the cubic with the exact values and slopes at both ends.
         """
         span = self._span_of(s)
-        wanted, whole = s - self._s[span], self._s[span + 1] - self._s[span]
-        x = wanted / whole
-        slopes = [whole / speed[span] for speed in self._speeds]
+        wanted, length = s - self._s[span], self._s[span + 1] - self._s[span]
+        x = wanted / length
+        slopes = [length / speed[span] for speed in self._speeds]
         w = x * x * (3.0 - 2.0 * x) + x * (1.0 - x) * ((1.0 - x) * slopes[0] - x * slopes[1])
         w = np.where((x < 0.0) | (x > 1.0), x, w)
         going = np.arange(s.size)
@@ -107,19 +107,19 @@ class PolynomialCurve(Curve):
         """Points and derivatives at parameters of spans."""
         checked_order(order)
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
-        found = C[:1]
+        result = C[:1]
         if order >= 1:
             speed = _norm(C[1])[:, None]
-            found.append(C[1] / speed)
+            result.append(C[1] / speed)
         if order >= 2:
             along = _dot(C[1], C[2])
             first, second = 1.0 / speed, -along / speed**4
-            found.append(C[2] * first**2 + C[1] * second)
+            result.append(C[2] * first**2 + C[1] * second)
         if order >= 3:
             growth = _dot(C[2], C[2]) + _dot(C[1], C[3])
             third = -growth / speed**5 + 4.0 * along**2 / speed**7
-            found.append(C[3] * first**3 + 3.0 * C[2] * first * second + C[1] * third)
-        return found
+            result.append(C[3] * first**3 + 3.0 * C[2] * first * second + C[1] * third)
+        return result
 
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
         """Arc lengths of the nearest points, by Newton's method from the guess.
@@ -128,23 +128,23 @@ class PolynomialCurve(Curve):
         """
         points = np.asarray(points, dtype=float)
         span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
-        going, here = np.arange(w.size), self._at(span, w, 2)
+        going, state = np.arange(w.size), self._at(span, w, 2)
         for _ in range(MAX_NEWTON_STEPS):
-            place, tangent, bend = here
+            place, tangent, bend = state
             off = place - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
             for _ in range(MAX_NEWTON_STEPS):
                 spans, at, moved = self._moved(span[going], w[going], step)
-                there = self._at(spans, at, 2)
-                farther = _norm(there[0] - points[going]) > before * (1 + 1e-12)
+                trial = self._at(spans, at, 2)
+                farther = _norm(trial[0] - points[going]) > before * (1 + 1e-12)
                 if not farther.any():
                     break
                 step = np.where(farther, 0.5 * step, step)
             span[going], w[going] = spans, at
             on = np.abs(moved) > 1e-10 * self.length
-            going, here = going[on], [one[on] for one in there]
+            going, state = going[on], [values[on] for values in trial]
             if not going.size:
                 break
         s = self._s[span] + _lengths(self._c[1][:, span], 0.0, w)
@@ -161,15 +161,15 @@ class PolynomialCurve(Curve):
             The new spans and parameters, and the distance moved [m].
         """
         slope = self._c[1][:, span]
-        there = w + step / _norm(horner(slope, w[:, None]))
-        out = np.flatnonzero((there < 0.0) | (there > 1.0))
+        moved_to = w + step / _norm(horner(slope, w[:, None]))
+        out = np.flatnonzero((moved_to < 0.0) | (moved_to > 1.0))
         if out.size:
             s = self._s[span[out]] + _lengths(slope[:, out], 0.0, w[out])
             onward = np.clip(s + step[out], 0.0, self.length)
             span, step = span.copy(), step.copy()
-            span[out], there[out] = self._parameters(onward)
+            span[out], moved_to[out] = self._parameters(onward)
             step[out] = onward - s
-        return span, there, step
+        return span, moved_to, step
 
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,).
@@ -213,13 +213,13 @@ def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
     """Whether each span's speed, length and turn are known well enough."""
     slope = differentiate(c)
     least, most = _speed_bounds(slope)
-    whole = _lengths(slope)
-    settled = np.abs(whole - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
+    length = _lengths(slope)
+    settled = np.abs(length - _lengths(slope, 0.0, 0.5) - _lengths(slope, 0.5, 1.0))
     even = least > MIN_SPEED_RATIO**2 * most
     return np.asarray(
-        (settled <= LENGTH_TOLERANCE * whole)
+        (settled <= LENGTH_TOLERANCE * length)
         & even
-        & (_curvature_bounds(c) * whole < MAX_SPAN_TURN)
+        & (_curvature_bounds(c) * length < MAX_SPAN_TURN)
     )
 
 
@@ -254,10 +254,10 @@ def _bernstein(products: FloatArray) -> FloatArray:
         products: Products of all pairs of coefficients, highest powers first, along the first two
             axes.
     """
-    one, other, *rest = products.shape
-    c = np.zeros((one + other - 1, *rest))
+    rows, columns, *shape = products.shape
+    c = np.zeros((rows + columns - 1, *shape))
     for i, row in enumerate(products):
-        c[i : i + other] += row
+        c[i : i + columns] += row
     return np.tensordot(to_bernstein(len(c) - 1), c[::-1], 1)
 
 

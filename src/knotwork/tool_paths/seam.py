@@ -35,7 +35,7 @@ def seam_frames(tangents: ArrayLike, normals: ArrayLike) -> FloatArray:
            [0., 0., 1.]])
     """
     T, N = np.broadcast_arrays(np.asarray(tangents, dtype=float), np.asarray(normals, dtype=float))
-    sizes = [np.linalg.norm(one, axis=1, keepdims=True) for one in (T, N)]
+    sizes = [np.linalg.norm(vectors, axis=1, keepdims=True) for vectors in (T, N)]
     if not all(size.all() for size in sizes):
         raise PathError("the direction of the seam or the normal of the surface is zero")
     T, across = T / sizes[0], np.cross(N / sizes[1], T / sizes[0])

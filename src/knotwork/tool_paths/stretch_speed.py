@@ -39,12 +39,12 @@ def speed_for_duration(
     0.05
     """
     check_acceleration(acceleration)
-    for what, value, unit in (("length", length, "m"), ("duration", duration, "s")):
+    for name, value, unit in (("length", length, "m"), ("duration", duration, "s")):
         if not (math.isfinite(value) and value > 0.0):
-            raise PathError(f"{what} is {value!r} {unit}; it must be greater than 0")
+            raise PathError(f"{name} is {value!r} {unit}; it must be greater than 0")
     known = [
-        checked_speed(value, what)
-        for what, value in (("start_speed", start_speed), ("end_speed", end_speed))
+        checked_speed(value, name)
+        for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
         if value is not None
     ]
 

@@ -59,13 +59,13 @@ def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
         middle = 0.5 * (s[1:] + s[:-1])
         coarse = _turn_angles(curve, s) > LARGEST_TURN
         if not coarse.any():
-            found = _integrate(curve, R0, s)
+            orientation = _integrate(curve, R0, s)
             for share in PART_SAMPLES:
                 at = s[:-1] + share * np.diff(s)
-                off = found.rotation(at) @ seen - curve.position(at, 1)
+                off = orientation.rotation(at) @ seen - curve.position(at, 1)
                 coarse |= np.linalg.norm(off, axis=1) > DIRECTION_TOLERANCE
             if not coarse.any():
-                return found
+                return orientation
         s = np.sort(np.concatenate((s, middle[coarse])))
     raise geometry_error(
         "the curve, {length} long, turns too sharply for a tool that turns with it",
@@ -86,15 +86,15 @@ def _integrate(curve: Curve, R0: FloatArray, s: FloatArray) -> OrientationCurve:
     """
     h = np.diff(s)
     gauss = [s[:-1] + (0.5 + sign * math.sqrt(3.0) / 6.0) * h for sign in (-1.0, 1.0)]
-    one, other = (np.cross(curve.position(at, 1), curve.position(at, 2)) for at in gauss)
-    vectors = 0.5 * h[:, None] * (one + other)
-    vectors -= math.sqrt(3.0) / 12.0 * (h**2)[:, None] * np.cross(one, other)
+    first, second = (np.cross(curve.position(at, 1), curve.position(at, 2)) for at in gauss)
+    vectors = 0.5 * h[:, None] * (first + second)
+    vectors -= math.sqrt(3.0) / 12.0 * (h**2)[:, None] * np.cross(first, second)
     T = curve.position(s, 1)
     rotations = [R0]
     for i, step in enumerate(exponentials(vectors)):
         R = step @ rotations[-1]
-        left = np.cross(step @ T[i], T[i + 1])
-        rotations.append(exponentials(left[None])[0] @ R)
+        correction = np.cross(step @ T[i], T[i + 1])
+        rotations.append(exponentials(correction[None])[0] @ R)
     # The third derivative of a spline jumps at its points: the mean of both sides is used.
     inside = 1e-9 * np.concatenate((h[:1], h, h[-1:]))
     third = 0.5 * (curve.position(s - inside[:-1], 3) + curve.position(s + inside[1:], 3))

@@ -67,8 +67,8 @@ class ThroughPoints(PolynomialCurve):
             )
         x = np.concatenate(([0.0], np.cumsum(chords)))
         ends = [
-            "not-a-knot" if direction is None else (1, unit(direction, what))
-            for direction, what in (
+            "not-a-knot" if direction is None else (1, unit(direction, name))
+            for direction, name in (
                 (start_direction, "start_direction"),
                 (end_direction, "end_direction"),
             )
@@ -87,8 +87,10 @@ class ThroughPoints(PolynomialCurve):
             self.rotations = Rotation.from_quat(self.quaternions).as_matrix()
         self.normals: FloatArray | None = None
         if normals is not None:
-            given = read_only(normals, (count, 3), "normals")
-            self.normals = np.array([unit(one, f"normals[{i}]") for i, one in enumerate(given)])
+            vectors = read_only(normals, (count, 3), "normals")
+            self.normals = np.array(
+                [unit(vector, f"normals[{i}]") for i, vector in enumerate(vectors)]
+            )
 
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
@@ -121,11 +123,11 @@ def _align_signs(quaternions: ArrayLike, count: int) -> FloatArray:
     Raises:
         PathError: A quaternion is zero.
     """
-    given = read_only(quaternions, (count, 4), "quaternions")
-    size = np.linalg.norm(given, axis=1)
+    values = read_only(quaternions, (count, 4), "quaternions")
+    size = np.linalg.norm(values, axis=1)
     for i in np.flatnonzero(size == 0.0)[:1]:
         raise PathError(f"quaternion {i} is zero; it must have a length of 1")
-    found = given / size[:, None]
-    turned = np.einsum("ki,ki->k", found[1:], found[:-1]) < 0.0
-    found[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]
-    return np.asarray(found)
+    unit_quaternions = values / size[:, None]
+    turned = np.einsum("ki,ki->k", unit_quaternions[1:], unit_quaternions[:-1]) < 0.0
+    unit_quaternions[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]
+    return np.asarray(unit_quaternions)

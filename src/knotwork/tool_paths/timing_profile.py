@@ -93,10 +93,10 @@ class Timing:
             middle = 0.5 * (low + high)
             below = horner(coefficients, middle - begin) < s
             low, high = np.where(below, middle, low), np.where(below, high, middle)
-        found = 0.5 * (low + high)
+        times = 0.5 * (low + high)
         nearest = np.abs(s[:, None] - low_of).argmin(axis=1)
         snapped = np.abs(s - low_of[nearest]) <= 1e-12 * low_of[-1]
-        return np.where(snapped, breaks[nearest], found)
+        return np.where(snapped, breaks[nearest], times)
 
 
 def standstill(duration: float, speed: float) -> Timing:
@@ -150,14 +150,14 @@ def speed_profile(
     joint = np.minimum(speed[:-1], speed[1:])
     joint[[i for i in stops if i < count - 1]] = 0.0
     outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
-    first, last = (own if v is None else checked_speed(v, what) for v, what, own in outer)
+    first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
     met = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks, coefficients, times, full, taken = [0.0], [], [0.0], [], []
+    breaks, coefficients, times, full, durations = [0.0], [], [0.0], [], []
     for i, ends in enumerate(pairwise(met)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
-        which, v = i if count > 1 else None, float(speed[i])
-        shrink = _shortening(which, float(length[i]), v, ends, fixed, acceleration)
+        stretch, v = i if count > 1 else None, float(speed[i])
+        shrink = _shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
         pieces = _stretch(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
@@ -165,9 +165,9 @@ def speed_profile(
             if T > 0.0:
                 breaks.append(float(end))
                 coefficients.append(c)
-                taken.append(T)
+                durations.append(T)
         times.append(float(starts[-1]))
-    _check_resolved(min(taken), np.diff(times), speed)
+    _check_resolved(min(durations), np.diff(times), speed)
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
     return Timing(curve, np.array(times), np.array(full), speed)
 
@@ -190,10 +190,10 @@ def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArra
     """Lengths [m] and speeds [m/s] of stretches, positive, shape (n,) each, n >= 1."""
     count = len(np.atleast_1d(np.asarray(lengths)))
     length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
-    for what, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
+    for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
         for i in np.flatnonzero(values <= 0.0)[:1]:
             raise PathError(
-                f"{what} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+                f"{quantity} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
             )
     if not count:
         raise PathError("no stretches are given; a path needs at least one")
@@ -222,10 +222,10 @@ def check_acceleration(acceleration: float) -> None:
         raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
 
 
-def checked_speed(speed: float, what: str) -> float:
+def checked_speed(speed: float, name: str) -> float:
     """Return a speed at an end of the path [m/s], 0 or greater."""
     if not (math.isfinite(speed) and speed >= 0.0):
-        raise PathError(f"{what} is {speed!r} m/s; it must be 0 or greater")
+        raise PathError(f"{name} is {speed!r} m/s; it must be 0 or greater")
     return float(speed)
 
 

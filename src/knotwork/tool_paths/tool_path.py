@@ -91,26 +91,26 @@ class ToolPath:
     def _check_junctions(self) -> None:
         for i, (before, after) in enumerate(itertools.pairwise(self.curves)):
             ends = np.array([before.length]), np.zeros(1)
-            one, other = before.position(ends[0])[0], after.position(ends[1])[0]
-            gap = float(np.linalg.norm(other - one))
+            end, start = before.position(ends[0])[0], after.position(ends[1])[0]
+            gap = float(np.linalg.norm(start - end))
             if gap > JUNCTION_GAP:
                 raise geometry_error(
-                    f"curve {i} ends at {{one}} and curve {i + 1} starts {{gap}} away, at "
+                    f"curve {i} ends at {{end}} and curve {i + 1} starts {{gap}} away, at "
                     "{other}; each must start where the one before ends",
-                    one=one,
+                    end=end,
                     gap=gap,
-                    other=other,
+                    start=start,
                 )
             u, v = before.position(ends[0], 1)[0], after.position(ends[1], 1)[0]
             angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), float(u @ v))
             if angle > CORNER_ANGLE and i not in self.stops:
                 raise CornerError(
                     f"the path turns sharply by {math.degrees(angle):.6g} deg at "
-                    f"{point_text(one)}, between curves {i} and {i + 1}; round the corner with a "
+                    f"{point_text(end)}, between curves {i} and {i + 1}; round the corner with a "
                     "blend or stop there",
                     junction=i,
                     angle=angle,
-                    point=one.tolist(),
+                    point=end.tolist(),
                 )
 
     def _merged(self, s: FloatArray) -> FloatArray:
@@ -157,10 +157,10 @@ class ToolPath:
         """
         s = np.asarray(s, dtype=float)
         at = s if at is None else np.broadcast_to(np.asarray(at, dtype=float), s.shape)
-        found = np.empty((order + 1, s.size, 3))
+        result = np.empty((order + 1, s.size, 3))
         for i, rows in self._by_curve(self._curve_of(at, side)):
-            found[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
-        return found
+            result[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
+        return result
 
     def rotation(
         self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"

@@ -110,16 +110,16 @@ class WeavePattern:
         Returns:
             Shape (3, k, 3).
         """
-        found = np.zeros((3, len(t), 3))
+        offset = np.zeros((3, len(t), 3))
         for number, axis in enumerate(self.axes):
-            found[:, :, axis] = self._crossed(t) if self.turn else self._harmonic(t, number)
+            offset[:, :, axis] = self._crossed(t) if self.turn else self._harmonic(t, number)
         z = np.clip(np.minimum(t, self.duration - t) * self.frequency, 0.0, 1.0)
         sign = np.where(t < 0.5 * self.duration, self.frequency, -self.frequency)
         rise = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
         rate = sign * 30.0 * (z * (1.0 - z)) ** 2
         change = self.frequency**2 * 60.0 * z * (1.0 - z) * (1.0 - 2.0 * z)
-        w, v, a = found
-        rise, rate, change = (one[:, None] for one in (rise, rate, change))
+        w, v, a = offset
+        rise, rate, change = (values[:, None] for values in (rise, rate, change))
         return np.asarray((rise * w, rate * w + rise * v, change * w + 2.0 * rate * v + rise * a))
 
     def _harmonic(self, t: FloatArray, number: int) -> FloatArray:
@@ -141,10 +141,10 @@ class WeavePattern:
         rising = since < 0.5 * m
         x = np.where(rising, since, m - since)  # since the edge, or until the next one
         speed, z = self.width / (m - turn), np.minimum(x / turn, 1.0)
-        way = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
+        distance = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
         side = np.where(rising, 1.0, -1.0)
         rates = speed * z**2 * (3.0 - 2.0 * z), side * speed * 6.0 * z * (1.0 - z) / turn
-        return np.asarray(direction * np.array([side * (way - 0.5 * self.width), *rates]))
+        return np.asarray(direction * np.array([side * (distance - 0.5 * self.width), *rates]))
 
 
 def seam_axes(curves: Sequence[Curve]) -> OrientationCurve:
@@ -186,8 +186,8 @@ def weave_offsets(
     normal = -path.rotation(s0)[0, :, 2] if normal is None else normal
     R = seam.rotation(s0)
     about = R[0].T @ seam_frames(R[:, :, 0], normal)[0]
-    others = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
-    marks = weave.breaks(*(times - start for times in others))
+    breaks = timing.time_of(distinct(path.breaks, seam.breaks)), timing.arc_length.x
+    marks = weave.breaks(*(times - start for times in breaks))
     t = np.interp(
         np.arange((len(marks) - 1) * PIECES_PER_BREAK + 1) / PIECES_PER_BREAK,
         np.arange(len(marks)),

@@ -124,33 +124,33 @@ def solve_batch(
     index, factor, iterations = np.arange(n), np.full(n, FIRST_FACTOR), 0
     targets = targets.take(np.zeros(n, dtype=int)) if len(targets) < n else targets
     box = limits[0][:, None], limits[1][:, None]
-    here = _evaluate(robot, q.T, targets)
-    checkpoint = here.square
+    states = _evaluate(robot, q.T, targets)
+    checkpoint = states.square
     for iteration in count():
-        converged = np.maximum(here.distance, here.angle) <= tolerance
+        converged = np.maximum(states.distance, states.angle) <= tolerance
         leaving = converged | (factor > MAX_FACTOR)
         if group is not None and converged.any():
             leaving |= np.isin(group[index], group[index[converged]])
         if iteration % check_every == check_every - 1:
-            leaving |= here.square > fallen_to * checkpoint
-            checkpoint = here.square
+            leaving |= states.square > fallen_to * checkpoint
+            checkpoint = states.square
         if iteration == STRAGGLER_ITERATIONS:
-            leaving |= here.square > STRAGGLER_ERROR**2
+            leaving |= states.square > STRAGGLER_ERROR**2
         leaving |= iteration >= max_iterations
         if leaving.any():
             rows, staying = index[leaving], ~leaving
-            q[rows] = here.q[:, leaving].T
-            position[rows], orientation[rows] = here.distance[leaving], here.angle[leaving]
+            q[rows] = states.q[:, leaving].T
+            position[rows], orientation[rows] = states.distance[leaving], states.angle[leaving]
             index, factor, checkpoint = index[staying], factor[staying], checkpoint[staying]
             targets = targets.take(staying)
-            here = _SearchStates(*(values[..., staying] for values in here))
+            states = _SearchStates(*(values[..., staying] for values in states))
         if not index.size:
             break
         iterations += 1
-        trial = _evaluate(robot, clip(here.q + _steps(here, box, factor), box), targets)
-        better = trial.square < here.square
-        columns: Any = map(partial(np.where, better), trial, here)
-        here = _SearchStates(*columns)
+        trial = _evaluate(robot, clip(states.q + _steps(states, box, factor), box), targets)
+        better = trial.square < states.square
+        columns: Any = map(partial(np.where, better), trial, states)
+        states = _SearchStates(*columns)
         factor = np.where(better, np.maximum(0.2 * factor, least_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
@@ -173,15 +173,15 @@ def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
     return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 
 
-def _steps(here: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
+def _steps(states: _SearchStates, limits: Limits, factor: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search, joints held at limits, shape (d, n)."""
-    gradient = np.einsum("kin,kn->in", here.J, here.error)
-    held = held_joints(here.q, gradient, limits)
+    gradient = np.einsum("kin,kn->in", states.J, states.error)
+    held = held_joints(states.q, gradient, limits)
     gradient[held] = 0.0
-    J = np.where(held, 0.0, here.J) if held.any() else here.J
-    each = np.ascontiguousarray(J.transpose(2, 0, 1))
-    H = each.transpose(0, 2, 1) @ each
+    J = np.where(held, 0.0, states.J) if held.any() else states.J
+    jacobians = np.ascontiguousarray(J.transpose(2, 0, 1))
+    H = jacobians.transpose(0, 2, 1) @ jacobians
     # A singular matrix is not an error here: 1e-13 is rounding next to entries of about 1.
-    H[:, range(len(gradient)), range(len(gradient))] += (factor * here.square + 1e-13)[:, None]
+    H[:, range(len(gradient)), range(len(gradient))] += (factor * states.square + 1e-13)[:, None]
     step = np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
     return np.asarray(step * (MAX_STEP / np.maximum(np.abs(step).max(axis=0), MAX_STEP)))

@@ -113,11 +113,11 @@ def solve_velocity_ik(
     check_tolerance(linear_tolerance, "linear_tolerance")
     check_tolerance(angular_tolerance, "angular_tolerance")
     wanted = read_only(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
-    rest = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
+    self_motion = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
     J = robot.jacobian(q)
-    if not wanted.any() and rest is None:
+    if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
-    (v,), _ = solve_velocities(robot, J[None], wanted, rest)
+    (v,), _ = solve_velocities(robot, J[None], wanted, self_motion)
     tolerances = linear_tolerance, angular_tolerance
     _check_attained(robot, J, wanted, v, tolerances, waypoint, where, units)
     return np.asarray(v)
@@ -176,14 +176,16 @@ def solve_velocities(
     """
     scale = joint_scales(robot) * np.atleast_2d(ease)
     weighted = J * scale[:, None, :]
-    free = np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
-    wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ free[:, :, None]
-    w, left = np.zeros((len(J), robot.dof, 1)), wanted
+    self_motion = (
+        np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
+    )
+    wanted = np.broadcast_to(twists, (len(J), 6))[:, :, None] - weighted @ self_motion[:, :, None]
+    w, residual = np.zeros((len(J), robot.dof, 1)), wanted
     inverse = _pseudoinverses(weighted)
     for _ in range(2):  # the second iteration removes most rounding errors
-        w += inverse @ left
-        left = wanted - weighted @ w
-    return (free + w[:, :, 0]) * scale, np.abs(left[:, :, 0]).max(axis=1)
+        w += inverse @ residual
+        residual = wanted - weighted @ w
+    return (self_motion + w[:, :, 0]) * scale, np.abs(residual[:, :, 0]).max(axis=1)
 
 
 def _pseudoinverses(J: FloatArray) -> FloatArray:
@@ -240,7 +242,7 @@ def joint_scales(robot: Robot) -> FloatArray:
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
     scales = np.where(finite, limit, usual) / usual
     scales /= robot.weights
-    scales[robot.virtual] = [one.ease for one in robot.virtual_joints]
+    scales[robot.virtual] = [joint.ease for joint in robot.virtual_joints]
     return scales
 
 
@@ -265,18 +267,18 @@ def _unattainable_message(
     nearest = f"the closest attainable velocity is {_twist_text(possible, units)}"
     if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
         nearest = "no component is attainable"
-    left = (
+    component = (
         f"a component of {' and '.join(amounts)} {describe_direction(residual)} is unattainable "
         f"here; {nearest}"
     )
     if robot.dof < 6 and smallest > IMPLAUSIBLE_SINGULAR_VALUE:
         return (
-            f"an arm of {robot.dof} joints can't give the tool this velocity: {left} (smallest "
-            f"singular value {smallest:.3g})"
+            f"an arm of {robot.dof} joints can't give the tool this velocity: {component} "
+            f"(smallest singular value {smallest:.3g})"
         )
     return (
         f"the arm is singular here (smallest singular value {smallest:.3g}) and can't give the "
-        f"tool this velocity: {left}"
+        f"tool this velocity: {component}"
     )
 
 
@@ -311,8 +313,8 @@ def _twist_text(twist: FloatArray, units: Units) -> str:
     """A twist in numbers, rounding left out."""
     parts = []
     for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):
-        kept = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]
-        values = ", ".join(f"{units.shown(value, unit)[0]:.3g}" for value in kept)
+        components = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]
+        values = ", ".join(f"{units.shown(value, unit)[0]:.3g}" for value in components)
         parts.append(f"({values}) {units.shown(0.0, unit)[1]}")
     return " and ".join(parts)
 

@@ -57,9 +57,9 @@ def closest_poses(
     begin = np.vstack(
         [starts_from(robot, near, limits, CLOSEST_SEARCHES), *(q[None] for q in more)]
     )
-    found = solve_batch(robot, Targets.of([search.pose]), begin, tolerance=1e-9, limits=limits)
-    size = found.position_error**2 + found.orientation_error**2
-    ends = distinct_minima(robot, found.q[np.argsort(size, kind="stable")], MAX_REFINED)
+    ended = solve_batch(robot, Targets.of([search.pose]), begin, tolerance=1e-9, limits=limits)
+    size = ended.position_error**2 + ended.orientation_error**2
+    ends = distinct_minima(robot, ended.q[np.argsort(size, kind="stable")], MAX_REFINED)
     return sorted((come_close(search, q, limits) for q in ends), key=squared_error)
 
 
@@ -73,13 +73,13 @@ def distinct_minima(
 ) -> list[FloatArray]:
     """Select configurations in order, without those close to one selected before."""
     revolute = joint_axes(robot).revolute
-    kept: list[FloatArray] = []
+    selected: list[FloatArray] = []
     for q in configurations:
-        if all(joint_distances(q, other, revolute) > SAME_MINIMUM for other in kept):
-            kept.append(q)
-            if len(kept) == most:
+        if all(joint_distances(q, p, revolute) > SAME_MINIMUM for p in selected):
+            selected.append(q)
+            if len(selected) == most:
                 break
-    return kept
+    return selected
 
 
 def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSolution:

@@ -67,11 +67,11 @@ def solution_or_reason(
     """
     robot = search.robot
     beyond = closest_poses(search, near, no_limits(robot))
-    limits, found = turning_limits(robot), beyond
+    limits, minima = turning_limits(robot), beyond
     if np.isfinite(limits).any():  # else it is the same search
         pulled = [turn_inside(robot, s.q, near) for s in beyond]
-        found = closest_poses(search, near, limits, pulled)
-    inside = [search.measure(turn_inside(robot, s.q, near)) for s in found]
+        minima = closest_poses(search, near, limits, pulled)
+    inside = [search.measure(turn_inside(robot, s.q, near)) for s in minima]
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
@@ -152,11 +152,11 @@ def _miss_sentence(
 ) -> str:
     """Text about how far the pose is out of reach; `point` is the result of `_on_point`."""
     distance, angle, inside = point
-    there = _miss_text(least, units)
+    miss = _miss_text(least, units)
     if angle is None:
         return (
             "the pose is out of reach: the nearest point found is "
-            f"{_length_text(distance, units)} away in any orientation, the closest pose {there}"
+            f"{_length_text(distance, units)} away in any orientation, the closest pose {miss}"
         )
     but = ", but" if inside else " only outside the joint limits, and"
     sentence = (
@@ -165,11 +165,11 @@ def _miss_sentence(
     )
     if search.is_within(least.position_error, 0.0):
         return sentence
-    return f"{sentence}; the closest pose found is {there} away"
+    return f"{sentence}; the closest pose found is {miss} away"
 
 
 def _on_point(
-    search: PoseSearch, found: list[LocalSolution], near: FloatArray
+    search: PoseSearch, nearby: list[LocalSolution], near: FloatArray
 ) -> tuple[float, float | None, bool]:
     """Bring the TCP to the point, then turn the tool, inside the limits if possible.
 
@@ -187,7 +187,7 @@ def _on_point(
     # if the arm is too short no search can succeed
     missed = joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]
     for inside, limits in [] if missed else choices:
-        starts = [*(s.q for s in found), *starts_from(robot, near, limits, POINT_SEARCHES)]
+        starts = [*(s.q for s in nearby), *starts_from(robot, near, limits, POINT_SEARCHES)]
         at_point = [s for s in (point.solve(q, limits) for q in starts) if s.converged]
         if at_point:
             at_point.sort(key=lambda s: s.orientation_error)
@@ -196,7 +196,7 @@ def _on_point(
             at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
             return best.position_error, best.orientation_error, inside
-    nearest = (come_close(point, s.q, choices[-1][1]) for s in found[:POINT_REFINED])
+    nearest = (come_close(point, s.q, choices[-1][1]) for s in nearby[:POINT_REFINED])
     return min(s.position_error for s in nearest), None, False
 
 
@@ -211,8 +211,8 @@ def _blocking_joints(search: PoseSearch, closest: LocalSolution) -> tuple[str, .
 
 
 def _closest_sentence(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
-    left = _miss_text(closest, units)
-    sentence = f"; the closest pose found within the limits misses by {left}"
+    miss = _miss_text(closest, units)
+    sentence = f"; the closest pose found within the limits misses by {miss}"
     return f"{sentence}, blocked by the limits of {', '.join(held)}" if held else sentence
 
 

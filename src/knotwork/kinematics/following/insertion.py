@@ -79,18 +79,18 @@ def with_waypoints_inserted(
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
-    one, path = _Insertion(joints, tolerance, knots), joints.path
-    followed = one.evenly(_waypoint_times(path, [] if times is None else times))
+    insertion, path = _Insertion(joints, tolerance, knots), joints.path
+    followed = insertion.evenly(_waypoint_times(path, [] if times is None else times))
     # not earlier: with fewer waypoints near a singularity rounding errors are far larger
-    check_tolerance(joints.robot, one.curve(followed), path, tolerance)
+    check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
     while True:
-        use = one.use(followed)
+        use = insertion.use(followed)
         if (use <= 1.0).all():
-            curve = one.curve(followed)
+            curve = insertion.curve(followed)
             use = proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
-        followed = one.divided(followed, use)
+        followed = insertion.divided(followed, use)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +139,7 @@ class _Insertion:
         more = self.at(0.5 * (known.time[1:] + known.time[:-1])[open_])
         order = np.argsort(np.concatenate((known.time, more.time)))
         values = zip(known, more, strict=True)
-        return FollowedPath(*(np.concatenate(both)[order] for both in values))
+        return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
 
     def use(self, followed: FollowedPath) -> FloatArray:
         """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
@@ -190,12 +190,12 @@ class _Insertion:
             )
 
 
-def _waypoint_times(path: TimedPath, given: ArrayLike) -> FloatArray:
+def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
     """Times of the waypoints that every tolerance needs: the given times and the breaks [s].
 
     A break close to another of these times is left out.
     """
-    fixed = distinct(path.breaks[[0, -1]], given)
+    fixed = distinct(path.breaks[[0, -1]], times)
     ends = list(fixed)
     for time in path.breaks[1:-1]:
         i = bisect_left(ends, time)

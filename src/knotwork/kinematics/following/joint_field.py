@@ -77,8 +77,10 @@ class JointField:
         self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
         self.middle = middle(limits)
         span = np.full(robot.dof, np.inf)
-        for joint, one in enumerate(robot.virtual_joints, robot.dof - len(robot.virtual_joints)):
-            span[joint] = one.upper - one.lower if one.soft else np.inf
+        for joint, virtual in enumerate(
+            robot.virtual_joints, robot.dof - len(robot.virtual_joints)
+        ):
+            span[joint] = virtual.upper - virtual.lower if virtual.soft else np.inf
         self.narrow = 2.0 / (SOFT_RANGE * span) if np.isfinite(span).any() else None
 
     def velocities(
@@ -100,13 +102,17 @@ class JointField:
             onward: For accelerations, share times speed [m/s], likewise: the factor of the guide's
                 derivative over arc length.
         """
-        rest = None
+        self_motion = None
         if self.guide is not None:
-            rest = _column(share) * self.guide.rate(along, q)
-            rest = self.speed * (rest + _column(onward) * self.guide.rate(along, q, 1))
+            self_motion = _column(share) * self.guide.rate(along, q)
+            self_motion = self.speed * (
+                self_motion + _column(onward) * self.guide.rate(along, q, 1)
+            )
         elif self.pull.any():
-            rest = _column(share) * self.pull * (self.middle - q)
-        return solve_velocities(self.robot, self.axes.jacobians(q), twist, rest, self._ease(q))[0]
+            self_motion = _column(share) * self.pull * (self.middle - q)
+        return solve_velocities(
+            self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
+        )[0]
 
     def _ease(self, q: FloatArray) -> ArrayLike:
         """Mobility of the joints: that of tilts decreases towards their limits."""

@@ -83,11 +83,13 @@ class Ladder:
         self.places = [_rung_positions(path) for path in paths]
         placed = [
             (path, s, min(path.start_time + t, path.end_time))
-            for k, (path, own) in enumerate(zip(paths, self.places, strict=True))
-            for s, t in zip(own[k > 0 :], path.timing.time_of(own[k > 0 :]), strict=True)
+            for k, (path, positions) in enumerate(zip(paths, self.places, strict=True))
+            for s, t in zip(
+                positions[k > 0 :], path.timing.time_of(positions[k > 0 :]), strict=True
+            )
         ]
         self.time = np.array([time for _, _, time in placed])
-        self.targets = Targets.of([_pose(*one) for one in placed])
+        self.targets = Targets.of([_pose(*rung) for rung in placed])
         self.rungs = self._sampled(starts)
 
     def _sampled(self, starts: FloatArray) -> list[_Rung]:
@@ -117,7 +119,7 @@ class Ladder:
         """Project configurations onto the poses of rungs; also give whether each one converged."""
         if not len(q):
             return q, np.zeros(0, dtype=bool)
-        found = solve_batch(
+        ended = solve_batch(
             self.robot,
             self.targets.take(rungs),
             q,
@@ -125,7 +127,7 @@ class Ladder:
             limits=self.limits,
             max_iterations=PROJECTION_STEPS,
         )
-        return found.q, found.converged & (np.abs(found.q - q).max(axis=1) <= MAX_RUNG_MOVE)
+        return ended.q, ended.converged & (np.abs(ended.q - q).max(axis=1) <= MAX_RUNG_MOVE)
 
     def _move(self, start: FloatArray, end: FloatArray) -> FloatArray:
         move = end - start
@@ -137,12 +139,12 @@ class Ladder:
         Args:
             count: Maximum number of starts.
         """
-        costs = [self._costs(one, after) for one, after in pairwise(self.rungs)]
+        costs = [self._costs(rung, after) for rung, after in pairwise(self.rungs)]
         tried = np.zeros(len(self.rungs[0].q), dtype=bool)
         for _ in range(MAX_SEQUENCES):
             values = [self.rungs[-1].cost]
-            for one, cost in zip(self.rungs[-2::-1], reversed(costs), strict=True):
-                values.insert(0, one.cost + (cost + values[0]).min(axis=1, initial=np.inf))
+            for rung, cost in zip(self.rungs[-2::-1], reversed(costs), strict=True):
+                values.insert(0, rung.cost + (cost + values[0]).min(axis=1, initial=np.inf))
             start = int(np.where(tried, np.inf, values[0]).argmin())
             if tried.sum() == count or tried[start] or np.isinf(values[0][start]):
                 return
@@ -159,9 +161,9 @@ class Ladder:
                 tried[start] = True
                 yield start, self._guides(q)
 
-    def _costs(self, one: _Rung, after: _Rung) -> FloatArray:
+    def _costs(self, rung: _Rung, after: _Rung) -> FloatArray:
         """Cost of each step from one rung to the next, shape (m, k)."""
-        move = self._move(one.q[:, None], after.q[None])
+        move = self._move(rung.q[:, None], after.q[None])
         cost = np.einsum("abj,j->ab", move**2, self.scale**-2.0)
         return np.where((np.abs(move) > MAX_RUNG_MOVE).any(axis=2), np.inf, cost)
 
@@ -177,20 +179,20 @@ class Ladder:
             before, after = q[rows - 1], q[np.minimum(rows + 1, last)]
             after = np.where((rows == last)[:, None], before, after)
             trial, came = self._brought(rows, 0.5 * (before + after))
-            own = self._nearness(trial)
+            nearness = self._nearness(trial)
             gain = self._bent(q[rows], before, after) + costs[rows]
-            gain -= self._bent(trial, before, after) + own
+            gain -= self._bent(trial, before, after) + nearness
             better = came & (gain > SMOOTHING_GAIN)
             for k in np.flatnonzero(better):
                 better[k] = self.clear(trial[k : k + 1], float(self.time[rows[k]]))[0]
             if not better.any() and sweep % 2:
                 break
-            q[rows[better]], costs[rows[better]] = trial[better], own[better]
+            q[rows[better]], costs[rows[better]] = trial[better], nearness[better]
         return q
 
     def _bent(self, q: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-        both = (q - before) ** 2 + (after - q) ** 2
-        return np.asarray(both @ self.scale**-2.0)
+        squares = (q - before) ** 2 + (after - q) ** 2
+        return np.asarray(squares @ self.scale**-2.0)
 
     def _guides(self, q: FloatArray) -> list[Guide]:
         """Smooth postures along each path."""
@@ -198,9 +200,9 @@ class Ladder:
 
         guides, first = [], 0
         for places in self.places:
-            own = q[first : first + len(places)]
+            postures = q[first : first + len(places)]
             first += len(places) - 1
-            curve = CubicSpline(places, own, bc_type="natural")
+            curve = CubicSpline(places, postures, bc_type="natural")
             guides.append(Guide(PiecewisePolynomial(curve.c, curve.x)))
         return guides
 
@@ -211,9 +213,9 @@ def _rung_positions(path: TimedPath) -> FloatArray:
     turned = angle_of(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / RUNG_SPACING[0] + turned / RUNG_SPACING[1]))
     count = int(np.clip(np.ceil(far[-1]), MIN_RUNGS, MAX_RUNGS))
-    found = np.interp(np.linspace(0.0, far[-1], count + 1), far, s)
-    found[-1] = s[-1]
-    return np.asarray(found)
+    positions = np.interp(np.linspace(0.0, far[-1], count + 1), far, s)
+    positions[-1] = s[-1]
+    return np.asarray(positions)
 
 
 def _pose(path: TimedPath, s: float, time: float) -> Any:

@@ -221,8 +221,8 @@ def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
 def following_error(
     robot: Robot,
     path: TimedPath,
-    one: LimitingConstraint,
-    what: str,
+    constraint: LimitingConstraint,
+    beginning: str,
     remedy: str,
     *,
     since: float | None = None,
@@ -235,8 +235,8 @@ def following_error(
     Args:
         robot: The arm.
         path: The path.
-        one: The limiting constraint.
-        what: Beginning of the message.
+        constraint: The limiting constraint.
+        beginning: Beginning of the message.
         remedy: Remedy, as a sentence.
         since: Time from which distance is counted [s]; by default the start of the path.
         units: Units of the message.
@@ -244,14 +244,14 @@ def following_error(
         where: Location of its definition.
     """
     begin = path.start_time if since is None else since
-    first, reached = path.arc_length(np.array([begin, one.time]))
+    first, reached = path.arc_length(np.array([begin, constraint.time]))
     along = units.text(float(reached - first), "m", ".4g")
     return FollowingError(
         waypoint,
-        f"{what} {along} along it {one.described(robot, units)}. {remedy}",
+        f"{beginning} {along} along it {constraint.described(robot, units)}. {remedy}",
         where=where,
         arc_length=float(reached),
-        cause=one.kind,
-        joint=robot.joint_names[one.joint] if one.kind.endswith("limit") else "",
-        part_of_speed=one.part,
+        cause=constraint.kind,
+        joint=robot.joint_names[constraint.joint] if constraint.kind.endswith("limit") else "",
+        part_of_speed=constraint.part,
     )

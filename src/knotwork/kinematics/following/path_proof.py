@@ -44,15 +44,15 @@ def check_tolerance(
     """
     least = ROUNDING_FACTOR * path_rounding(robot, curve, path)
     slowest = float(path.timing.speeds.min())
-    for what, value, needed, unit in (
+    for quantity, value, needed, unit in (
         ("of the distance from the path", tolerance.position, least, " m"),
         ("of the orientation", tolerance.orientation, least, " rad"),
         (f"of the speed, a part of {slowest:g} m/s,", tolerance.speed, least / slowest, ""),
     ):
         if value < needed:
             raise PathError(
-                f"the tolerance {what} is {value:g}{unit}: rounding leaves no margin to prove it; "
-                f"at least {needed:.2g}{unit} is accepted"
+                f"the tolerance {quantity} is {value:g}{unit}: rounding leaves no margin to prove "
+                f"it; at least {needed:.2g}{unit} is accepted"
             )
 
 
@@ -86,8 +86,8 @@ def proved_tolerance_use(
         )
         begin, end = start + timing.times[i : i + 2]
         low, high = start + timing.full_speed[i]
-        found = path_bounds(robot, curve, path, (begin, end), (low, high), speed, limits)
-        middle = 0.5 * (found.times[1:] + found.times[:-1])
+        bounds = path_bounds(robot, curve, path, (begin, end), (low, high), speed, limits)
+        middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
-        np.maximum.at(use, interval, found.use)
+        np.maximum.at(use, interval, bounds.use)
     return use

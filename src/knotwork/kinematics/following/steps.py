@@ -78,27 +78,27 @@ def take_step(
         np.abs(end_q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION
     )
     stray |= hopeless | ~(bent <= MIDPOINT_TOLERANCE)
-    found = StepEnd(end_q, np.full(len(q), end), np.full(len(q), np.nan))
+    result = StepEnd(end_q, np.full(len(q), end), np.full(len(q), np.nan))
     if not stray.any():
-        return found
-    found.reached[stray] = start
-    found.smallest[stray] = field.smallest(q[stray])
-    found.q[stray] = np.nan
-    again = np.flatnonzero(stray & ~hopeless)
-    if not halvings or not again.size:
-        return found
-    now, going = q[again], again
+        return result
+    result.reached[stray] = start
+    result.smallest[stray] = field.smallest(q[stray])
+    result.q[stray] = np.nan
+    retried = np.flatnonzero(stray & ~hopeless)
+    if not halvings or not retried.size:
+        return result
+    now, going = q[retried], retried
     for a, b in ((start, middle), (middle, end)):
         half = Stages.of(field, path, np.linspace(a, b, 3), middle)
         rates = half.velocities(field, now, 0)
         part = take_step(field, path, limit, now, rates, half, halvings - 1)
-        found.q[going] = part.q
-        found.reached[going], found.smallest[going] = part.reached, part.smallest
+        result.q[going] = part.q
+        result.reached[going], result.smallest[going] = part.reached, part.smallest
         on = np.isfinite(part.q).all(axis=1)
         now, going = part.q[on], going[on]
         if not going.size:
             break
-    return found
+    return result
 
 
 def _step(

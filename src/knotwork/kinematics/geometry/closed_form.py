@@ -56,7 +56,8 @@ def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
     met = (np.maximum(distance, angle) <= SOLUTION_ERROR).reshape(n, 8)
     certain = clear & (met | ~exists).all(axis=1)
     return [
-        one[there] if sure else None for one, there, sure in zip(q, exists, certain, strict=True)
+        solutions[mask] if sure else None
+        for solutions, mask, sure in zip(q, exists, certain, strict=True)
     ]
 
 
@@ -104,10 +105,10 @@ class _Equations:
             self._wrist(q, R, solved, wrist)
             last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
             # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
-            back = R @ last.swapaxes(2, 3)
-            end = _apply(R, self.centre) + p + _apply(back, self.end - self.centre)
+            undone = R @ last.swapaxes(2, 3)
+            end = _apply(R, self.centre) + p + _apply(undone, self.end - self.centre)
             self._elbow(q, end, solved, elbow)
-            angle = _angle(a[1], _perpendicular(a[1]), back @ _perpendicular(a[1]))
+            angle = _angle(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
@@ -120,8 +121,8 @@ class _Equations:
         room = np.array(rooms)
         exists = np.asarray((room > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for one in room[::-1]:  # an angle that depends on an unclear one is not clear either
-            clear = np.asarray((one < -(CLEAR_MARGIN**2)) | ((one > CLEAR_MARGIN**2) & clear))
+        for margin in room[::-1]:  # an angle that depends on an unclear one is not clear either
+            clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
     def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
@@ -145,9 +146,9 @@ class _Equations:
         reach = reach - (reach @ axis)[..., None] * axis
         square = (reach * reach).sum(axis=2) - upper @ upper - lower @ lower
         turned = np.cross(axis, lower)
-        both = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
-        x, y = 2.0 * (upper @ lower) / both, 2.0 * (upper @ turned) / both
-        elbow = solved(x, y, square / both, sign)
+        product = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
+        x, y = 2.0 * (upper @ lower) / product, 2.0 * (upper @ turned) / product
+        elbow = solved(x, y, square / product, sign)
         bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
         q[..., 1] = _angle(axis, bent, reach)
         q[..., 2] = self.senses[2] * elbow
@@ -155,8 +156,8 @@ class _Equations:
 
 @kept_with
 def _equations(robot: Robot) -> _Equations | None:
-    found = geometry(robot)
-    return None if found is None else _Equations(robot, found.parallel, found.centre)
+    shape = geometry(robot)
+    return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
 
 
 def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
@@ -174,8 +175,8 @@ def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
 
 def _perpendicular(axis: FloatArray) -> FloatArray:
     """A unit vector perpendicular to another."""
-    other = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    return np.asarray(other / np.linalg.norm(other))
+    normal = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    return np.asarray(normal / np.linalg.norm(normal))
 
 
 def _angle(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:

@@ -65,16 +65,16 @@ def geometry(robot: Robot) -> Geometry | None:
     up = -1.0 if a[0, 2] < -FLAG_ROUNDING else 1.0
     tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
     in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
-    found = Geometry(not on_axis_4, up, -1.0 if across < -FLAG_ROUNDING else 1.0, in_tool)
+    shape = Geometry(not on_axis_4, up, -1.0 if across < -FLAG_ROUNDING else 1.0, in_tool)
     # The flags are valid if the Jacobian loses rank exactly where one of the three vanishes: its
     # determinant is a constant times their product.
     q = 2 * np.pi * low_discrepancy_points(6, 24) - np.pi
-    product = np.prod(_functions(chain, found, q), axis=0)
+    product = np.prod(_functions(chain, shape, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
     factor = (determinant @ product) / max(product @ product, 1e-300)
     if np.abs(determinant - factor * product).max() > 1e-9 * np.abs(determinant).max():
         return None
-    return found
+    return shape
 
 
 def _parallel(a: FloatArray, b: FloatArray) -> bool:
@@ -91,12 +91,12 @@ def _intersection(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) ->
     return met
 
 
-def _functions(chain: JointAxes, found: Geometry, q: FloatArray) -> FloatArray:
+def _functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
     """The three functions whose signs are the flags, for q of shape (n, 6): shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
-    centre = tip + np.einsum("crn,c->rn", rotation, found.centre)
-    wrist = p[:, 3] if found.parallel else centre
-    shoulder = found.up * found.side * _triple(z[:, 1], z[:, 0], centre - p[:, 0])
+    centre = tip + np.einsum("crn,c->rn", rotation, shape.centre)
+    wrist = p[:, 3] if shape.parallel else centre
+    shoulder = shape.up * shape.side * _triple(z[:, 1], z[:, 0], centre - p[:, 0])
     elbow = _triple(p[:, 2] - p[:, 1], wrist - p[:, 2], z[:, 1])
     return np.array([shoulder, elbow, _triple(z[:, 3], z[:, 5], z[:, 4])])
 
@@ -117,18 +117,18 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         and 0 on a singularity. For another arm of six joints the sign of the Jacobian's
         determinant, shape (n, 1); for all others shape (n, 0): their branches have no signs.
     """
-    found, chain = geometry(robot), joint_axes(robot)
-    if found is None:
+    shape, chain = geometry(robot), joint_axes(robot)
+    if shape is None:
         if robot.dof != 6:
             return np.empty((len(q), 0))
         determinant = np.linalg.det(chain.jacobians(q))
         return np.where(
             np.abs(determinant) < FLAG_ROUNDING * FLAG_ROUNDING, 0.0, np.sign(determinant)
         )[:, None]
-    values = _functions(chain, found, q)
+    values = _functions(chain, shape, q)
     signs = np.where(np.abs(values) < FLAG_ROUNDING, 0.0, np.sign(values))
     # The same elbow is up on one side of axis 1 and down on the other.
-    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * found.side)
+    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * shape.side)
     return signs.T
 
 
@@ -144,12 +144,12 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
     if geometry(robot) is None:
         return None
     signs = configuration_flags(robot, q)
-    found = {tuple(row) for row in signs.tolist()}
-    if not signs.all() or len(found) < len(q):
+    flags = {tuple(row) for row in signs.tolist()}
+    if not signs.all() or len(flags) < len(q):
         return None
     if len(q) == 2 ** len(FLAGS):
         return True
-    paired = all((shoulder, -elbow, wrist) in found for shoulder, elbow, wrist in found)
+    paired = all((shoulder, -elbow, wrist) in flags for shoulder, elbow, wrist in flags)
     return None if paired else False
 
 

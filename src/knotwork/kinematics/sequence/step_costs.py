@@ -160,9 +160,9 @@ def step_costs(
     shape = len(start.q), len(end.q)
     if end.previous_q is not None and start.group_row is not None and end.group_row is not None:
         moves = np.broadcast_to((end.q - end.previous_q).T[:, None, :], (end.q.shape[1], *shape))
-        other = start.group_row[:, None] != end.group_row[None, :]
+        different = start.group_row[:, None] != end.group_row[None, :]
         travel = end.weight * joints.travel(moves[:, :1], rest_to_rest=False)
-        cost = make_cost(*shape, impossible=np.where(other, np.inf, 0.0), travel=travel)
+        cost = make_cost(*shape, impossible=np.where(different, np.inf, 0.0), travel=travel)
     else:
         moves = end.q.T[:, None, :] - start.q.T[:, :, None]
         if not end.fixed:

@@ -103,14 +103,14 @@ def solve_pose_ik_all(
     check_count(spread, "spread", 1)
     tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
-    found = solutions_within_limits(search)
-    free = robot.dof > 6 or len(found) > MAX_BRANCHES
-    if free:
-        found = farthest_apart(robot, found, spread)
-    if not len(found):
+    solutions = solutions_within_limits(search)
+    sampled = robot.dof > 6 or len(solutions) > MAX_BRANCHES
+    if sampled:
+        solutions = farthest_apart(robot, solutions, spread)
+    if not len(solutions):
         centre = middle(limits_of(robot))
-        found = solution_or_reason(search, centre, waypoint, where).q[None]
-    return tuple(_branch(robot, pose, q, free) for q in sorted(found, key=sort_key))
+        solutions = solution_or_reason(search, centre, waypoint, where).q[None]
+    return tuple(_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
 
 
 def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:

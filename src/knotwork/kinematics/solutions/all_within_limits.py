@@ -55,12 +55,12 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
     target = Targets.of([search.pose])
     _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
     within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])
-    kept = beyond <= EDGE_DISTANCE
-    for i in np.flatnonzero(kept & ((beyond > LIMIT_TOLERANCE) | ~within)):
-        found = search.solve(q[i], limits)
-        kept[i] = found.converged and np.abs(found.q - turned[i]).max() <= EDGE_DISTANCE
-        q[i] = found.q
-    return np.asarray(q[kept])
+    inside = beyond <= EDGE_DISTANCE
+    for i in np.flatnonzero(inside & ((beyond > LIMIT_TOLERANCE) | ~within)):
+        solution = search.solve(q[i], limits)
+        inside[i] = solution.converged and np.abs(solution.q - turned[i]).max() <= EDGE_DISTANCE
+        q[i] = solution.q
+    return np.asarray(q[inside])
 
 
 def sort_key(q: FloatArray) -> tuple[float, ...]:

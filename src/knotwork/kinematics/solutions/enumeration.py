@@ -63,9 +63,9 @@ class _PoseSolutions:
         self.solutions, self.hits = np.empty((0, dof)), np.zeros(0, dtype=int)
         self.unfinished = np.empty((0, dof))
 
-    def add(self, ended: BatchSolution, own: BoolArray, revolute: BoolArray) -> FloatArray:
+    def add(self, ended: BatchSolution, rows: BoolArray, revolute: BoolArray) -> FloatArray:
         """Add the results of a round of searches, and give the new solutions."""
-        solved, known = ended.q[own & ended.converged], len(self.solutions)
+        solved, known = ended.q[rows & ended.converged], len(self.solutions)
         for i in itertools.count():
             if i == len(self.solutions):
                 if not len(solved):
@@ -76,7 +76,7 @@ class _PoseSolutions:
             self.hits[i] += same.sum()
             solved = solved[~same]
         near = ended.position_error + ended.orientation_error < MAX_RESIDUAL
-        self.unfinished = ended.q[own & near & ~ended.converged]
+        self.unfinished = ended.q[rows & near & ~ended.converged]
         return self.solutions[known:]
 
 
@@ -93,9 +93,9 @@ def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
         For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
     """
     exact = closed_form(robot, targets)
-    left = [i for i, one in enumerate(exact) if one is None]
-    found = iter(search_branches(robot, targets.take(left)) if left else [])
-    return [next(found) if one is None else one for one in exact]
+    unsolved = [i for i, solutions in enumerate(exact) if solutions is None]
+    searched = iter(search_branches(robot, targets.take(unsolved)) if unsolved else [])
+    return [next(searched) if solutions is None else solutions for solutions in exact]
 
 
 def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
@@ -111,7 +111,7 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     revolute, n, d = joint_axes(robot).revolute, len(targets), robot.dof
     box, used = _slide_limits(robot), FIRST_STARTS
     begin = [spread_starts(robot, box, used)] * n
-    found, stuck = [_PoseSolutions(d) for _ in range(n)], [np.empty((0, d))] * n
+    poses, stuck = [_PoseSolutions(d) for _ in range(n)], [np.empty((0, d))] * n
     active = list(range(n))
     for round_ in range(MAX_ROUNDS):
         owner = np.repeat(active, [len(start) for start in begin])
@@ -124,28 +124,28 @@ def search_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
             hasty=round_ == 0,
         )
         common, used = spread_starts(robot, box, MORE_STARTS, skip=used), used + MORE_STARTS
-        again, begin = [], []
+        unfinished_poses, begin = [], []
         for i in active:
-            new = found[i].add(ended, owner == i, revolute)
-            complete = all_branches(robot, found[i].solutions)
-            if complete or len(found[i].solutions) > MAX_BRANCHES:
+            new = poses[i].add(ended, owner == i, revolute)
+            complete = all_branches(robot, poses[i].solutions)
+            if complete or len(poses[i].solutions) > MAX_BRANCHES:
                 stuck[i] = stuck[i][:0]
                 continue
-            unfinished = found[i].unfinished
+            unfinished = poses[i].unfinished
             if round_ > 0 and d == 6:
                 stuck[i] = np.vstack([stuck[i], unfinished])
                 unfinished = unfinished[:0]
-            twice = len(found[i].hits) > 0 and bool((found[i].hits > 1).all())
+            twice = len(poses[i].hits) > 0 and bool((poses[i].hits > 1).all())
             calm = twice and not len(stuck[i])
             if complete is None and (not len(unfinished) if calm else round_ and not len(new)):
                 continue
-            again.append(i)
+            unfinished_poses.append(i)
             begin.append(np.vstack([common, unfinished]))
-        active = again
+        active = unfinished_poses
         if not active:
             break
     return [
-        _with_near_singular(robot, targets.take([i]), found[i].solutions, stuck[i])
+        _with_near_singular(robot, targets.take([i]), poses[i].solutions, stuck[i])
         for i in range(n)
     ]
 
@@ -158,35 +158,35 @@ def _slide_limits(robot: Robot) -> Limits:
 
 
 def _with_near_singular(
-    robot: Robot, target: Targets, found: FloatArray, stuck: FloatArray
+    robot: Robot, target: Targets, solutions: FloatArray, stuck: FloatArray
 ) -> FloatArray:
     """Distinct solutions for one pose, with those found by continuation.
 
     Args:
         robot: The robot.
         target: The pose.
-        found: Solutions found by searches, shape (b, d).
+        solutions: Solutions found by searches, shape (b, d).
         stuck: Configurations at which other searches stopped, shape (k, d).
     """
     d = robot.dof
     search = PoseSearch(robot, target.pose(0), SOLUTION_ERROR, SOLUTION_ERROR)
-    if d == 6 and len(found) > MAX_BRANCHES:
-        more = singular_solutions(search, found)
-        found = np.vstack([*more, found])
+    if d == 6 and len(solutions) > MAX_BRANCHES:
+        more = singular_solutions(search, solutions)
+        solutions = np.vstack([*more, solutions])
     else:
-        near = _near_singular_rows(robot, found)
+        near = _near_singular_rows(robot, solutions)
         if len(near) or len(stuck):
-            found = _without_duplicates(search, target, found)
-            if d == 6 and not all_branches(robot, found):
+            solutions = _without_duplicates(search, target, solutions)
+            if d == 6 and not all_branches(robot, solutions):
                 more = near_singular_solutions(search, np.vstack([near, stuck]))
-                found = _without_duplicates(search, target, np.vstack([*more, found]))
-    return difference(found, np.zeros(d), joint_axes(robot).revolute)
+                solutions = _without_duplicates(search, target, np.vstack([*more, solutions]))
+    return difference(solutions, np.zeros(d), joint_axes(robot).revolute)
 
 
-def _without_duplicates(search: PoseSearch, target: Targets, found: FloatArray) -> FloatArray:
+def _without_duplicates(search: PoseSearch, target: Targets, solutions: FloatArray) -> FloatArray:
     """Distinct solutions, polished near a singularity."""
-    polished = [_polish(search, q) for q in _near_singular_rows(search.robot, found)]
-    return distinct_solutions(search.robot, target, np.vstack([*polished, found]))
+    polished = [_polish(search, q) for q in _near_singular_rows(search.robot, solutions)]
+    return distinct_solutions(search.robot, target, np.vstack([*polished, solutions]))
 
 
 def _near_singular_rows(robot: Robot, q: FloatArray) -> FloatArray:
@@ -217,18 +217,18 @@ def distinct_solutions(robot: Robot, target: Targets, solutions: FloatArray) -> 
     anywhere near the solution.
     """
     chain = joint_axes(robot)
-    kept: list[FloatArray] = []
+    result: list[FloatArray] = []
     for q in solutions:
-        gaps = difference(q, np.array(kept).reshape(-1, len(q)), chain.revolute)
+        gaps = difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
         sizes = np.abs(gaps).max(axis=1)
         if (sizes <= SAME_SOLUTION).any():
             continue
         between = q - 0.5 * gaps[sizes < JOINED_DISTANCE]
         if len(between):
             tip, rotation, *_ = chain.forward(between)
-            one = target.take(np.zeros(len(between), dtype=int))
-            _, distance, angle = pose_errors(tip, rotation, one.position, one.rotation)
+            poses = target.take(np.zeros(len(between), dtype=int))
+            _, distance, angle = pose_errors(tip, rotation, poses.position, poses.rotation)
             if (np.maximum(distance, angle) < JOINED_ERROR).any():
                 continue
-        kept.append(q)
-    return np.array(kept).reshape(-1, solutions.shape[1])
+        result.append(q)
+    return np.array(result).reshape(-1, solutions.shape[1])

@@ -85,17 +85,17 @@ def near_singular_solutions(
     Returns:
         Solutions, shape (d,) each, possibly with duplicates.
     """
-    found: list[FloatArray] = []
+    zeros: list[FloatArray] = []
     touching: list[FloatArray] = []  # known less exactly: along the curve the residual is as small
     for curve in _curves(search, starts, most_steps):
         points = _with_double_zeros(search, curve)
         for a, b in itertools.pairwise(points):
             if a.residual * b.residual <= 0.0:
-                found += _zero(search, a, b)
+                zeros += _zero(search, a, b)
         for a, b, c in zip(points, points[1:], points[2:], strict=False):
             if _touches(a, b, c) and max(search.errors(b.q)) <= SOLUTION_TOLERANCE:
                 touching.append(b.q)
-    return found + touching
+    return zeros + touching
 
 
 def _touches(a: _Point, b: _Point, c: _Point) -> bool:
@@ -132,8 +132,8 @@ def _curves(
             continue
         curve, closed = _one_way(search, first, 1.0, most_steps)
         if not closed:
-            back, _ = _one_way(search, first, -1.0, most_steps)
-            curve = [*reversed(back[1:]), *curve]
+            backward, _ = _one_way(search, first, -1.0, most_steps)
+            curve = [*reversed(backward[1:]), *curve]
         followed.append(np.array([point.q for point in curve]))
         yield curve
 
@@ -164,26 +164,26 @@ def _one_way(
     search: PoseSearch, first: _Point, sign: float, most_steps: int
 ) -> tuple[list[_Point], bool]:
     """Points along a curve in one direction to its end, and whether the curve is closed."""
-    here, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
+    point, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
     curve, closed, step, length = [first], False, CURVE_STEP, 0.0
     revolute = joint_axes(search.robot).revolute
     for _ in range(most_steps):
         # Extrapolated direction halfway to the next point (Adams and Bashforth).
-        halfway = here.along + 0.5 * step * turned
-        there = _corrected(search, here.q + step * halfway, here)
-        if (there is None or not there.follows(here)) and step > MIN_CURVE_STEP:
+        halfway = point.along + 0.5 * step * turned
+        following = _corrected(search, point.q + step * halfway, point)
+        if (following is None or not following.follows(point)) and step > MIN_CURVE_STEP:
             step *= 0.5
             continue
-        if there is None:
+        if following is None:
             break
-        curve.append(there)
+        curve.append(following)
         if closed:  # one more step, so that no gap remains between the last and the first point
             break
         length += step
-        gap = joint_distances(there.q, first.q, revolute)
+        gap = joint_distances(following.q, first.q, revolute)
         closed = length > 4 * CURVE_STEP and bool(gap < 0.75 * CURVE_STEP)
-        turned = (there.along - here.along) / step
-        step, here = min(2.0 * step, CURVE_STEP), there
+        turned = (following.along - point.along) / step
+        step, point = min(2.0 * step, CURVE_STEP), following
     return curve, closed
 
 
@@ -210,9 +210,9 @@ def _double_zero(
     if not _touches(a, b, c):
         return None
     sign = 1.0 if b.residual > 0.0 else -1.0
-    left, here, right = sign * a.residual, sign * b.residual, sign * c.residual
-    bend = left - 2.0 * here + right
-    if here > SMALL_RESIDUAL and (here - ZERO_MARGIN) * bend > 0.25 * (left - right) ** 2:
+    before, value, after = sign * a.residual, sign * b.residual, sign * c.residual
+    bend = before - 2.0 * value + after
+    if value > SMALL_RESIDUAL and (value - ZERO_MARGIN) * bend > 0.25 * (before - after) ** 2:
         return None
     low, high = -1.0, 1.0
     for _ in range(GOLDEN_STEPS):

@@ -129,17 +129,17 @@ def solve_pose_ik(
     search = PoseSearch(
         robot, pose, TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
     )
-    kept = _NearestSolution(search, goal, nearest)
-    kept.search_from(first, HASTY_EFFORT)
+    best = _NearestSolution(search, goal, nearest)
+    best.search_from(first, HASTY_EFFORT)
     kind = f"{'nearest' if nearest else 'first'} solution"
     hopeless = joint_axes(robot).certain_miss(pose.translation) > position_tolerance
-    if hopeless or not (kept.is_nearest() if nearest else kept.find_any(max_restarts)):
+    if hopeless or not (best.is_nearest() if nearest else best.find_any(max_restarts)):
         every = np.empty((0, robot.dof)) if hopeless else solutions_within_limits(search)
-        kept.take_all(every)
+        best.take_all(every)
         kind = f"nearest of {max(len(every), 1)} solutions"
-        if kept.best is None:
-            kept.take(solution_or_reason(search, goal, waypoint, where, units).q)
-    return kept.answer(kind)
+        if best.best is None:
+            best.take(solution_or_reason(search, goal, waypoint, where, units).q)
+    return best.answer(kind)
 
 
 class _NearestSolution:
@@ -153,13 +153,13 @@ class _NearestSolution:
         self.iterations, self.restarts = 0, -1
 
     def search_from(self, start: FloatArray, effort: Effort) -> None:
-        found = self.search.solve(start, self.limits, effort)
-        self.iterations += found.iterations
+        solution = self.search.solve(start, self.limits, effort)
+        self.iterations += solution.iterations
         self.restarts += 1
-        if found.converged:
-            self.take(found.q)
+        if solution.converged:
+            self.take(solution.q)
         else:
-            self._stuck = math.dist(found.q.tolist(), self.goal.tolist())
+            self._stuck = math.dist(solution.q.tolist(), self.goal.tolist())
 
     def find_any(self, max_restarts: int) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
@@ -216,8 +216,8 @@ class _NearestSolution:
             if 2.0 * value < within * abs(bend):
                 self.search_from(q - (2.0 * value / bend) * along, HASTY_EFFORT)
         if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
-            for other in self._beside_singularity(q, within):
-                self.search_from(other, HASTY_EFFORT)
+            for start in self._beside_singularity(q, within):
+                self.search_from(start, HASTY_EFFORT)
         return True
 
     def _beside_singularity(self, q: FloatArray, within: float) -> Iterable[FloatArray]:

@@ -68,8 +68,8 @@ def solve_pose_ik_batch(
     check_tolerance(tolerance, "tolerance")
     check_count(max_restarts, "max_restarts")
     n, d = len(wanted), robot.dof
-    each = np.asarray(start, dtype=object).ndim > 1
-    first = np.broadcast_to(read_only(start, (n, d) if each else (d,), "start"), (n, d))
+    has_rows = np.asarray(start, dtype=object).ndim > 1
+    first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
     return _solved(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
 
 
@@ -89,7 +89,7 @@ def _solved(
     while True:
         count = begin.shape[1]
         group = np.repeat(todo, count)
-        found = solve_batch(
+        ended = solve_batch(
             robot,
             targets.take(group),
             begin.reshape(-1, d),
@@ -98,18 +98,18 @@ def _solved(
             hasty=True,
             group=group,
         )
-        iterations += found.iterations
+        iterations += ended.iterations
         # The first converged search of each pose, or else the one with the smallest error.
-        off = np.where(found.converged, 0.0, found.position_error + found.orientation_error)
+        off = np.where(ended.converged, 0.0, ended.position_error + ended.orientation_error)
         best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
-        better = found.converged[best] | (off[best] < position[todo] + orientation[todo])
+        better = ended.converged[best] | (off[best] < position[todo] + orientation[todo])
         rows, best = todo[better], best[better]
-        q[rows] = found.q[best]
+        q[rows] = ended.q[best]
         position[rows], orientation[rows] = (
-            found.position_error[best],
-            found.orientation_error[best],
+            ended.position_error[best],
+            ended.orientation_error[best],
         )
-        todo = todo[~found.converged.reshape(-1, count).any(axis=1)]
+        todo = todo[~ended.converged.reshape(-1, count).any(axis=1)]
         if not todo.size or restarts >= max_restarts:
             break
         # A step of a batch takes hardly longer for hundreds than for one.
