@@ -70,7 +70,7 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, count: int, spherica
 def test_the_closed_form_finds_what_searches_find(arm: str) -> None:
     robot = kw.load_robot(arm)
     asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
-    targets = Targets.of([robot.forward(q) for q in asked])
+    targets = Targets.from_poses([robot.forward(q) for q in asked])
     told = in_closed_form(robot, targets)
     assert sum(one is not None for one in told) > 8
     for one, searched, q in zip(told, search_branches(robot, targets), asked, strict=True):

@@ -120,7 +120,7 @@ def deviation_from_path(
     poses = [robot.forward(row) for row in q]
     place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
     rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-    place, rotation, _ = path.motion.seen(times, place, rotation, place)
+    place, rotation, _ = path.motion.relative_motion(times, place, rotation, place)
     along = _progress(place, path, stretch, times)
     free = path.freedom is not None
     off, gap = path.motion.path.gaps(place, rotation, along, axis=free)
@@ -149,7 +149,9 @@ def speed_along_path(
     place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
     rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
     velocity = np.array([robot.twist(*row).linear for row in zip(q, v, strict=True)])
-    place, _, velocity = path.motion.seen(times, place, rotation, velocity.reshape(-1, 3))
+    place, _, velocity = path.motion.relative_motion(
+        times, place, rotation, velocity.reshape(-1, 3)
+    )
     s = _progress(place, path, stretch, times)
     return np.asarray((velocity * path.motion.path.position(s, 1)).sum(axis=1))
 

@@ -133,7 +133,7 @@ class ChainKinematics:
         array([0.5, 0.4, 0. ])
         """
         frame = self.require_tool()
-        pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
+        pin.forwardKinematics(self.model, self.data, self._check_array(q, "q"))
         return self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
@@ -158,7 +158,7 @@ class ChainKinematics:
     def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
         """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
         frame = self.require_tool()
-        pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
+        pin.computeJointJacobians(self.model, self.data, self._check_array(q, "q"))
         pose = self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
         J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
         J = J.reshape(6, self.dof)  # a single column comes as a vector
@@ -183,7 +183,7 @@ class ChainKinematics:
         (array([0. , 0.9, 0. ]), array([0., 0., 1.]))
         """
         frame = self.require_tool()
-        q, v = self._checked(q, "q"), self._checked(v, "v")
+        q, v = self._check_array(q, "q"), self._check_array(v, "v")
         pin.forwardKinematics(self.model, self.data, q, v)
         pin.updateFramePlacement(self.model, self.data, frame)
         twist = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
@@ -213,10 +213,10 @@ class ChainKinematics:
         """
         if self.base_moves:
             raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
-        q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
+        q, v, a = self._check_array(q, "q"), self._check_array(v, "v"), self._check_array(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
-    def _checked(self, values: ArrayLike, name: str) -> FloatArray:
+    def _check_array(self, values: ArrayLike, name: str) -> FloatArray:
         array = np.asarray(values)
         fine = array.shape == (self.model.nq,) and array.dtype == np.float64
         # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.

@@ -42,7 +42,7 @@ class JointAxes:
         if len(self._joints.path(int(tool.parentJoint))) < robot.dof:
             raise RobotError(robot.name, "is not a serial chain: a joint does not move the tool")
         self._robot, self._base = ref(robot), robot.base_placement.inverse()
-        across = self._joints.aligned[-1].T
+        across = self._joints.alignment[-1].T
         # Rows are the weights of the columns of the last joint's frame.
         placement = tool.placement
         self._tool = np.column_stack(
@@ -103,9 +103,9 @@ class JointAxes:
 
     def jacobians(self, q: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
-        return self.placed(q)[2].transpose(2, 0, 1)
+        return self.place(q)[2].transpose(2, 0, 1)
 
-    def placed(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def place(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`.
 
         For few configurations single calls of Pinocchio are faster than arrays.

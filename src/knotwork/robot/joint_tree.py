@@ -62,15 +62,15 @@ class JointTree:
         return result
 
     @cached_property
-    def aligned(self) -> FloatArray:
+    def alignment(self) -> FloatArray:
         """Rotations of frames with z along the joint's axis, shape (n + 1, 3, 3)."""
         return np.array([np.eye(3), *map(_frame_along, self.axis[1:])])
 
     @cached_property
     def _steps(self) -> FloatArray:
         """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
-        up = self.aligned[list(self.parent)].transpose(0, 2, 1)
-        turned = (up @ self.rotation @ self.aligned).transpose(0, 2, 1)
+        up = self.alignment[list(self.parent)].transpose(0, 2, 1)
+        turned = (up @ self.rotation @ self.alignment).transpose(0, 2, 1)
         return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
@@ -217,7 +217,7 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
         Shapes (k, n + 1, 3, 3) and (k, n + 1, 3) [m].
     """
     frames = joints.frames(q)
-    columns = joints.aligned @ frames[:, :3].reshape(len(frames), 3, -1)
+    columns = joints.alignment @ frames[:, :3].reshape(len(frames), 3, -1)
     columns = columns.reshape(len(frames), 3, 3, -1)
     return np.ascontiguousarray(columns.transpose(3, 0, 2, 1)), frames[:, 3].transpose(2, 0, 1)
 

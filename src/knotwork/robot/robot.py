@@ -78,48 +78,47 @@ class Robot(Variants):
 
     def __init__(self, description: Description) -> None:
         super().__init__(description)
-        desc = description
-        self.name, self.description = desc.name, desc.description
-        self.source, self.urdf_files = desc.source, desc.urdf.files
+        self.name, self.description = description.name, description.description
+        self.source, self.urdf_files = description.source, description.urdf.files
         self.urdf = self.urdf_files[0].path
-        self.package_paths = desc.package_paths
-        self.tool_frame = desc.tool_frame
-        self.ignored_pairs, self.srdf = desc.ignored_pairs, desc.srdf
-        self.tool_offset = desc.tool_offset.copy()
-        self.tool_candidates = desc.urdf.leaves
-        self.payload, self.held = desc.payload, desc.held
+        self.package_paths = description.package_paths
+        self.tool_frame = description.tool_frame
+        self.ignored_pairs, self.srdf = description.ignored_pairs, description.srdf
+        self.tool_offset = description.tool_offset.copy()
+        self.tool_candidates = description.urdf.leaves
+        self.payload, self.held = description.payload, description.held
         chain = select_chain(
-            desc.urdf,
-            desc.name,
-            base_frame=desc.base_frame,
-            tool_frame=desc.tool_frame,
-            locked=desc.locked,
-            rest=desc.rest,
+            description.urdf,
+            description.name,
+            base_frame=description.base_frame,
+            tool_frame=description.tool_frame,
+            locked=description.locked,
+            rest=description.rest,
         )
         self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
-        self.standing_frame = desc.standing or chain.base_frame
-        self.base_moves = desc.standing is not None
+        self.standing_frame = description.standing or chain.base_frame
+        self.base_moves = description.standing is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
-        self._add_frames(desc.gravity, desc.virtual)
+        self._add_frames(description.gravity, description.virtual)
         names = self.joint_names
         self.joint_units = tuple(
-            "m" if desc.urdf.types[name] == "prismatic" else "rad" for name in names
+            "m" if description.urdf.types[name] == "prismatic" else "rad" for name in names
         )
         self._set_limits()
-        extra = self.virtual_joints = desc.virtual
+        extra = self.virtual_joints = description.virtual
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
         self.joint_names += tuple(joint.name for joint in extra)
         self.joint_units += tuple(joint.unit for joint in extra)
-        weights = [desc.weights.get(name, 1.0) for name in self.joint_names]
+        weights = [description.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = read_only(weights, (self.dof,), "weights")
         self.configurations = MappingProxyType(
             {
                 name: read_only(
                     [*(values[j] for j in names), *(0.0 for _ in extra)], (self.dof,), name
                 )
-                for name, values in desc.configurations.items()
+                for name, values in description.configurations.items()
                 if all(joint in values for joint in names)
             }
         )
@@ -244,7 +243,7 @@ class Robot(Variants):
     def _at_rest(self) -> Robot:
         return self.with_base(self.standing_frame) if self.base_moves else self
 
-    def seen(self, *, standing: bool) -> tuple[Robot, list[int]]:
+    def in_frame(self, *, standing: bool) -> tuple[Robot, list[int]]:
         """The robot with poses in the base or the world frame, and the indices of its joints.
 
         Args:
@@ -260,7 +259,7 @@ class Robot(Variants):
             q: Joint positions [rad or m], shape (d,).
             standing: Whether the pose is in the world frame.
         """
-        robot, joints = self.seen(standing=standing)
+        robot, joints = self.in_frame(standing=standing)
         return robot.forward(q[joints])
 
     def configuration(self, name: str) -> FloatArray:

@@ -105,7 +105,7 @@ class UrdfShapes:
                 origins = self.carried.setdefault(names.get(name, name), [])
                 origins.append(_origin(joint)[1])
 
-    def of(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
+    def link_shapes(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
         """Give a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
         valid: list[LinkShape] = []
         faults: list[str] = []

@@ -137,7 +137,7 @@ class Carriers:
         frame = self.frame_of(i)
         if frame is None:
             return ""
-        x, y, z = frame.at(time).translation / length
+        x, y, z = frame.placement_at(time).translation / length
         name = self._frame(i, self.file.waypoints[i])
         return f" (at {time:.4g} s frame {name!r} is at [{x:.4g}, {y:.4g}, {z:.4g}])"
 
@@ -159,8 +159,8 @@ class Carriers:
                 continue
             other, seen[k] = self.frame_of(k), poses[k]
             if _joints(other) != _joints(own):
-                seen[k] = seen[k] if other is None else other.carried(seen[k], times[k])
-                seen[k] = seen[k] if own is None else own.uncarried(seen[k], times[k])
+                seen[k] = seen[k] if other is None else other.pose_at(seen[k], times[k])
+                seen[k] = seen[k] if own is None else own.pose_at_rest(seen[k], times[k])
         return seen
 
     def frame_axes(self, i: int, name: str, time: float) -> FloatArray:
@@ -168,7 +168,7 @@ class Carriers:
         own, other = self.frame_of(i), self.frames.moving[name]
         if _joints(own) == other.joints:
             return np.array(self.frames[name].rotation)
-        turn = np.array(other.at(time).rotation)
+        turn = np.array(other.placement_at(time).rotation)
         return turn if own is None else own.since_rest([time]).place[0, :3, :3].T @ turn
 
     def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:

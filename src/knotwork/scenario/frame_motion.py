@@ -55,7 +55,7 @@ def moved(frame: MovingFrame, given: FrameMotion, places: Places, place: Locatio
         return frame
     c = np.array([[rates], [np.zeros(len(rates))]])
     steady = EndlessCurve(PiecewisePolynomial(c, [0.0, 1.0]), stands=False, delay=given.at)
-    return frame.moved(np.array(axes), tuple(turns), steady)
+    return frame.with_joints(np.array(axes), tuple(turns), steady)
 
 
 def _from_file(
@@ -71,7 +71,7 @@ def _from_file(
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
     axes = np.eye(3)[["xyz".index(JOINTS[name][1]) for name in names]]
     turns = tuple(JOINTS[name][0] == "rad" for name in names)
-    return frame.moved(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
+    return frame.with_joints(axes, turns, EndlessCurve(curve, delay=begin - float(curve.x[0])))
 
 
 def _read(path: Path) -> JointTrajectory:

@@ -128,7 +128,7 @@ class Frames:
                     own = replace(own, link=frame.on)
                 if frame.moves is not None:
                     own = moved(own, frame.moves, places, ("frames", link, "moves"))
-                self.moving[link], self._placements[link] = own, own.rest
+                self.moving[link], self._placements[link] = own, own.rest_placement
 
     def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
         """List a frame and its parents up to the first one that is placed already."""

@@ -166,7 +166,7 @@ class WaypointReader:
                 twist = self._twist(i, waypoint, near, times[i])
             if frame is not None:
                 twist = frame.carried_twist(poses[i], twist, times[i])
-        return (poses[i] if frame is None else frame.carried(poses[i], times[i])), twist
+        return (poses[i] if frame is None else frame.pose_at(poses[i], times[i])), twist
 
     @cached_property
     def carriers(self) -> Carriers:

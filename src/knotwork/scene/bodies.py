@@ -124,7 +124,7 @@ def _collision_meshes(
 ) -> tuple[tuple[_MeshName, Path | None], ...]:
     """Names of the meshes of all collision shapes, each once, and their files."""
     given = _shapes(files, changed)
-    shapes = (shape for link in given.links for shape in given.of(link, "collision")[0])
+    shapes = (shape for link in given.links for shape in given.link_shapes(link, "collision")[0])
     names = dict.fromkeys((shape.urdf, shape.mesh) for shape in shapes if shape.kind == "mesh")
     return tuple((name, _found(name, packages, ros)) for name in names)
 
@@ -172,9 +172,9 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
         if link not in given.links:
             continue
         carrier = pin.SE3(np.array(numbers).reshape(4, 4))
-        shapes, lost = given.of(link, "collision")
+        shapes, lost = given.link_shapes(link, "collision")
         missing += [f"link {link!r}: {fault}" for fault in lost]
-        if not shapes and not lost and any(given.of(link, "visual")):
+        if not shapes and not lost and any(given.link_shapes(link, "visual")):
             bare.append(link)
         solids = []
         for shape in shapes:

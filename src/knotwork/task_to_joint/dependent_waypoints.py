@@ -163,7 +163,7 @@ class GroupSolver:
         """
         rate = self.scenario.task.pull_to_middle
         tracks = [
-            PathTrack(path, self.chains.of(path.freedom), rate)
+            PathTrack(path, self.chains.for_freedom(path.freedom), rate)
             for path in self.scenario.paths
             if path.first in group[:-1]
         ]

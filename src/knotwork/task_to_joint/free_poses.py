@@ -108,7 +108,7 @@ class FreedomChains:
         joints_of |= {
             one: _virtual_joints(one) for one in dict.fromkeys(w.freedom for w in open_poses) if one
         }
-        shared = _shared([joint for joints in joints_of.values() for joint in joints])
+        shared = _merge_joints([joint for joints in joints_of.values() for joint in joints])
         at, size = [*shared], robot.dof + len(shared)
         self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
         self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
@@ -116,7 +116,7 @@ class FreedomChains:
             (one.standing, one.freedom) for one in poses
         }
         for stands, freedom in sorted(seen, key=lambda key: (key[0], [*joints_of].index(key[1]))):
-            arm, moving = robot.seen(standing=stands)
+            arm, moving = robot.in_frame(standing=stands)
             joints = joints_of[freedom]
             columns = [*moving, *(d + at.index(_kind(one)) for one in joints)]
             chain = arm if not joints else arm.with_virtual_joints(*joints)
@@ -127,14 +127,14 @@ class FreedomChains:
     def __iter__(self) -> Iterator[FreedomChain]:
         return iter(self._of.values())
 
-    def of(self, freedom: PoseFreedom | None) -> FreedomChain:
+    def for_freedom(self, freedom: PoseFreedom | None) -> FreedomChain:
         """The chain of a freedom, for poses in the base frame."""
         return self._of[False, freedom]
 
-    def at(self, waypoint: object) -> FreedomChain:
+    def for_waypoint(self, waypoint: object) -> FreedomChain:
         """The chain at a waypoint: the arm alone where joint positions are given."""
         if not isinstance(waypoint, CartesianWaypoint):
-            return self.of(None)
+            return self.for_freedom(None)
         return self._of[waypoint.standing, waypoint.freedom]
 
 
@@ -209,7 +209,7 @@ def _kind(joint: VirtualJoint) -> tuple[str, str, bytes]:
     return joint.name, joint.axis, axes
 
 
-def _shared(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
+def _merge_joints(joints: list[VirtualJoint]) -> dict[tuple[str, str, bytes], VirtualJoint]:
     """The distinct virtual joints of all freedoms, each with the union of its ranges."""
     shared: dict[tuple[str, str, bytes], VirtualJoint] = {}
     for joint in joints:
@@ -237,7 +237,7 @@ def _solutions(
     """Preferred joint positions at waypoints, with the virtual joints that reach each pose."""
     result = {}
     for i, q in preferred.items():
-        waypoint, chain = scenario.waypoints[i], chains.at(scenario.waypoints[i])
+        waypoint, chain = scenario.waypoints[i], chains.for_waypoint(scenario.waypoints[i])
         result[i] = pad_virtual(q, chain.size - len(q))
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
             tool = chain.robot.forward(result[i][chain.columns])

@@ -154,7 +154,7 @@ class SolutionSearch:
             if (
                 not independent
                 or not isinstance(target, CartesianWaypoint)
-                or self.chains.at(target) is not chain
+                or self.chains.for_waypoint(target) is not chain
             ):
                 continue
             if i in self.space.solutions:
@@ -282,7 +282,7 @@ class SolutionSearch:
         refined = sequence.q.copy()
         v = np.array([layer.velocity[k] for layer, k in zip(layers, sequence.index, strict=True)])
         for chain in self.chains:
-            targets = {i: t for i, t in movable.items() if self.chains.at(t) is chain}
+            targets = {i: t for i, t in movable.items() if self.chains.for_waypoint(t) is chain}
             if not targets:
                 continue
             columns = chain.columns

@@ -97,7 +97,7 @@ class Arc(Curve):
                 through=b,
                 end=c,
             )
-        return cls._between(a, a + _circumcentre(u, v, normal), c, normal)
+        return cls._from_spokes(a, a + _circumcentre(u, v, normal), c, normal)
 
     @classmethod
     def about(
@@ -151,7 +151,7 @@ class Arc(Curve):
         axis, chord = _axis_about(from_a, from_c, normal), c - a
         if np.linalg.norm(chord) > SAME_POINT:
             m = m + chord * ((0.5 * (a + c) - m) @ chord) / (chord @ chord)
-            return cls._between(a, m, c, axis, int(turns))
+            return cls._from_spokes(a, m, c, axis, int(turns))
         return cls(a, m, axis, 2.0 * math.pi * (1 + int(turns)))
 
     @classmethod
@@ -198,10 +198,10 @@ class Arc(Curve):
         axis = _unit_normal(normal, chord / distance, "the way from start to end")
         height = math.sqrt(max(r**2 - 0.25 * distance**2, 0.0)) * (-1.0 if large else 1.0)
         centre = 0.5 * (a + c) + height * np.cross(axis, chord / distance)
-        return cls._between(a, centre, c, axis)
+        return cls._from_spokes(a, centre, c, axis)
 
     @classmethod
-    def _between(
+    def _from_spokes(
         cls,
         start: FloatArray,
         centre: FloatArray,

@@ -59,11 +59,11 @@ class FrameDerivatives(NamedTuple):
     rate: FloatArray
     change: FloatArray
 
-    def fixed(self, placement: pin.SE3) -> FrameDerivatives:
+    def with_placement(self, placement: pin.SE3) -> FrameDerivatives:
         """The motion of a frame fixed in this one."""
         return FrameDerivatives(*(X @ placement.homogeneous for X in self))
 
-    def carried(self, inner: FrameDerivatives) -> FrameDerivatives:
+    def compose(self, inner: FrameDerivatives) -> FrameDerivatives:
         """The motion of a frame from its motion in this one, by the product rule."""
         X, dX, ddX = self
         Y, dY, ddY = inner
@@ -87,7 +87,7 @@ class FrameDerivatives(NamedTuple):
             np.hstack((faster, spin)),
         )
 
-    def seen(
+    def relative_motion(
         self, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Points [m], rotations and velocities [m/s] of the base frame, in the moving frames.
@@ -123,7 +123,7 @@ class MovingFrame:
         return bool(self.joints)
 
     @property
-    def rest(self) -> pin.SE3:
+    def rest_placement(self) -> pin.SE3:
         """Placement in the base frame where all joints are at 0."""
         placed = pin.SE3.Identity()
         for joints in self.joints:
@@ -134,7 +134,9 @@ class MovingFrame:
         """A frame fixed in this one."""
         return replace(self, placement=self.placement * placement)
 
-    def moved(self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve) -> MovingFrame:
+    def with_joints(
+        self, axis: FloatArray, turns: tuple[bool, ...], curve: EndlessCurve
+    ) -> MovingFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
         added = KnownJoints(self.placement, axis, turns, curve)
         return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
@@ -145,23 +147,23 @@ class MovingFrame:
         nothing = np.zeros((len(times), 4, 4))
         frame = FrameDerivatives(nothing + np.eye(4), nothing, nothing)
         for joints in self.joints:
-            frame = frame.fixed(joints.placement)
+            frame = frame.with_placement(joints.placement)
             rows = (joints.curve(times, order).T for order in range(3))
             for axis, turns, *row in zip(joints.axis, joints.turns, *rows, strict=True):
-                frame = frame.carried(_joint_motion(axis, turns, *row))
-        return frame.fixed(self.placement if placement is None else placement)
+                frame = frame.compose(_joint_motion(axis, turns, *row))
+        return frame.with_placement(self.placement if placement is None else placement)
 
-    def at(self, time: float) -> pin.SE3:
+    def placement_at(self, time: float) -> pin.SE3:
         """Placement in the base frame at a time [s]."""
         return pin.SE3(self.motion([time]).place[0])
 
-    def carried(self, pose: pin.SE3, time: float) -> pin.SE3:
+    def pose_at(self, pose: pin.SE3, time: float) -> pin.SE3:
         """Pose at a time [s] of a pose fixed in the frame, given with all joints at 0."""
-        return self.at(time) * self.rest.actInv(pose)
+        return self.placement_at(time) * self.rest_placement.actInv(pose)
 
-    def uncarried(self, pose: pin.SE3, time: float) -> pin.SE3:
-        """Inverse of `carried`."""
-        return self.rest * self.at(time).actInv(pose)
+    def pose_at_rest(self, pose: pin.SE3, time: float) -> pin.SE3:
+        """Inverse of `pose_at`."""
+        return self.rest_placement * self.placement_at(time).actInv(pose)
 
     def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
         """Velocity of a tool that moves in the frame, in base axes.
@@ -177,13 +179,13 @@ class MovingFrame:
 
     def since_rest(self, t: ArrayLike) -> FrameDerivatives:
         """`motion` of the frame that coincides with the base frame when all joints are at 0."""
-        return self.motion(t, self.placement * self.rest.inverse())
+        return self.motion(t, self.placement * self.rest_placement.inverse())
 
 
 def add_weave(frame: MovingFrame | None, weave: EndlessCurve) -> MovingFrame:
     """A frame, or the base, with an added motion in base axes at joint positions 0 [m]."""
     frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
-    return frame.inside(frame.rest.inverse()).moved(np.eye(3), (False,) * 3, weave)
+    return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
 
 
 def _multiply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -101,9 +101,11 @@ class PolynomialCurve(Curve):
 
     def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points and their derivatives up to an order, each of shape (k, 3)."""
-        return self._at(*self._parameters(np.asarray(s, dtype=float)), order)
+        return self._derivatives_at(*self._parameters(np.asarray(s, dtype=float)), order)
 
-    def _at(self, span: NDArray[np.intp], w: FloatArray, order: int) -> list[FloatArray]:
+    def _derivatives_at(
+        self, span: NDArray[np.intp], w: FloatArray, order: int
+    ) -> list[FloatArray]:
         """Points and derivatives at parameters of spans."""
         checked_order(order)
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
@@ -128,7 +130,7 @@ class PolynomialCurve(Curve):
         """
         points = np.asarray(points, dtype=float)
         span, w = self._parameters(np.clip(np.asarray(guess, dtype=float), 0.0, self.length))
-        going, state = np.arange(w.size), self._at(span, w, 2)
+        going, state = np.arange(w.size), self._derivatives_at(span, w, 2)
         for _ in range(MAX_NEWTON_STEPS):
             place, tangent, bend = state
             off = place - points[going]
@@ -136,8 +138,8 @@ class PolynomialCurve(Curve):
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)
             for _ in range(MAX_NEWTON_STEPS):
-                spans, at, moved = self._moved(span[going], w[going], step)
-                trial = self._at(spans, at, 2)
+                spans, at, moved = self._move(span[going], w[going], step)
+                trial = self._derivatives_at(spans, at, 2)
                 farther = _norm(trial[0] - points[going]) > before * (1 + 1e-12)
                 if not farther.any():
                     break
@@ -152,7 +154,7 @@ class PolynomialCurve(Curve):
         at_end = np.abs(s - ends) <= END_TOLERANCE * self.length
         return np.where(at_end[0], 0.0, np.where(at_end[1], self.length, s))
 
-    def _moved(
+    def _move(
         self, span: NDArray[np.intp], w: FloatArray, step: FloatArray
     ) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Move along the curve from parameters of spans by about a distance [m], up to its ends.

@@ -150,7 +150,7 @@ class TimedPath:
         """Velocity of the tool at a time [s], in base axes."""
         return pin.Motion(self.state(np.array([t]))[2][0])
 
-    def seen(
+    def relative_motion(
         self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Motion of tools relative to the carrier of the path, comparable with `path`.
@@ -163,7 +163,7 @@ class TimedPath:
         """
         if self.carrier is None:
             return position, rotation, velocity
-        return self.carrier.since_rest(t).seen(position, rotation, velocity)
+        return self.carrier.since_rest(t).relative_motion(position, rotation, velocity)
 
     def speed_asked_for(self, t: ArrayLike) -> FloatArray:
         """Full speed of the stretches that contain times [m/s], shape (k,)."""

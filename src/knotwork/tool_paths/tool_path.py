@@ -86,7 +86,9 @@ class ToolPath:
                     "stop; join the stretches with OrientationCurve.joined, or stop there",
                     s=float(s),
                 )
-        self.breaks = self._merged(np.concatenate((self.starts, ends[-1:], orientation.breaks)))
+        self.breaks = self._merge_breaks(
+            np.concatenate((self.starts, ends[-1:], orientation.breaks))
+        )
 
     def _check_junctions(self) -> None:
         for i, (before, after) in enumerate(itertools.pairwise(self.curves)):
@@ -113,7 +115,7 @@ class ToolPath:
                     point=end.tolist(),
                 )
 
-    def _merged(self, s: FloatArray) -> FloatArray:
+    def _merge_breaks(self, s: FloatArray) -> FloatArray:
         """Sorted arc lengths without those within rounding of a curve's ends."""
         exact = np.append(self.starts, self.length)
         nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]

@@ -112,7 +112,9 @@ class WeavePattern:
         """
         offset = np.zeros((3, len(t), 3))
         for number, axis in enumerate(self.axes):
-            offset[:, :, axis] = self._crossed(t) if self.turn else self._harmonic(t, number)
+            offset[:, :, axis] = (
+                self._crossing_offset(t) if self.turn else self._harmonic(t, number)
+            )
         z = np.clip(np.minimum(t, self.duration - t) * self.frequency, 0.0, 1.0)
         sign = np.where(t < 0.5 * self.duration, self.frequency, -self.frequency)
         rise = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
@@ -132,7 +134,7 @@ class WeavePattern:
             ]
         )
 
-    def _crossed(self, t: FloatArray) -> FloatArray:
+    def _crossing_offset(self, t: FloatArray) -> FloatArray:
         """Offset across the seam, from edge to edge and back, starting in the middle."""
         half, m, turn = 0.5 / self.frequency, self.crossing, self.turn
         count, since = np.divmod(t + 0.5 * m, half)

@@ -100,7 +100,7 @@ def _on_path(asked: AskedEvent, motion: Motion, scenario: Scenario, space: Joint
         raise TypeError("an event has a place on a path, which needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
-    place, _, _ = path.motion.seen(
+    place, _, _ = path.motion.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     wanted = path.motion.path.position(np.array([asked.arc_length]))

@@ -182,7 +182,7 @@ def _gained(
     from knotwork.robot.joint_axes import joint_axes
 
     q, v = motion.curve(times), motion.curve(times, 1)
-    J = joint_axes(robot).placed(q)[2].transpose(2, 0, 1)
+    J = joint_axes(robot).place(q)[2].transpose(2, 0, 1)
     missing = path.motion.state(times)[2][:, 3:] - np.einsum("kij,kj->ki", J[:, 3:], v)
     change = np.linalg.pinv(J, rcond=SINGULAR)[:, :, 3:] @ missing[:, :, None]
     own, fixed = (np.trapezoid(np.abs(one), times, axis=0) for one in (v, v + change[:, :, 0]))

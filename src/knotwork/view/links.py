@@ -61,7 +61,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
     warnings: list[str] = []
     plain: list[str] = []
     for link in links:
-        shapes, lost = urdf.of(link, "visual")
+        shapes, lost = urdf.link_shapes(link, "visual")
         parts, missing = drawn.meshes(shapes)
         notes = [shape.fault for shape in shapes if shape.fault]
         notes += dict.fromkeys(part.fault for part in parts if part.fault)
@@ -69,7 +69,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
             plain.append(link)
         if missing or lost:
             notes += [*lost, *missing]
-            shapes, lost = urdf.of(link, "collision")
+            shapes, lost = urdf.link_shapes(link, "collision")
             instead, missing = drawn.meshes(shapes)
             if instead and not (lost or missing):
                 parts = instead

@@ -48,7 +48,7 @@ class Targets:
     rotation: FloatArray
 
     @classmethod
-    def of(cls, poses: Any) -> Targets:
+    def from_poses(cls, poses: Any) -> Targets:
         """Collect the positions and orientations of `pin.SE3` poses."""
         # One array per pose: making them takes longer than a step of a search.
         matrices = np.array([pose.homogeneous for pose in poses]).reshape(-1, 4, 4)
@@ -168,7 +168,7 @@ class _SearchStates(NamedTuple):
 
 
 def _evaluate(robot: Robot, q: FloatArray, targets: Targets) -> _SearchStates:
-    tip, rotation, J = joint_axes(robot).placed(q.T)
+    tip, rotation, J = joint_axes(robot).place(q.T)
     error, distance, angle = pose_errors(tip, rotation, targets.position, targets.rotation)
     return _SearchStates(q, error, J, distance, angle, np.einsum("in,in->n", error, error))
 

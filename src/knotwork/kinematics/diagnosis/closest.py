@@ -57,7 +57,9 @@ def closest_poses(
     begin = np.vstack(
         [starts_from(robot, near, limits, CLOSEST_SEARCHES), *(q[None] for q in more)]
     )
-    ended = solve_batch(robot, Targets.of([search.pose]), begin, tolerance=1e-9, limits=limits)
+    ended = solve_batch(
+        robot, Targets.from_poses([search.pose]), begin, tolerance=1e-9, limits=limits
+    )
     size = ended.position_error**2 + ended.orientation_error**2
     ends = distinct_minima(robot, ended.q[np.argsort(size, kind="stable")], MAX_REFINED)
     return sorted((come_close(search, q, limits) for q in ends), key=squared_error)

@@ -147,13 +147,13 @@ def continue_along(
     for start, end in pairwise(stops):
         now = float(start)
         least = min(_piece_duration(path, 0.5 * (start + end)) / MIN_STEPS, end - start)
-        stage = Stages.of(field, path, np.array([now]), 0.5 * (now + float(end)))
+        stage = Stages.evaluate(field, path, np.array([now]), 0.5 * (now + float(end)))
         v = _velocities(field, q, stage, 0)
         most = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
             h = min(least, step / most) if most else least
             h, when = _next_times(now, float(end), h)
-            stages = Stages.of(field, path, when, 0.5 * (now + float(when[-1])))
+            stages = Stages.evaluate(field, path, when, 0.5 * (now + float(when[-1])))
             for k in range(0, len(when) - 1, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
                 end_of = take_step(field, path, limit, q[alive], v[alive], stages[k : k + 3])
@@ -250,7 +250,7 @@ def accelerations(
     faster = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
     faster = np.divide(faster, speed, out=np.zeros_like(speed), where=speed > 0.0)
     share, gain = speed / path.full_speed, faster / path.full_speed
-    along = field.along(path, times)
+    along = field.arc_lengths(path, times)
     v = field.velocities(q, twist, share, along)
     h = DIFFERENCE_STEP / np.maximum(np.abs(v).max(axis=1), 1e-300)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)

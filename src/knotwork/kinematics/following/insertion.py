@@ -80,7 +80,7 @@ def with_waypoints_inserted(
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
     insertion, path = _Insertion(joints, tolerance, knots), joints.path
-    followed = insertion.evenly(_waypoint_times(path, [] if times is None else times))
+    followed = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
     # not earlier: with fewer waypoints near a singularity rounding errors are far larger
     check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
     while True:
@@ -90,7 +90,7 @@ def with_waypoints_inserted(
             use = proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
         if (use <= 1.0).all():
             return followed
-        followed = insertion.divided(followed, use)
+        followed = insertion.divide(followed, use)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class _Insertion:
     tolerance: PathTolerance
     knots: Any
 
-    def at(self, times: FloatArray) -> FollowedPath:
+    def waypoints_at(self, times: FloatArray) -> FollowedPath:
         q = self.joints.positions(times)
         return FollowedPath(times, q, *self.joints.rates(times, q))
 
@@ -114,10 +114,10 @@ class _Insertion:
             acceleration=followed.acceleration,
         )
 
-    def evenly(self, ends: FloatArray) -> FollowedPath:
+    def divide_evenly(self, ends: FloatArray) -> FollowedPath:
         """Equal intervals between given times: the fewest waypoints on a smooth path."""
         count = np.ones(len(ends) - 1, dtype=int)
-        followed = self.at(ends)
+        followed = self.waypoints_at(ends)
         for _ in range(EVEN_ROUNDS):
             use = self.use(followed)
             worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
@@ -128,15 +128,15 @@ class _Insertion:
             self._check_count(int(count.sum()))
             pieces = zip(ends[:-1], ends[1:], count, strict=True)
             wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
-            followed = self.at(np.append(np.concatenate(wanted), ends[-1]))
+            followed = self.waypoints_at(np.append(np.concatenate(wanted), ends[-1]))
         return followed
 
-    def divided(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
+    def divide(self, known: FollowedPath, use: FloatArray) -> FollowedPath:
         """Divide the intervals that exceed the tolerances."""
         open_ = use > 1.0
         self._check_count(len(use) + int(open_.sum()))
         self._check_lengths(known, use)
-        more = self.at(0.5 * (known.time[1:] + known.time[:-1])[open_])
+        more = self.waypoints_at(0.5 * (known.time[1:] + known.time[:-1])[open_])
         order = np.argsort(np.concatenate((known.time, more.time)))
         values = zip(known, more, strict=True)
         return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
@@ -155,10 +155,12 @@ class _Insertion:
         )
         use = use.max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
-            use = np.maximum(use, self._strayed(spline(times), times) / SELF_MOTION_TOLERANCE)
+            use = np.maximum(
+                use, self._self_motion_error(spline(times), times) / SELF_MOTION_TOLERANCE
+            )
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
-    def _strayed(self, q: FloatArray, times: FloatArray) -> FloatArray:
+    def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
         strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
         far = (
@@ -208,9 +210,9 @@ def path_errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
-    tip, columns, J = joint_axes(robot).placed(q)
+    tip, columns, J = joint_axes(robot).place(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
-    place, rotations, moved = path.seen(times, tip.T, columns.transpose(2, 1, 0), moved)
+    place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.speed_asked_for(times)

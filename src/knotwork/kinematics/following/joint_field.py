@@ -120,7 +120,7 @@ class JointField:
             return 1.0
         return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, MIN_EASE) ** EASE_POWER
 
-    def along(self, path: TimedPath, time: FloatArray) -> FloatArray:
+    def arc_lengths(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
         return np.zeros(time.shape) if self.guide is None else path.arc_length(time)
 
@@ -132,7 +132,7 @@ class JointField:
         result[known] = np.linalg.svd(J, compute_uv=False)[:, -1]
         return result
 
-    def corrected(
+    def project(
         self, q: FloatArray, position: FloatArray, rotation: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bring the tool to a pose by Newton's method.
@@ -149,7 +149,7 @@ class JointField:
         target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
         error = np.full(len(q), np.inf)
         for _ in range(NEWTON_STEPS):
-            tip, turned, J = self.axes.placed(q)
+            tip, turned, J = self.axes.place(q)
             twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
             # stop on the path, and where rounding prevents progress

@@ -77,7 +77,7 @@ class JointsOnPath:
         self._step = SELF_MOTION_STEP if robot.dof > 6 else JOINT_STEP
         if continuation is None or not self._fine(continuation):
             place, rotation, _, _ = path.state([path.start_time])
-            q = self.field.corrected(start[None], place, rotation)[0]
+            q = self.field.project(start[None], place, rotation)[0]
             continuation = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
         self._seen = continuation.limiting_constraint(robot, 0, np.zeros(robot.dof))
         if self._seen is not None and np.isfinite(continuation.lost[0]):
@@ -160,7 +160,7 @@ class JointsOnPath:
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
         guess = self.curve(times)
-        q, error = self.field.corrected(guess, *self.path.state(times)[:2])
+        q, error = self.field.project(guess, *self.path.state(times)[:2])
         stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION) | ~(
             error <= PATH_ERROR
         )

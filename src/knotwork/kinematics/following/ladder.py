@@ -89,17 +89,17 @@ class Ladder:
             )
         ]
         self.time = np.array([time for _, _, time in placed])
-        self.targets = Targets.of([_pose(*rung) for rung in placed])
-        self.rungs = self._sampled(starts)
+        self.targets = Targets.from_poses([_pose(*rung) for rung in placed])
+        self.rungs = self._sample_rungs(starts)
 
-    def _sampled(self, starts: FloatArray) -> list[_Rung]:
+    def _sample_rungs(self, starts: FloatArray) -> list[_Rung]:
         fresh = sample_self_motion(self.robot, self.targets)
         cost = np.where(self.clear(starts, float(self.time[0])), 0.0, np.inf)
         rungs = [_Rung(starts, cost + self._nearness(starts))]
         # later rungs do not depend on the starts, so each start always gets the same result
         before = farthest_apart(self.robot, fresh[0], RUNG_SAMPLES)
         for i in range(1, len(self.targets)):
-            led, came = self._brought(np.full(len(before), i), before)
+            led, came = self._project(np.full(len(before), i), before)
             q = farthest_apart(self.robot, np.vstack([led[came], fresh[i]]), RUNG_SAMPLES)
             q = q[self.clear(q, float(self.time[i]))]
             rungs.append(_Rung(q, self._nearness(q)))
@@ -115,7 +115,7 @@ class Ladder:
         singular = singular_nearness(joint_axes(self.robot).jacobians(q))
         return np.asarray(NEARNESS_COST * (near + singular))
 
-    def _brought(self, rungs: IndexArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def _project(self, rungs: IndexArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Project configurations onto the poses of rungs; also give whether each one converged."""
         if not len(q):
             return q, np.zeros(0, dtype=bool)
@@ -153,7 +153,7 @@ class Ladder:
                 nodes.append(int((cost[nodes[-1]] + value).argmin()))
             q = np.array([rung.q[k] for rung, k in zip(self.rungs, nodes, strict=True)])
             moves = self._move(q[:-1], q[1:])
-            q = self._smoothed(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
+            q = self._smooth(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
             gaps = np.flatnonzero((np.abs(np.diff(q, axis=0)) > 0.5 * MAX_RUNG_MOVE).any(axis=1))
             for i in gaps:  # self-motion does not connect these configurations
                 costs[i][nodes[i], nodes[i + 1]] = np.inf
@@ -167,7 +167,7 @@ class Ladder:
         cost = np.einsum("abj,j->ab", move**2, self.scale**-2.0)
         return np.where((np.abs(move) > MAX_RUNG_MOVE).any(axis=2), np.inf, cost)
 
-    def _smoothed(self, q: FloatArray) -> FloatArray:
+    def _smooth(self, q: FloatArray) -> FloatArray:
         """Move every other rung's configuration towards the middle of its neighbours.
 
         A move is kept only if it costs less and is collision-free.
@@ -178,10 +178,10 @@ class Ladder:
             rows = np.arange(1 + sweep % 2, last + 1, 2)
             before, after = q[rows - 1], q[np.minimum(rows + 1, last)]
             after = np.where((rows == last)[:, None], before, after)
-            trial, came = self._brought(rows, 0.5 * (before + after))
+            trial, came = self._project(rows, 0.5 * (before + after))
             nearness = self._nearness(trial)
-            gain = self._bent(q[rows], before, after) + costs[rows]
-            gain -= self._bent(trial, before, after) + nearness
+            gain = self._squared_moves(q[rows], before, after) + costs[rows]
+            gain -= self._squared_moves(trial, before, after) + nearness
             better = came & (gain > SMOOTHING_GAIN)
             for k in np.flatnonzero(better):
                 better[k] = self.clear(trial[k : k + 1], float(self.time[rows[k]]))[0]
@@ -190,7 +190,7 @@ class Ladder:
             q[rows[better]], costs[rows[better]] = trial[better], nearness[better]
         return q
 
-    def _bent(self, q: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+    def _squared_moves(self, q: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         squares = (q - before) ** 2 + (after - q) ** 2
         return np.asarray(squares @ self.scale**-2.0)
 

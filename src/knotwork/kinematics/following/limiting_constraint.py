@@ -47,7 +47,7 @@ class LimitingConstraint(NamedTuple):
     part: float | None = None
     contact: str = ""
 
-    def described(self, robot: Robot, units: Units) -> str:
+    def describe(self, robot: Robot, units: Units) -> str:
         """Text of the constraint: the joint or the collision, its value and the limit."""
         if self.kind == "singularity":
             return (
@@ -248,7 +248,7 @@ def following_error(
     along = units.text(float(reached - first), "m", ".4g")
     return FollowingError(
         waypoint,
-        f"{beginning} {along} along it {constraint.described(robot, units)}. {remedy}",
+        f"{beginning} {along} along it {constraint.describe(robot, units)}. {remedy}",
         where=where,
         arc_length=float(reached),
         cause=constraint.kind,

@@ -37,11 +37,11 @@ class Stages:
     along: FloatArray
 
     @classmethod
-    def of(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
+    def evaluate(cls, field: JointField, path: TimedPath, time: FloatArray, at: float) -> Stages:
         """Evaluate the piece of a path that contains `at` at some times."""
         position, rotation, twist, _ = path.state(time, at=at)
         share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
-        return cls(time, position, rotation, twist, share, field.along(path, time))
+        return cls(time, position, rotation, twist, share, field.arc_lengths(path, time))
 
     def velocities(self, field: JointField, q: FloatArray, k: int) -> FloatArray:
         """Joint velocities at the k-th time, shape (n, d)."""
@@ -71,7 +71,7 @@ def take_step(
     """Take one step from some starts, halved where it leaves the path."""
     start, middle, end = stages.time
     guess, bent = _step(field, q, v, stages, end - start)
-    end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
+    end_q, error = field.project(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
     hopeless = (np.abs(v) > HOPELESS_SPEED_FACTOR * fast * limit).any(axis=1)
     stray = ~(error <= PATH_ERROR) | ~(
@@ -89,7 +89,7 @@ def take_step(
         return result
     now, going = q[retried], retried
     for a, b in ((start, middle), (middle, end)):
-        half = Stages.of(field, path, np.linspace(a, b, 3), middle)
+        half = Stages.evaluate(field, path, np.linspace(a, b, 3), middle)
         rates = half.velocities(field, now, 0)
         part = take_step(field, path, limit, now, rates, half, halvings - 1)
         result.q[going] = part.q

@@ -88,7 +88,7 @@ class _Equations:
         p = targets.position.T[:, None] - R @ self.tip
         q, rooms = np.empty((len(R), 8, 6)), []
 
-        def solved(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
+        def solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
             """The solution of x cos + y sin = z with the given sign."""
             size = np.hypot(x, y)
             rooms.append(size * size - z * z)
@@ -98,24 +98,24 @@ class _Equations:
         # Joints 2 and following do not move the wrist centre along axis 2.
         w = R @ self.centre + p - o[0]
         along = (self.centre - o[0]) @ a[1]
-        q[..., 0] = solved(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
+        q[..., 0] = solve_angle(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
         first = _turn(a[0], -q[..., 0])
         R, p = first @ R, _apply(first, p - o[0]) + o[0]
         if self.parallel:
-            self._wrist(q, R, solved, wrist)
+            self._wrist(q, R, solve_angle, wrist)
             last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
             # The end of the lower arm after joints 1 to 3, with joints 5 and 6 undone.
             undone = R @ last.swapaxes(2, 3)
             end = _apply(R, self.centre) + p + _apply(undone, self.end - self.centre)
-            self._elbow(q, end, solved, elbow)
+            self._elbow(q, end, solve_angle, elbow)
             angle = _angle(a[1], _perpendicular(a[1]), undone @ _perpendicular(a[1]))
             together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
             q[..., 3] = self.senses[3] * together
         else:
-            self._elbow(q, _apply(R, self.centre) + p, solved, elbow)
+            self._elbow(q, _apply(R, self.centre) + p, solve_angle, elbow)
             arm = _turn(a[1], q[..., 1]) @ _turn(a[2], q[..., 2])
             R = arm.swapaxes(2, 3) @ R
-            self._wrist(q, R, solved, wrist)
+            self._wrist(q, R, solve_angle, wrist)
             fifth = _turn(a[4], q[..., 4])
             q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
         room = np.array(rooms)
@@ -125,18 +125,18 @@ class _Equations:
             clear = np.asarray((margin < -(CLEAR_MARGIN**2)) | ((margin > CLEAR_MARGIN**2) & clear))
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
-    def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
+    def _wrist(self, q: FloatArray, R: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
         """Joints 5 and 6, from the rotation of the joints after the fixed direction."""
         fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
         # Relative to the fixed direction, axis 6 is moved by joint 5 alone.
         level = (fixed @ fifth) * (fifth @ sixth)
         across = sixth - (fifth @ sixth) * fifth
         seen = R @ sixth @ fixed
-        q[..., 4] = solved(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
+        q[..., 4] = solve_angle(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
         before = _turn(fifth, -q[..., 4]) @ fixed
         q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
 
-    def _elbow(self, q: FloatArray, end: FloatArray, solved: Any, sign: FloatArray) -> None:
+    def _elbow(self, q: FloatArray, end: FloatArray, solve_angle: Any, sign: FloatArray) -> None:
         """Joints 2 and 3 that bring the end of the lower arm to a point (n, 8, 3)."""
         axis, o = self.axes[1], self.origins
         upper, lower = o[2] - o[1], self.end - o[2]
@@ -148,7 +148,7 @@ class _Equations:
         turned = np.cross(axis, lower)
         product = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
         x, y = 2.0 * (upper @ lower) / product, 2.0 * (upper @ turned) / product
-        elbow = solved(x, y, square / product, sign)
+        elbow = solve_angle(x, y, square / product, sign)
         bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
         q[..., 1] = _angle(axis, bent, reach)
         q[..., 2] = self.senses[2] * elbow

@@ -95,7 +95,7 @@ def find_candidates(
     """
     if not waypoints:
         return []
-    targets = Targets.of([waypoint.pose for waypoint in waypoints])
+    targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     hopeless = np.flatnonzero(joint_axes(robot).certain_miss(targets.position) > POSE_TOLERANCE)
     for i in hopeless[:1]:  # the reason, before the others are solved

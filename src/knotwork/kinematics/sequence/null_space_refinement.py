@@ -86,7 +86,7 @@ class _Refinement:
         self.robot, self.task, self.axes = robot, task, joint_axes(robot)
         self.q, self.v = positions.copy(), velocities.copy()
         movable = [w for w in task.waypoints if w is not None]
-        self.targets = Targets.of([w.pose for w in movable])
+        self.targets = Targets.from_poses([w.pose for w in movable])
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in movable])
         # index of each waypoint among those that may be moved
         self.number = np.cumsum([w is not None for w in task.waypoints]) - 1

@@ -36,7 +36,7 @@ def solutions_within_limits(search: PoseSearch) -> FloatArray:
     Returns:
         Shape (k, d).
     """
-    robot, targets = search.robot, Targets.of([search.pose])
+    robot, targets = search.robot, Targets.from_poses([search.pose])
     find = sample_self_motion if robot.dof > 6 else find_branches
     return turned_within_limits(search, find(robot, targets)[0])
 
@@ -51,8 +51,8 @@ def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArra
         turned[i] = nearest_turns(robot, solutions[i], centre)
     q = clip(turned, limits)
     beyond = np.abs(turned - q).max(axis=1, initial=0.0)
-    tip, rotation, _ = joint_axes(robot).placed(q)
-    target = Targets.of([search.pose])
+    tip, rotation, _ = joint_axes(robot).place(q)
+    target = Targets.from_poses([search.pose])
     _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
     within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])
     inside = beyond <= EDGE_DISTANCE

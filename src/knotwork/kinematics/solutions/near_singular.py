@@ -127,7 +127,7 @@ def _curves(
             break
         if any(joint_distances(points, start, revolute).min() < SAME_CURVE for points in followed):
             continue
-        first = _corrected(search, start, None)
+        first = _project_onto_curve(search, start, None)
         if first is None:
             continue
         curve, closed = _one_way(search, first, 1.0, most_steps)
@@ -138,7 +138,7 @@ def _curves(
         yield curve
 
 
-def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
+def _project_onto_curve(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
     """Move to the nearest point of the curve; `None` if there is none."""
     for _ in range(CURVE_CORRECTIONS):
         e = search.error(q)
@@ -170,7 +170,7 @@ def _one_way(
     for _ in range(most_steps):
         # Extrapolated direction halfway to the next point (Adams and Bashforth).
         halfway = point.along + 0.5 * step * turned
-        following = _corrected(search, point.q + step * halfway, point)
+        following = _project_onto_curve(search, point.q + step * halfway, point)
         if (following is None or not following.follows(point)) and step > MIN_CURVE_STEP:
             step *= 0.5
             continue
@@ -218,7 +218,10 @@ def _double_zero(
     for _ in range(GOLDEN_STEPS):
         inner = [low + part * (high - low) for part in (1.0 - GOLDEN, GOLDEN)]
         ends = [b.q - a.q if t < 0.0 else c.q - b.q for t in inner]
-        points = [_corrected(search, b.q + t * end, b) for t, end in zip(inner, ends, strict=True)]
+        points = [
+            _project_onto_curve(search, b.q + t * end, b)
+            for t, end in zip(inner, ends, strict=True)
+        ]
         values = [np.inf if point is None else sign * point.residual for point in points]
         best = int(np.argmin(values))
         point = points[best]
@@ -236,7 +239,7 @@ def _zero(search: PoseSearch, a: _Point, b: _Point) -> Iterator[FloatArray]:
     for _ in range(ROOT_STEPS):
         slope = at_high - at_low
         t = 0.5 * (low + high) if slope == 0.0 else (low * at_high - high * at_low) / slope
-        between = _corrected(search, a.q + t * (b.q - a.q), a)
+        between = _project_onto_curve(search, a.q + t * (b.q - a.q), a)
         if between is None:
             return
         point = between

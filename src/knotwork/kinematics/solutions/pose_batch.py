@@ -70,10 +70,10 @@ def solve_pose_ik_batch(
     n, d = len(wanted), robot.dof
     has_rows = np.asarray(start, dtype=object).ndim > 1
     first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
-    return _solved(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
+    return _solve_with_restarts(robot, wanted, first, TOLERANCE_MARGIN * tolerance, max_restarts)
 
 
-def _solved(
+def _solve_with_restarts(
     robot: Robot,
     poses: list[Any],
     start: FloatArray,
@@ -81,7 +81,7 @@ def _solved(
     max_restarts: int,
 ) -> BatchSolution:
     """Search from the starts, and again where that fails; arguments of `solve_pose_ik_batch`."""
-    (n, d), limits, targets = start.shape, limits_of(robot), Targets.of(poses)
+    (n, d), limits, targets = start.shape, limits_of(robot), Targets.from_poses(poses)
     q = clip(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
     todo, iterations, restarts = np.arange(n), 0, 0

@@ -120,9 +120,9 @@ class PathStretch:
 
     def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position [m], rotation and velocity [m/s] of the tool relative to the path's carrier."""
-        tip, columns, J = joint_axes(self.robot).placed(self.curve(t))
+        tip, columns, J = joint_axes(self.robot).place(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        return self.motion.seen(t, tip.T, columns.transpose(2, 1, 0), velocity)
+        return self.motion.relative_motion(t, tip.T, columns.transpose(2, 1, 0), velocity)
 
     def _compared(
         self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
