@@ -95,7 +95,7 @@ nitpick_ignore_regex = [
     # types that its description spells out.
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?(Document|Places)"),
     (r"py:.*", r"(knotwork\.robot\.description\.)?(Description|VirtualJoint)"),
-    (r"py:.*", r"(knotwork\.view\.drawn_motions\.)?(Drawable|PlanLike)"),
+    (r"py:.*", r"(knotwork\.view\.shown_motion\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"(knotwork\.tool_paths\.moving_frame\.)?(MovingFrame|ToolMotion)"),
     (r"py:.*", r"(knotwork\.polynomial\.endless\.)?EndlessCurve"),
     (r"py:.*", r"(knotwork\.waypoints\.)?TorchRanges"),

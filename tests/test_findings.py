@@ -31,7 +31,7 @@ def whistling(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Fin
             name=name,
             quantity="loudness",
             verdict="failed" if value > 60 else "met",
-            message=FAST if value > 60 else "the tool is quiet",
+            fact=FAST if value > 60 else "the tool is quiet",
             value=value,
             limit=60.0,
             margin=60.0 - value,
@@ -45,7 +45,7 @@ def whistling(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Fin
         name="",
         quantity="silence",
         verdict="met",
-        message="it is silent long enough",
+        fact="it is silent long enough",
         value=0.25,
         limit=0.1,
         unit="s",
@@ -215,7 +215,7 @@ LEFT_OUT: list[dict[str, Any]] = [
 def test_a_finding_shows_whatever_it_leaves_out(knotwork: Command) -> None:
     odd: dict[str, Any] = {"group": "Odd", "verdict": "failed", "subject": "tool", "name": ""}
     findings = [
-        Finding(**odd | {"quantity": f"oddity {i}", "message": f"it is odd ({i})"} | rest)
+        Finding(**odd | {"quantity": f"oddity {i}", "fact": f"it is odd ({i})"} | rest)
         for i, rest in enumerate(LEFT_OUT)
     ]
     with registered(lambda motion, scenario, space: findings):

@@ -85,12 +85,6 @@ def test_a_free_turn_spares_the_last_joint_and_keeps_position_and_axis() -> None
     assert free.report.ok
     assert fixed.report.ok
     assert travel(free, 5) < 0.01 < 0.5 < travel(fixed, 5)
-    (used,) = free.report.select(group="Freedom", subject="path")
-    gain = re.search(r"wrist_3_joint moves by (\S+) deg, with .* by about (\S+) deg", used.message)
-    assert gain is not None
-    own, instead = (np.radians(float(one)) for one in gain.groups())
-    assert own == pytest.approx(travel(free, 5), abs=2e-3)
-    assert instead == pytest.approx(travel(fixed, 5), rel=0.1)
     path = free.scenario.paths[0].motion
     times = np.linspace(path.start_time, path.end_time, 300)
     asked, _, _, _ = path.state(times)

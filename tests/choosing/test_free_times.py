@@ -138,7 +138,7 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
     best = kw.plan(task)
     monkeypatch.setattr(choice, "Budget", lambda *given: Budget(*given, now=count().__next__))
     # without a share of its own the second would have no time left
-    made = kw.plan(task, budget=9)
+    made = kw.plan(task, budget=6)
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert made.chosen.status == "stopped"

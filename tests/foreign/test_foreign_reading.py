@@ -443,16 +443,16 @@ def change(data: dict, where: tuple, value: object) -> dict:
 POINT_FAULTS = [
     (("joint_names", 1), "joint_1", "joint_names[1]: joint 'joint_1' is given twice"),
     (("joint_names", 1), "joint_2", "joint_names[1]: the scenario has no joint 'joint_2'"),
-    (("joint_names", 1), 3, "joint_names[1]: 3 is not a joint name"),
+    (("joint_names", 1), 3, "joint_names[1]: 3: must be text"),
     (("joint_names",), ["joint_1", "slide"], "joint_names: joint 'joint_10' is missing"),
     (("joint_names",), KeyError, "joint_names: is missing"),
-    (("points", 1, "positions", 2), math.nan, "points[1].positions[2]: the position of joint"),
-    (("points", 1, "velocities", 0), math.inf, "points[1].velocities[0]: the velocity of joint"),
-    (("points", 1, "positions", 2), "0.1x", "points[1].positions[2]: '0.1x' is not a number"),
-    (("points", 1, "positions", 2), True, "points[1].positions[2]: True is not a number"),
+    (("points", 1, "positions", 2), math.nan, "points[1].positions[2]: nan: must be a finite"),
+    (("points", 1, "velocities", 0), math.inf, "points[1].velocities[0]: inf: must be a finite"),
+    (("points", 1, "positions", 2), "0.1x", "points[1].positions[2]: '0.1x': must be a number"),
+    (("points", 1, "positions", 2), True, "points[1].positions[2]: true: must be a number"),
     (("points", 1, "positions"), [1.0], "points[1].positions: has 1 values (3, as joint names)"),
     (("points", 1, "positions"), KeyError, "points[1].positions: is missing"),
-    (("points", 1, "positions"), [], "points[1].positions: is missing"),
+    (("points", 1, "positions"), [], "points[1].positions: has 0 values"),
     (("points", 1, "velocties"), [1.0], "points[1].velocties: unknown key (did you mean"),
     (("points", 1, "velocities"), KeyError, "points[1].accelerations: is given without"),
     (("points", 1, "time_from_start"), KeyError, "points[1].time_from_start: is missing"),
@@ -460,11 +460,11 @@ POINT_FAULTS = [
     (
         ("points", 2, "time_from_start", "sec"),
         0.5,
-        "time_from_start.sec: 0.5 is not a number of sec",
+        "time_from_start.sec: 0.5: must be a whole number",
     ),
     (("points", 2, "time_from_start", "ns"), 0, "time_from_start.ns: unknown key"),
-    (("points", 2), 7, "points[2]: is 7 (a mapping)"),
-    (("points",), 7, "points: is 7 (a list of points)"),
+    (("points", 2), 7, "points[2]: 7: must be a mapping"),
+    (("points",), 7, "points: 7: must be a list"),
     (("points",), [], "points: has 0 points"),
     (("pionts",), [], "pionts: unknown key (did you mean 'points'"),
     (("units",), {"joints": ["deg", "deg", "m"]}, "units.joints[0]: is 'deg'"),
@@ -487,14 +487,14 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
     ("where", "value", "said"),
     [
         (("time",), [0.0, 0.5], "positions: has 3 rows (2, as times)"),
-        (("time",), 3, "time: is 3 (a list of times in s)"),
+        (("time",), 3, "time: 3: must be a list"),
         (("time", 2), 0.5, "time[2]: the time 0.5 s is not after 0.5 s"),
-        (("time",), KeyError, "time: is missing"),
+        (("time",), KeyError, "is missing (time and positions, or points)"),
         (("positions", 1), [1.0, 2.0], "positions[1]: has 2 values (3, as joint names)"),
-        (("positions", 1), 4.0, "positions[1]: is 4.0 (a list of 3 numbers)"),
-        (("positions", 1, 2), None, "positions[1][2]: None is not a number"),
+        (("positions", 1), 4.0, "positions[1]: 4.0: must be a list"),
+        (("positions", 1, 2), None, "positions[1][2]: has no value: must be a number"),
         (("velocities", 1), [1.0], "velocities[1]: has 1 values"),
-        (("position",), [[0.0]], "position: is given together with 'positions'"),
+        (("position",), [[0.0]], "position: unknown key (did you mean"),
         (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
     ],
 )
@@ -544,7 +544,7 @@ def test_a_table_of_any_shape_is_refused_in_little_memory(
 def test_more_numbers_than_are_read_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.documents.csv_rows.MOST_CELLS", 20)
+    monkeypatch.setattr("knotwork.documents.csv_rows.MOST_CSV_CELLS", 20)
     monkeypatch.setattr("knotwork.storage.trajectory_file.MOST_VALUES", 20)
     (tmp_path / "a.csv").write_text("time,lift\n" + "0,0\n" * 10)
     with pytest.raises(DocumentError, match="line 11: is too large"):

@@ -85,8 +85,16 @@ def test_what_planners_write_is_their_motion(
         ("yaml", "breaks: [0, x]\npolynomials: [[[[1]]]]", r"breaks\[1\]"),
         ("yaml", "breaks: [1, 0]\npolynomials: [[" + "[[1]], " * 7 + "]]", "must be later"),
         ("yaml", "breaks: [0, 1]\npolynomials: [[]]\njoint_names: [a]", "differs from that of"),
-        ("json", '{"joint_names": NAMES, "position": [[0]], "dt": -1}', "positive number"),
-        ("json", '{"joint_names": NAMES, "position": [[0]], "dt": "fast"}', "not a number"),
+        (
+            "json",
+            '{"joint_names": NAMES, "position": [[0]], "dt": -1}',
+            "dt: -1: must be greater than 0",
+        ),
+        (
+            "json",
+            '{"joint_names": NAMES, "position": [[0]], "dt": "fast"}',
+            "dt: 'fast': must be a number",
+        ),
         ("json", '{"trajectory": [{}, {}]}', "has 2 trajectories"),
     ],
 )

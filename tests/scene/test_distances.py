@@ -18,7 +18,7 @@ from knotwork.robot.joint_tree import place_joints
 from knotwork.scenario import PlacedShape, load_scenario
 from knotwork.scenario.joint_space import joint_space
 from knotwork.scene.building import collision_model
-from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, Solid, solid
 
@@ -74,17 +74,17 @@ def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_p
             pair = pair[::-1]
         right = truth(*pair)
         found = meter.distance(*pair)
-        if right <= ROUNDING:
-            assert found <= ROUNDING
+        if right <= DISTANCE_ERROR:
+            assert found <= DISTANCE_ERROR
         else:
-            assert found == pytest.approx(right, abs=ROUNDING)
+            assert found == pytest.approx(right, abs=DISTANCE_ERROR)
             near = meter.nearest(*pair)
-            assert math.dist(*near.points) == pytest.approx(right, abs=ROUNDING)
+            assert math.dist(*near.points) == pytest.approx(right, abs=DISTANCE_ERROR)
         for most in (-0.1, 0.0, *rng.uniform(0.1, 1.5, 3) * max(right, 0.0)):
             found = meter.distance(*pair, most)
-            assert found <= max(right, 0.0) + ROUNDING
-            assert found >= min(right, most) - ROUNDING
-            cut += found < right - ROUNDING
+            assert found <= max(right, 0.0) + DISTANCE_ERROR
+            assert found >= min(right, most) - DISTANCE_ERROR
+            cut += found < right - DISTANCE_ERROR
     assert cut > 10
 
 
@@ -169,7 +169,7 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
         first = first._replace(origin=first.origin + apart * toward)
         found = meter.nearest(first, second)
         error = found.distance - gap(first, second, found.normal)
-        if error > ROUNDING / 10:
+        if error > DISTANCE_ERROR / 10:
             error = found.distance - widest(first, second, found.normal, rng)
         worst = max(worst, error)
     return worst
@@ -179,7 +179,7 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
     ("pairs", "seed"), [(1000, 3), pytest.param(50_000, 4, marks=pytest.mark.exhaustive)]
 )
 def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
-    assert 0.0 < largest_error(pairs, np.random.default_rng(seed)) < ROUNDING / 4
+    assert 0.0 < largest_error(pairs, np.random.default_rng(seed)) < DISTANCE_ERROR / 4
 
 
 @pytest.mark.parametrize("name", ["ur5_deburring", "ur10_spray"])
@@ -193,5 +193,5 @@ def test_no_pair_is_nearer_than_its_spheres(name: str) -> None:
     spheres = pairs.least(*placed)
     for i, (turn, shift) in enumerate(zip(*pairs.axes(*placed), strict=True)):
         for c in range(len(pairs.first)):
-            distance = pairs.measured(c, turn, shift)
-            assert spheres[i, c] <= max(distance, 0.0) + ROUNDING
+            distance = pairs.measure(c, turn, shift)
+            assert spheres[i, c] <= max(distance, 0.0) + DISTANCE_ERROR

@@ -13,8 +13,8 @@ import trimesh
 import knotwork as kw
 from knotwork.scenario import PlacedShape
 from knotwork.scene.building import robot_collision_model
-from knotwork.scene.distances import ROUNDING, DistanceMeter
-from knotwork.scene.hulls import LARGER, MOST_NEIGHBOURS, THICKNESS, convex_hull
+from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
+from knotwork.scene.hulls import MOST_GROWTH, MOST_NEIGHBOURS, SHEET_THICKNESS, convex_hull
 from knotwork.scene.solids import Placed, solid
 
 URDF = (
@@ -76,9 +76,13 @@ def test_a_hull_is_larger_than_its_points_by_a_known_little(points: Any) -> None
     corners, normals = np.array(hull.points()), sphere(200)
     more = (corners @ normals.T).max(axis=0) - (points @ normals.T).max(axis=0)
     size = np.linalg.norm(points - points.mean(axis=0), axis=1).max()
-    flat = THICKNESS if np.linalg.matrix_rank(points - points.mean(axis=0), tol=1e-9) < 3 else 0.0
+    flat = (
+        SHEET_THICKNESS
+        if np.linalg.matrix_rank(points - points.mean(axis=0), tol=1e-9) < 3
+        else 0.0
+    )
     assert more.min() >= -1e-15
-    assert more.max() <= LARGER * size + flat
+    assert more.max() <= MOST_GROWTH * size + flat
     assert max(len(hull.neighbors(i)) for i in range(hull.num_points)) <= MOST_NEIGHBOURS
 
 
@@ -94,9 +98,9 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
     for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
         near = trimesh.triangles.closest_point(corners, np.tile(at, (len(corners), 1)))
         right = float(np.linalg.norm(near - at, axis=1).min()) - 0.02
-        if right > ROUNDING and np.hypot(at[0], at[1]) > 0.2 * (1 - at[2] / 0.3):
+        if right > DISTANCE_ERROR and np.hypot(at[0], at[1]) > 0.2 * (1 - at[2] / 0.3):
             found = meter.distance(Placed(cone, still, np.zeros(3)), Placed(ball, still, at))
-            assert -0.4 * LARGER - ROUNDING <= found - right <= ROUNDING
+            assert -0.4 * MOST_GROWTH - DISTANCE_ERROR <= found - right <= DISTANCE_ERROR
 
 
 def test_a_fine_disc_and_a_fine_cone_are_taken_as_they_are_too(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
 from knotwork.scenario import PlacedShape
 from knotwork.scene.containment import one_inside_the_other
-from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solids import Placed, Solid, solid
 
 EDGE = 0.03
@@ -82,19 +82,21 @@ def compare(folder: Path, rounds: int, points: int) -> int:
             first, second = second, first
         right, found = truth(first, second), meter.distance(first, second)
         what = other.shape.kind
-        if right <= ROUNDING:
-            assert found <= ROUNDING, what
+        if right <= DISTANCE_ERROR:
+            assert found <= DISTANCE_ERROR, what
             continue
-        assert found == pytest.approx(right, abs=ROUNDING), what
+        assert found == pytest.approx(right, abs=DISTANCE_ERROR), what
         near = meter.nearest(first, second)
-        assert math.dist(*near.points) == pytest.approx(right, abs=ROUNDING), what
+        assert math.dist(*near.points) == pytest.approx(right, abs=DISTANCE_ERROR), what
         for one, point in zip((second, first), near.points, strict=True):
             ball = Placed(solid(PlacedShape("sphere", (right / 2,), HERE), HERE), np.eye(3), point)
-            assert truth(one, ball) == pytest.approx(right / 2, abs=3 * ROUNDING), what
-        assert (near.points[0] - near.points[1]) @ near.normal == pytest.approx(right, abs=ROUNDING)
+            assert truth(one, ball) == pytest.approx(right / 2, abs=3 * DISTANCE_ERROR), what
+        assert (near.points[0] - near.points[1]) @ near.normal == pytest.approx(
+            right, abs=DISTANCE_ERROR
+        )
         most = rng.uniform(0.1, 1.5) * right
-        assert min(right, most) - ROUNDING <= meter.distance(first, second, most), what
-        assert meter.distance(first, second, most) <= right + ROUNDING, what
+        assert min(right, most) - DISTANCE_ERROR <= meter.distance(first, second, most), what
+        assert meter.distance(first, second, most) <= right + DISTANCE_ERROR, what
         apart += 1
     return apart
 
@@ -229,7 +231,7 @@ def test_the_drawn_cells_are_those_that_are_checked_or_larger_ones(
     cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
     points = {"file": str(tmp_path / "cloud.csv"), "resolution": EDGE}
     for most, edge, cells in ((217, EDGE, 217), (216, 2 * EDGE, 8 * 65)):
-        monkeypatch.setattr("knotwork.view.objects.MOST_DRAWN", most)
+        monkeypatch.setattr("knotwork.view.surroundings.MOST_DRAWN", most)
         mesh = thing(scene(beside_an_arm({"points": points})), "objects")
         assert volume(mesh) == pytest.approx(cells * EDGE**3, rel=1e-4)
         assert vertices(mesh)[:, 0].min() == pytest.approx(-(4 if edge > EDGE else 3) * EDGE)

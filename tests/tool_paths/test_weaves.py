@@ -211,7 +211,7 @@ def test_a_weave_faster_than_a_joint_names_it() -> None:
         ({"shape": "triangle", "width": 0.006, "dwell": 0.05}, {"acceleration": 20, "jerk": 1000}),
     ],
 )
-def test_limits_ask_for_lower_frequency_which_keeps_them(
+def test_limits_ask_for_another_weave_which_keeps_them(
     weave: dict[str, Any], limits: dict[str, float]
 ) -> None:
     fast = seam(weave, limits=limits)
@@ -222,8 +222,8 @@ def test_limits_ask_for_lower_frequency_which_keeps_them(
 
     woven = woven_failures(fast)
     assert woven
-    frequency = min(map(float, re.findall(r"frequency: (\S+)", " ".join(woven))))
-    assert not woven_failures(seam({**weave, "frequency": frequency}, limits=limits))
+    least = min(float(value) for value in re.findall(r"frequency: (\S+)", " ".join(woven)))
+    assert not woven_failures(seam({**weave, "frequency": least}, limits=limits))
     fast["waypoints"][0]["after"] = "fastest"
     with pytest.raises(kw.errors.InputError, match="a narrower weave, a lower frequency"):
         kw.plan(fast)

@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification.bounds.path import PathBound, PathLimits, _divided, path_bounds
+from knotwork.verification.bounds.stretch_bounds import PathBound, PathLimits, _divided, path_bounds
 from sweeps import examples
 
 ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}

@@ -18,7 +18,7 @@ from knotwork.scene.building import collision_model
 from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, solid, support
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def test_no_plane_keeps_solids_farther_apart_than_they_are(arm: str) -> None:
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         across = np.empty_like(normal)
         for i, c in enumerate(combo):
-            distance[i], across[i] = table.measured(int(c), turn[k], shift[k]), table.normal
+            distance[i], across[i] = table.measure(int(c), turn[k], shift[k]), table.normal
         apart = distance > 1e-3
         assert (table.gaps(item, combo, normal, turn, shift)[apart] <= distance[apart] + 1e-6).all()
         gaps = table.gaps(item, combo, across, turn, shift)

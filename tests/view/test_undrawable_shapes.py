@@ -125,7 +125,7 @@ def test_the_commands_show_what_is_left_of_the_arm(
 
 
 def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.view.links.MOST_TRIANGLES", 20)
+    monkeypatch.setattr("knotwork.view.links.MOST_DRAWN_TRIANGLES", 20)
     (warning,) = shape_warnings(arm(urdf()))
     assert "more than 20 triangles" in warning
 
@@ -137,9 +137,9 @@ def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
     names = ("good.stl", "./good.stl", "flat.stl", ".//flat.stl")
     shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
     robot = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
-    monkeypatch.setattr("knotwork.view.links.MOST_BYTES", len(GOOD) + len(FLAT))
+    monkeypatch.setattr("knotwork.view.links.MOST_FILE_BYTES", len(GOOD) + len(FLAT))
     assert not [line for line in shape_warnings(robot) if "is not read" in line]
-    monkeypatch.setattr("knotwork.view.links.MOST_BYTES", len(GOOD))
+    monkeypatch.setattr("knotwork.view.links.MOST_FILE_BYTES", len(GOOD))
     assert "flat.stl is not read" in shape_warnings(robot)[0]
 
 
@@ -187,14 +187,12 @@ def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
     arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("knotwork.view.images.MOST_PIXELS", 5000)
-    monkeypatch.setattr("knotwork.view.images.MOST_PIXELS_TOGETHER", 6000)
     names = ("a.png", "b.png", "large.png", "c.eps")
     for name, side in zip(names, (50, 60, 80, 10), strict=True):
         Image.new("RGB", (side, side)).save(tmp_path / name)
     with_images(tmp_path, names)
     shapes = mesh_visuals(f"{name}.dae" for name in names)
     said = "\n".join(shape_warnings(arm(tower(shapes))))
-    assert "3600 pixels; at most 6000 are accepted" in said
     assert "6400 pixels; at most 5000" in said
     assert "cannot identify" in said
     assert "a.png" not in said

@@ -370,32 +370,10 @@ def test_a_way_keeps_clear_as_finely_as_the_check_looks() -> None:
     assert planned(given).report.ok
 
 
-TILES = {
-    f"{side} {i} {j}": box([500, 30, 600], [sign * (350 + 500 * i), 0, 600 * j - 200])
-    for side, sign in (("right", 1), ("left", -1))
-    for i in range(4)
-    for j in range(5)
-}
-CRATE = {"crate": box([100, 100, 100], [-400, 400, 50])}
-
-
 @pytest.mark.exhaustive
-def test_where_no_way_is_found_the_objects_to_blame_are_named() -> None:
-    """Few of many, without which there is a way."""
-    objects = CRATE | TILES
-    with pytest.raises(NoWayFoundError, match="one may exist all the same") as caught:
-        kw.plan(past(objects))
-    blamed = set(caught.value.names)
-    assert 0 < len(blamed) <= 3
-    assert blamed < set(TILES)
-    assert "waypoints[1]" in str(caught.value)
-    planned(past({name: one for name, one in objects.items() if name not in blamed}))
-
-
-@pytest.mark.exhaustive
-def test_where_the_arm_itself_is_in_the_way_no_object_is_blamed() -> None:
+def test_reports_that_no_motion_was_found() -> None:
     """A wide tool would have to pass through the forearm: no other joint may turn away."""
-    given = past(CRATE)
+    given = past({"crate": box([100, 100, 100], [-400, 400, 50])})
     bent = dict(zip(OUTSIDE, (0, -90, 90, -80, -90, 0), strict=True))
     given["tool"]["shape"] = {"cylinder": {"radius": 80, "length": 300}, "position": [0, 0, 200]}
     given["limits"]["position"] = {
@@ -405,7 +383,7 @@ def test_where_the_arm_itself_is_in_the_way_no_object_is_blamed() -> None:
         {"name": "here", "joints": bent},
         {"name": "there", "joints": bent | {"wrist_1_joint": 100}, "way": "clear"},
     ]
-    with pytest.raises(NoWayFoundError, match="and none without the objects") as caught:
+    with pytest.raises(NoWayFoundError, match=r"waypoints\[1\].*may exist all the same") as caught:
         kw.plan(given)
     assert caught.value.names == ()
 

@@ -117,9 +117,9 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    watch = Budget(progress, budget)
+    clock = Budget(progress, budget)
     try:
-        paths, found = _found(scenario, free, solution, watch)
+        paths, found = _found(scenario, free, solution, clock)
     except NoMotionsError as failed:
         raise failed.reported() from None
     task = paths.task
@@ -158,7 +158,7 @@ def _found(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
-    watch: Budget,
+    budget: Budget,
 ) -> _Found:
     """Speeds along paths and all motions.
 
@@ -170,17 +170,17 @@ def _found(
     """
     paths = with_greatest_speeds(scenario, free, solution)
     try:
-        return paths, _motions(paths, free, watch)
+        return paths, _motions(paths, free, budget)
     except NoMotionsError as error:
         failed, lower = error, _adjacent_stretches(error.errors, paths)
     best: _Found | None = None
     for part in SPEED_FRACTIONS if lower else ():
-        if watch.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
+        if budget.late(found=True) and (best or part != SPEED_FRACTIONS[-1]):
             continue  # the lowest speeds are feasible if any are
         caps = {i: part * paths.speeds[i] for i in lower}
         slower = with_greatest_speeds(scenario, free, solution, caps)
         try:
-            found = slower, _motions(slower, free, watch)
+            found = slower, _motions(slower, free, budget)
         except NoMotionsError as error:
             failed = error
             continue
@@ -199,7 +199,7 @@ def _duration(paths: TimedPaths, motions: Sequence[tuple[Segment, TimedMotion]])
 
 
 def _motions(
-    paths: TimedPaths, free: FreeTimes, watch: Budget
+    paths: TimedPaths, free: FreeTimes, budget: Budget
 ) -> list[tuple[Segment, TimedMotion]]:
     """The motions of all segments of a task with given speeds along its paths.
 
@@ -209,7 +209,7 @@ def _motions(
     """
     segments = find_segments(paths.task)
     _check_given(paths.task, free, segments)
-    return solved_segments(paths.task, segments, watch)
+    return solved_segments(paths.task, segments, budget)
 
 
 def _adjacent_stretches(segments: Iterable[Segment], paths: TimedPaths) -> set[int]:

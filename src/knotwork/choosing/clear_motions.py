@@ -16,34 +16,29 @@ from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
 from knotwork.timing import TimedMotion, TimingProblem
-from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.budget import Budget
-from knotwork.timing.objective_terms import terms
+from knotwork.timing.motion import Status
 from knotwork.timing.rounding import with_room
-from knotwork.trajectory import JointTrajectory
+from knotwork.timing.solving import timed_motion
 from knotwork.units import rounded_up
 from knotwork.waypoints import CartesianWaypoint, FloatArray
-from knotwork.ways.blame import to_blame
-from knotwork.ways.configurations import at_time
+from knotwork.ways.configurations import bodies_at
 from knotwork.ways.problem import NoWayError, Way, WayProblem
 from knotwork.ways.search import find_way, stretch
 
-MOST_SOLUTIONS = 12
+MAX_SOLUTIONS = 12
 """Largest number of solutions of a pose at either end of a motion."""
 
 STOP_TOLERANCE = 1e-6
 """Largest deviation of a joint from its path during a stop [rad or m]."""
-
-BLAMED_CHECKS = 20_000
-"""Number of configurations, at most twice, tested for the objects that block."""
 
 
 def clear_motion(
     task: FreeTask,
     segment: Segment,
     problem: TimingProblem,
-    watch: Budget,
+    budget: Budget,
     start: FloatArray | None = None,
 ) -> TimedMotion:
     """The fastest collision-free motion found for a segment, proved.
@@ -52,18 +47,18 @@ def clear_motion(
         task: The task.
         segment: A segment with `way: clear`.
         problem: Its timing problem.
-        watch: Budget and progress of all segments.
+        budget: Budget and progress of all segments.
         start: Joint positions at the end of the previous motion, shape (d,), or `None`.
 
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    asked, robot = segment.way, task.space.robot
-    if asked is None or robot is None:
+    options, robot = segment.way, task.space.robot
+    if options is None or robot is None:
         raise TypeError("the segment has no way: clear")
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
-    wanted = WayProblem(
+    way_problem = WayProblem(
         problem,
         _solutions(task, segment, problem, robot, 0),
         _solutions(task, segment, problem, robot, -1),
@@ -72,64 +67,47 @@ def clear_motion(
         task.scenario.scene.rules.resolution,
         lambda: _stop(task, segment, problem),
     )
-    begun, tries = watch.now(), 0
+    tries = 0
 
     def report(number: int, best: Way | None) -> None:
         nonlocal tries
         tries, seconds = number, best.duration if best is not None else None
-        which, part = f"way {number} of {asked.tries}", (number - 1) / asked.tries
-        watch.step(1, seconds, which, part)
+        budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
 
     try:
-        with watch.part(1):
+        with budget.part(1):
             way = find_way(
-                wanted,
-                tries=asked.tries,
-                room=asked.room,
-                late=lambda: watch.late(found=True),
+                way_problem,
+                tries=options.tries,
+                room=options.room,
+                late=lambda: budget.late(found=True),
                 report=report,
             )
-    except NoWayError as none:
-        error = _reported(none, wanted, task, segment)
-        if len(wanted.starts) == len(wanted.goals) == 1:
+    except NoWayError as no_way:
+        error = _located_error(no_way, task, segment)
+        if len(way_problem.starts) == len(way_problem.goals) == 1:
             error.waypoints = segment.waypoints
         raise error from None
-    curve = _slowed(way, wanted, problem, task, segment)
-    found = _timed(way, curve, problem, wanted)
-    room = way.room if asked.room else None
-    return replace(found, seconds=watch.now() - begun, tries=tries, room=room)
+    curve = _stretched(way, way_problem, problem, task, segment)
+    motion = _timed(way, curve, problem, way_problem)
+    room = way.room if options.room else None
+    return replace(motion, line=way.line, tries=tries, room=room)
 
 
 def _timed(
-    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, wanted: WayProblem
+    way: Way, curve: PiecewisePolynomial, problem: TimingProblem, ends: WayProblem
 ) -> TimedMotion:
     """The timed motion of a found one, like that of any segment."""
     least = min(
         lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
-        for first in wanted.starts
-        for last in wanted.goals
+        for first in ends.starts
+        for last in ends.goals
     )
     time = way.time * (float(curve.x[-1]) / way.duration)
-    inner = time[1:-1]
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
-    velocity[1:-1], acceleration[1:-1] = curve(inner, 1), curve(inner, 2)
-    return TimedMotion(
-        JointTrajectory(
-            problem.joint_names,
-            curve,
-            joint_units=problem.joint_units,
-            planner="way",
-            waypoint_times=time,
-        ),
-        time,
-        velocity,
-        acceleration,
-        least,
-        status="resting" if way.rests else "optimal",
-        binding=binding_limits(problem, time, curve),
-        objective=terms(problem, curve),
-        line=way.line,
-    )
+    velocity[1:-1], acceleration[1:-1] = curve(time[1:-1], 1), curve(time[1:-1], 2)
+    status: Status = "resting" if way.rests else "optimal"
+    return timed_motion(problem, curve, time, velocity, acceleration, status, least, "way")
 
 
 def _stop(task: FreeTask, segment: Segment, problem: TimingProblem) -> PiecewisePolynomial | None:
@@ -153,9 +131,9 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
     """
     times = task.waypoints.time[segment.rows]
     middles = (0.5 * (times[:-1] + times[1:])).tolist()
-    found = [at_time(task.collision_model, when) for when in middles]
-    for one, i in zip(found[1:], segment.waypoints[1:-1], strict=True):
-        if one.pairs != found[0].pairs:
+    first, *later = (bodies_at(task.collision_model, time) for time in middles)
+    for model, i in zip(later, segment.waypoints[1:-1], strict=True):
+        if model.pairs != first.pairs:
             raise task.located(
                 InputError(
                     "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
@@ -163,9 +141,9 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
                 ),
                 i,
             )
-    own = task.space.robot.model.njoints if task.space.robot is not None else 0
-    bodies = (found[0].bodies[k] for pair in found[0].pairs for k in (pair.first, pair.second))
-    if moving := dict.fromkeys(one.name.split("/")[0] for one in bodies if one.joint >= own):
+    joints = task.space.robot.model.njoints if task.space.robot is not None else 0
+    bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
+    if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
         raise task.located(
             InputError(
                 f"does not support moving obstacles ({', '.join(moving)}); "
@@ -173,7 +151,7 @@ def _bodies(task: FreeTask, segment: Segment) -> CollisionModel:
             ),
             segment.waypoints[-1],
         )
-    return found[0]
+    return first
 
 
 def _solutions(
@@ -201,15 +179,15 @@ def _solutions(
     )
     if fixed:
         return np.array(chosen[None])
-    solutions = [q for one in robot.solve_pose_ik_all(waypoint.pose) for q in one.turns]
-    found = np.array([chosen, *solutions])
-    far = (np.abs(found - problem.position[-1 - end]) / problem.limits.velocity).max(axis=1)
-    order = np.argsort(far, kind="stable")[:MOST_SOLUTIONS]
-    return np.concatenate((chosen[None], found[order[order > 0]]))
+    turns = [q for solution in robot.solve_pose_ik_all(waypoint.pose) for q in solution.turns]
+    solutions = np.array([chosen, *turns])
+    far = (np.abs(solutions - problem.position[-1 - end]) / problem.limits.velocity).max(axis=1)
+    order = np.argsort(far, kind="stable")[:MAX_SOLUTIONS]
+    return np.concatenate((chosen[None], solutions[order[order > 0]]))
 
 
-def _slowed(
-    way: Way, wanted: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
+def _stretched(
+    way: Way, way_problem: WayProblem, problem: TimingProblem, task: FreeTask, segment: Segment
 ) -> PiecewisePolynomial:
     """The motion stretched to the given time, if there is one."""
     given = float(problem.total or problem.duration.sum())
@@ -217,7 +195,7 @@ def _slowed(
     duration = max(way.duration, least) if np.isnan(given) else given
     if duration == way.duration:
         return way.curve
-    curve = stretch(wanted, way, duration) if duration > way.duration else None
+    curve = stretch(way_problem, way, duration) if duration > way.duration else None
     if curve is None:
         error = InputError(
             f"{duration:g} s is shorter than the fastest motion found, which takes "
@@ -231,44 +209,36 @@ def _slowed(
     return curve
 
 
-def _reported(
-    none: NoWayError, wanted: WayProblem, task: FreeTask, segment: Segment
-) -> NoWayFoundError:
+def _located_error(no_way: NoWayError, task: FreeTask, segment: Segment) -> NoWayFoundError:
     """The error for a missing motion, at the waypoint of the fault."""
     # the fault is at an end, or at a waypoint in between, by index
-    k = int(none.end) if none.end.isdigit() else {"start": 0}.get(none.end, -1)
+    k = int(no_way.end) if no_way.end.isdigit() else {"start": 0}.get(no_way.end, -1)
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
-    fault = segment.waypoints[k]
     message = f"no collision-free motion from {names[0]!r} to {names[-1]!r}"
-    if not none.end:
-        blamed = to_blame(wanted, BLAMED_CHECKS)
-        message += f" was found among {none.checks} configurations; one may exist all the same"
-        if blamed is None:
-            message += ", and none without the objects"
-        elif blamed:
-            several = "all of " if len(blamed) > 1 else ""
-            message += f". A motion exists without {several}{', '.join(map(repr, blamed))}"
-        message += "; accepted: more space, a waypoint in between, or a smaller scene.margin"
-        return task.located(NoWayFoundError(message, names=tuple(blamed or ())), fault)
-    depth, unit = none.depth, "m"
-    if none.joint is not None:
-        joint, unit = task.space.joint_names[none.joint], task.space.joint_units[none.joint]
-    much = task.scenario.units.text(depth, unit, ".4g")
     stopping = "stopping after" if k == 0 else "coming from rest to"
-    where = f"{stopping if none.moving or none.joint is not None else 'at'} {names[k]!r}"
-    if none.joint is not None:
+    where = f"{stopping if no_way.moving or no_way.joint is not None else 'at'} {names[k]!r}"
+    text = task.scenario.units.text
+    if not no_way.end:
         message += (
-            f": {where}, {joint} goes {much} beyond its position limit; accepted: a lower velocity "
-            "there, or a stop"
+            f" was found among {no_way.checks} configurations; one may exist all the same; "
+            "accepted: more space, a waypoint in between, or a smaller scene.margin"
+        )
+    elif no_way.joint is not None:
+        space, j = task.space, no_way.joint
+        message += (
+            f": {where}, {space.joint_names[j]} goes "
+            f"{text(no_way.depth, space.joint_units[j], '.4g')} beyond its position limit; "
+            "accepted: a lower velocity there, or a stop"
         )
     else:
-        first, second = none.bodies
-        count = none.solutions
-        all_of_them = f", and none of {count} solutions is clear" if count > 1 else ""
+        first, second = no_way.bodies
+        several = f", and none of {no_way.solutions} solutions is clear"
         message += (
-            f": {where}, {second} is {much} too close to {first}{all_of_them}; accepted: "
-            f"{'a lower velocity or ' if none.moving else ''}another pose there, a smaller "
+            f": {where}, {second} is {text(no_way.depth, 'm', '.4g')} too close to {first}"
+            f"{several if no_way.solutions > 1 else ''}; accepted: "
+            f"{'a lower velocity or ' if no_way.moving else ''}another pose there, a smaller "
             "scene.margin, or objects elsewhere"
         )
-    error = NoWayFoundError(message, end=none.end, names=none.bodies, depth=none.depth)
-    return task.located(error, fault)
+    bodies = no_way.bodies if no_way.end and no_way.joint is None else ()
+    error = NoWayFoundError(message, end=no_way.end, names=bodies, depth=no_way.depth)
+    return task.located(error, segment.waypoints[k])

@@ -47,7 +47,7 @@ def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
             name=end,
             quantity="binding_limits",
             verdict="information",
-            message=f"{start} to {end}: {', '.join(parts)}",
+            fact=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
             label=_most(limits),
             brief=f"{start} to {end}: bound by {_most(limits)}",

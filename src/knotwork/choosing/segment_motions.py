@@ -46,14 +46,14 @@ class NoMotionsError(Exception):
 
 
 def solved_segments(
-    task: FreeTask, segments: list[Segment], watch: Budget
+    task: FreeTask, segments: list[Segment], budget: Budget
 ) -> list[tuple[Segment, TimedMotion]]:
     """Motions of all segments, with the given total duration, if there is one.
 
     Args:
         task: The task.
         segments: Its segments.
-        watch: Budget and progress of all of them.
+        budget: Budget and progress of all of them.
 
     Raises:
         NoMotionsError: Some segments have no motion.
@@ -61,22 +61,22 @@ def solved_segments(
     """
     free = task.free
     objective = Objective(**{"time": 0.0, **free.objective})
-    watch.work = sum(len(one.waypoints) - 1 for one in segments)
+    budget.work = sum(len(one.waypoints) - 1 for one in segments)
     if free.total is None:
-        return list(_motions(task, segments, objective, watch).items())
+        return list(_motions(task, segments, objective, budget).items())
     timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
-    watch.work += sum(len(one.waypoints) - 1 for one in timed)
-    fastest = _motions(task, timed, Objective(), watch)
+    budget.work += sum(len(one.waypoints) - 1 for one in timed)
+    fastest = _motions(task, timed, Objective(), budget)
     spans = {one: motion.duration for one, motion in fastest.items()}
     given = duration_outside(task, timed)
     shortest = given + sum(spans.values())
     if free.total < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
-        raise _total_too_short(task, shortest, watch if stopped else None)
+        raise _total_too_short(task, shortest, budget if stopped else None)
     factor = (free.total - given) / sum(spans.values())
     totals = {one: factor * span for one, span in spans.items()}
     try:
-        return list(_motions(task, segments, objective, watch, totals).items())
+        return list(_motions(task, segments, objective, budget, totals).items())
     except NoMotionsError as failed:
         error = failed.reported()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
@@ -93,7 +93,7 @@ def _motions(
     task: FreeTask,
     segments: list[Segment],
     objective: Objective,
-    watch: Budget,
+    budget: Budget,
     totals: Mapping[Segment, float] = MappingProxyType({}),
 ) -> dict[Segment, TimedMotion]:
     found, failed = {}, {}
@@ -104,10 +104,10 @@ def _motions(
             problem = replace(problem, objective=SMOOTHEST if alone else CALMEST)
         try:
             if one.way is None:
-                found[one] = solved(problem, watch)
+                found[one] = solved(problem, budget)
             else:
                 ends = (m.trajectory.position(m.duration) for s, m in found.items() if s.meets(one))
-                found[one] = clear_motion(task, one, problem, watch, next(ends, None))
+                found[one] = clear_motion(task, one, problem, budget, next(ends, None))
         except NoMotionError as error:
             failed[one] = error
     if failed:
@@ -115,23 +115,23 @@ def _motions(
     return found
 
 
-def _total_too_short(task: FreeTask, shortest: float, watch: Budget | None) -> InputError:
+def _total_too_short(task: FreeTask, shortest: float, budget: Budget | None) -> InputError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
         task: The task.
         shortest: Duration of that motion [s].
-        watch: Budget, if it ended before a shorter one could be found.
+        budget: Budget, if it ended before a shorter one could be found.
     """
     total, enough = task.free.total, f"{with_room(shortest):.6g} s"
-    if watch is None:
+    if budget is None:
         error = InputError(
             f"{total:g} s is shorter than the minimum time found within the limits, "
             f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
         )
     else:
         error = TimingError(
-            f"no motion of {total:g} s was found within the budget of {watch.budget:.3g} s, the "
+            f"no motion of {total:g} s was found within the budget of {budget.seconds:.3g} s, the "
             f"shortest lasts {enough}; allow more time",
             limit="budget",
         )

@@ -68,7 +68,7 @@ def ways_found(
             name=end.name,
             quantity="way",
             verdict="information",
-            message=message,
+            fact=message,
             value=value,
             unit="m" if value is not None else "",
             time=time,

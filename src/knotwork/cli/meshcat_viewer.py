@@ -13,7 +13,7 @@ from typing import Any
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 from knotwork.view.meshcat_player import play_scene
-from knotwork.view.show import scene_of
+from knotwork.view.scene_data import scene_of
 
 OWN = "own"
 """Stands for a new server, which ends with the command, in place of an address."""

@@ -21,8 +21,8 @@ from knotwork.cli.sources import Motion, print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.pipeline import Plan
-from knotwork.view.drawn_motions import chosen_quantities
 from knotwork.view.picture_files import checked_picture_path
+from knotwork.view.plotted_motions import choose_quantities
 
 _EPILOG = """
 Figures of the paper:
@@ -108,7 +108,7 @@ def plot(
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
     if out is not None:
         checked_picture_path(out)
-    chosen_quantities(look.get("quantities"))
+    choose_quantities(look.get("quantities"))
     drawn = read_motions(source, reference, options, compare, log=log)
     print_failures(drawn)
     draw = view.plot_tool if tool else view.plot_joints

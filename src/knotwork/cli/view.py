@@ -33,7 +33,8 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.view.page import Page, scene_page
 from knotwork.view.page_server import LiveServer, PageServer
 from knotwork.view.picture_files import checked_page_path
-from knotwork.view.show import scene_of, scene_of_trajectory
+from knotwork.view.plan_pages import scene_of_trajectory
+from knotwork.view.scene_data import scene_of
 from knotwork.view.side_by_side import side_by_side
 from knotwork.view.study_map import MapServer, map_page
 

@@ -25,7 +25,7 @@ from knotwork.task import Task
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
-from knotwork.verification.brief import worst_in_short
+from knotwork.verification.brief import worst_short_text
 from knotwork.waypoints import JointWaypoints
 
 
@@ -215,7 +215,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         required=required,
         failed=required - met,
         time_to_plan=seconds,
-        reason=worst_in_short(report.failures, scenario.units),
+        reason=worst_short_text(report.failures, scenario.units),
     )
 
 

@@ -24,9 +24,9 @@ REMOVED = object()
 Edits = Mapping[Location, Any]
 """New values by location; a key that is new to a mapping is added."""
 
-WIDTH = 100
+LINE_WIDTH = 100
 """Number of characters after which new values are broken into lines."""
-LAST = 20
+LAST_VALUE_WIDTH = 20
 """Reserve for the last value of a line, before which PyYAML does not break."""
 
 
@@ -131,7 +131,7 @@ def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
             continue
         (_, part), (key, node) = places[place[:-1]], places[place]
         if value is not REMOVED:
-            yield _replaced(text, part, key, node, value)
+            yield _replacement(text, part, key, node, value)
         elif len(place) > 1 and (new := put_in.get(place[:-1])):
             item = _item(*new.pop(0), _indent(text, part))
             yield Change(key.start_mark.index, end_of(node), item)
@@ -142,7 +142,7 @@ def _changes(text: str, places: _Places, edits: Edits) -> Iterator[Change]:
             yield _insertion(text, places[place][1], key, value, top=not place)
 
 
-def _replaced(text: str, part: Any, key: Any, node: Any, value: Any) -> Change:
+def _replacement(text: str, part: Any, key: Any, node: Any, value: Any) -> Change:
     if key is not None and part.flow_style and isinstance(value, Mapping | list):
         start, name = key.start_mark.index, key.value
         return _item_in_flow(text, part, start, end_of(node), name, value)
@@ -175,7 +175,7 @@ def _item_in_flow(text: str, part: Any, start: int, end: int, key: str, value: A
     """Insert a key and its value into a mapping in flow style, on a new line if it is long."""
     column, at = _indent(text, part), start - text.rfind("\n", 0, start) - 1
     new, before = _item(key, value, column), text[:start].rstrip()
-    if before.endswith("{") or ("\n" not in new and at + len(new) <= WIDTH):
+    if before.endswith("{") or ("\n" not in new and at + len(new) <= LINE_WIDTH):
         return Change(start, end, new)
     below = f"\n{' ' * (column + 2)}{_item(key, value, column + 2)}"
     return Change(len(text[:start].rstrip(" ")), end, below)
@@ -214,9 +214,9 @@ def _item(key: Any, value: Any, column: int) -> str:
     return flow({key: value}, column - 2)[1:-1]
 
 
-def flow(value: Any, column: int = 0, width: int = WIDTH) -> str:
+def flow(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:
     """Plain data in YAML's flow style, in lines that begin right of a column."""
-    text = _dumped([value], default_flow_style=True, width=width - column - LAST)
+    text = _dump_yaml([value], default_flow_style=True, width=width - column - LAST_VALUE_WIDTH)
     return text.strip()[1:-1].replace("\n  ", "\n" + " " * column)
 
 
@@ -224,11 +224,11 @@ def block(value: Mapping[str, Any]) -> str:
     """Plain data in YAML's block style; parts without nested parts in flow style."""
     styles = {key: None if isinstance(one, Mapping | list) else False for key, one in value.items()}
     return "".join(
-        _dumped({key: one}, default_flow_style=styles[key], width=WIDTH - LAST)
+        _dump_yaml({key: one}, default_flow_style=styles[key], width=LINE_WIDTH - LAST_VALUE_WIDTH)
         for key, one in value.items()
     )
 
 
-def _dumped(value: Any, **style: Any) -> str:
+def _dump_yaml(value: Any, **style: Any) -> str:
     text = yaml.dump(value, Dumper=Dumper, sort_keys=False, allow_unicode=True, **style)
     return str(text)

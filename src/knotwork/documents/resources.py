@@ -11,13 +11,13 @@ from pathlib import Path
 
 from knotwork.errors import InputError, UnknownNameError
 
-_PACKAGE = Path(__file__).resolve().parents[1]
+_PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
 
 
 def folder(kind: str) -> Path:
     """Folder of the shipped files of a kind, `"robots"` or `"scenarios"`."""
-    installed = _PACKAGE / "_data" / kind
-    return installed if installed.is_dir() else _PACKAGE.parents[1] / kind
+    installed = _PACKAGE_FOLDER / "_data" / kind
+    return installed if installed.is_dir() else _PACKAGE_FOLDER.parents[1] / kind
 
 
 def names(kind: str) -> list[str]:

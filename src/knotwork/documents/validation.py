@@ -16,7 +16,7 @@ from knotwork.errors import DocumentError, Problem, did_you_mean, shown
 
 ModelT = TypeVar("ModelT", bound=StrictModel)
 
-FEW = 1_000
+MOST_PROBLEMS = 1_000
 """Number of problems that are reported."""
 
 
@@ -29,7 +29,7 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         instance: An empty instance to fill in, in place of a new one.
 
     Raises:
-        DocumentError: There are problems; the first `FEW` are listed.
+        DocumentError: There are problems; the first `MOST_PROBLEMS` are listed.
     """
     if not isinstance(document.data, dict):
         raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
@@ -41,9 +41,9 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         found = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    many = len(found) > FEW
+    many = len(found) > MOST_PROBLEMS
     found = [item for item in found if not _long_enough(item)]
-    problems = [_problem(model, document, item) for item in found[:FEW]]
+    problems = [_problem(model, document, item) for item in found[:MOST_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 
@@ -85,7 +85,7 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = "unknown key"
-        accepted = _misplaced(place, document) or did_you_mean(
+        accepted = _owner_of_key(place, document) or did_you_mean(
             place.location[-1], sorted(_keys(place.owners))
         )
     elif kind == "missing":
@@ -93,12 +93,14 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
-            accepted = _misplaced(place, document) or (f"accepted: {', '.join(_keys(place.inner))}")
+            accepted = _owner_of_key(place, document) or (
+                f"accepted: {', '.join(_keys(place.inner))}"
+            )
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
 
 
-def _misplaced(place: _Place, document: Document) -> str:
+def _owner_of_key(place: _Place, document: Document) -> str:
     """Name the enclosing mapping that accepts the last key, or return an empty text."""
     *around, key = place.location
     having = [where for where, keys in place.above if key in keys]
@@ -140,10 +142,10 @@ def _is_model(kind: Any) -> bool:
 
 def _fields(model: type[BaseModel]) -> dict[str | int, tuple[Any, str | None]]:
     """Type and description by key."""
-    fields = model.model_fields.items()
     return {
-        str(info.validation_alias or name): (info.annotation, info.description)
-        for name, info in fields
+        str(key): (info.annotation, info.description)
+        for name, info in model.model_fields.items()
+        for key in getattr(info.validation_alias, "choices", [info.validation_alias or name])
     }
 
 
@@ -151,12 +153,12 @@ def _keys(models: Iterable[type[BaseModel]]) -> list[str]:
     return list(dict.fromkeys(str(key) for model in models for key in _fields(model)))
 
 
-def _flatten(kind: Any) -> list[Any]:
+def _flat_types(kind: Any) -> list[Any]:
     """Expand unions and annotations."""
     if typing.get_origin(kind) is typing.Annotated:
-        return _flatten(typing.get_args(kind)[0])
+        return _flat_types(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        return [one for part in typing.get_args(kind) for one in _flatten(part)]
+        return [one for part in typing.get_args(kind) for one in _flat_types(part)]
     return [kind]
 
 
@@ -170,4 +172,4 @@ def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
             children.append(typing.get_args(kind)[1])
         else:
             children += [item for item in typing.get_args(kind) if item is not Ellipsis]
-    return [one for child in children for one in _flatten(child)]
+    return [one for child in children for one in _flat_types(child)]

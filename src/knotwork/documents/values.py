@@ -20,21 +20,25 @@ from pydantic import (
 
 # No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
 # this size leaves the range of floats.
-LARGEST = 1e12
+LARGEST_NUMBER = 1e12
 # Nothing real is smaller; after a change of units or division by a time it could round to zero.
-SMALLEST = 1e-100
+SMALLEST_NUMBER = 1e-100
 
 
 def _above_rounding(value: float) -> float:
-    if value < SMALLEST:
-        raise ValueError(f"is so small that it may round to zero in SI; give at least {SMALLEST:g}")
+    if value < SMALLEST_NUMBER:
+        raise ValueError(
+            f"is so small that it may round to zero in SI; give at least {SMALLEST_NUMBER:g}"
+        )
     return value
 
 
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Finite = Annotated[float, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST), AfterValidator(_above_rounding)]
+Number = Annotated[float, Field(strict=True, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+Positive = Annotated[
+    float, Field(strict=True, gt=0, le=LARGEST_NUMBER), AfterValidator(_above_rounding)
+]
 if TYPE_CHECKING:
     Items = Sequence
     Several = Sequence

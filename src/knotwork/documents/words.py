@@ -12,7 +12,7 @@ LONGEST_HINT = 130
 _YES = ("yes", "no", "on", "off", "y", "n")
 
 # By pydantic's name of the error, with placeholders for its bounds.
-_WORDS = {
+_ERROR_WORDS = {
     "float_type": "must be a number",
     "int_type": "must be a whole number",
     "int_from_float": "must be a whole number",
@@ -49,22 +49,22 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
     """
     if kind in _OWN:
         words = message.removeprefix("Value error, ")
-        return words if isinstance(value, dict) else f"{_found(value)}: {words}"
+        return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
     if kind == "too_short" and not value:
         return f"{shown(value)}: is empty"
     if kind in ("too_short", "too_long"):
         context = {**context, "count": "1 value" if len(value) == 1 else f"{len(value)} values"}
-    words = _WORDS.get(kind, "is not accepted").format(**context)
+    words = _ERROR_WORDS.get(kind, "is not accepted").format(**context)
     if kind == "literal_error" and words == "must be True":
         words = "must be true, or left out"
         if str(value).lower() in _YES:
             return f"{shown(value)} is text in YAML 1.2: {words}"
     if kind == "string_type" and isinstance(value, int | float):
         words += "; put it in quotes"
-    return f"{_found(value)}: {words}"
+    return f"{_value_text(value)}: {words}"
 
 
-def _found(value: Any) -> str:
+def _value_text(value: Any) -> str:
     return "has no value" if value is None else shown(value)
 
 

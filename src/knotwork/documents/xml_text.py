@@ -8,7 +8,7 @@ from xml.parsers import expat
 
 from knotwork.errors import InputError
 
-MOST_NESTED = 100
+MOST_XML_DEPTH = 100
 """Largest nesting depth; parsers and writers of trees are recursive."""
 
 
@@ -31,7 +31,7 @@ def check_xml(data: bytes, most_elements: int) -> None:
 
     Raises:
         InputError: The text is not XML, has too many elements, nests elements deeper than
-            `MOST_NESTED`, or declares entities or attributes, of which a short text can make a
+            `MOST_XML_DEPTH`, or declares entities or attributes, of which a short text can make a
             long one.
     """
     depth = count = 0
@@ -39,20 +39,20 @@ def check_xml(data: bytes, most_elements: int) -> None:
     def start(name: str, attributes: object) -> None:
         nonlocal depth, count
         depth, count = depth + 1, count + 1
-        if depth > MOST_NESTED:
-            raise _refused(parser, f"elements are nested more than {MOST_NESTED} deep")
+        if depth > MOST_XML_DEPTH:
+            raise _error_at(parser, f"elements are nested more than {MOST_XML_DEPTH} deep")
         if count > most_elements:
-            raise _refused(parser, f"it has more than {most_elements} elements")
+            raise _error_at(parser, f"it has more than {most_elements} elements")
 
     def end(name: str) -> None:
         nonlocal depth
         depth -= 1
 
     def entity(*_: object) -> None:
-        raise _refused(parser, "it declares an entity; write out its text")
+        raise _error_at(parser, "it declares an entity; write out its text")
 
     def attribute(*_: object) -> None:
-        raise _refused(parser, "it declares an attribute; write it out where it is used")
+        raise _error_at(parser, "it declares an attribute; write it out where it is used")
 
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -67,5 +67,5 @@ def check_xml(data: bytes, most_elements: int) -> None:
         raise InputError(f"it is not XML: {error}") from error  # an unknown encoding
 
 
-def _refused(parser: expat.XMLParserType, reason: str) -> InputError:
+def _error_at(parser: expat.XMLParserType, reason: str) -> InputError:
     return InputError(f"line {parser.CurrentLineNumber}: {reason}")

@@ -17,14 +17,14 @@ from knotwork.documents.document import Document, Location, field_path
 from knotwork.errors import DocumentError, Problem, shown
 
 # Deeper than any real document, and shallow enough for the parser, which is recursive.
-MOST_NESTED = 100
+MOST_YAML_DEPTH = 100
 # Aliases of aliases can expand a short file beyond any memory. Only repeated values count,
 # not the values of the file itself.
 MOST_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
-MOST_BYTES = 100_000_000
+MOST_YAML_BYTES = 100_000_000
 # If each of them is wrong, it takes some 1,400 bytes.
-MOST_VALUES = 1_500_000
+MOST_YAML_VALUES = 1_500_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -102,7 +102,7 @@ class _Reader:
         if id(node) in self.open:
             self._problem(node, location, "refers to itself")
             return None
-        if len(location) > MOST_NESTED:
+        if len(location) > MOST_YAML_DEPTH:
             raise DocumentError(self.file, [_too_deep(node.start_mark.line + 1)])
         if node.tag not in (_TAG + "map", _TAG + "seq"):
             self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
@@ -239,19 +239,19 @@ def _checked_size(text: str, file: Path | None) -> int:
             values += 1
         elif isinstance(event, yaml.CollectionStartEvent):
             depth, values = depth + 1, values + 1
-            if depth > MOST_NESTED:
+            if depth > MOST_YAML_DEPTH:
                 line = event.start_mark.line + 1 if event.start_mark is not None else None
                 raise DocumentError(file, [_too_deep(line)])
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
-        if values > MOST_VALUES:
-            problem = Problem(None, "", f"has more than {MOST_VALUES} values")
+        if values > MOST_YAML_VALUES:
+            problem = Problem(None, "", f"has more than {MOST_YAML_VALUES} values")
             raise DocumentError(file, [problem])
     return values
 
 
 def _too_deep(line: int | None) -> Problem:
-    return Problem(line, "", f"is nested more than {MOST_NESTED} levels deep")
+    return Problem(line, "", f"is nested more than {MOST_YAML_DEPTH} levels deep")
 
 
 def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
@@ -279,7 +279,7 @@ def read(path: Path) -> Document:
     return parse(read_text(path), path)
 
 
-def read_text(path: Path, most: int = MOST_BYTES) -> str:
+def read_text(path: Path, most: int = MOST_YAML_BYTES) -> str:
     """Read a text file in UTF-8, with or without a byte order mark.
 
     Args:

@@ -26,9 +26,8 @@ from knotwork.scenario.joint_space import joint_space
 from knotwork.task import Task
 from knotwork.task.si_units import si_factors
 from knotwork.view.edit_server import EditServer
-from knotwork.view.scene import make_scene
-from knotwork.view.show import scene_of
-from knotwork.view.shown import Shown
+from knotwork.view.scene_data import make_scene, scene_of
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray, read_only
 
 Asked = Mapping[str, Any]
@@ -238,7 +237,7 @@ def standing_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     timed = replace(scenario, free=None)  # with the provisional times
     rest = [{"joints": joints, "time": float(timed.times[at])} for at in (0, -1)]
     motion = plan({"joint_units": units, "waypoints": rest}).trajectory
-    return make_scene(Shown(robot, motion, timed, joint_space(timed)))
+    return make_scene(ShownMotion.of_trajectory(motion, timed))
 
 
 def _names(scenario: Scenario) -> dict[str, str]:

@@ -127,8 +127,7 @@ class NoWayFoundError(InputError):
 
     Attributes:
         end: `"start"` or `"goal"` if the fault is known to be at one of them; else empty.
-        names: Two bodies that are too close there, or whose removal, one at a time, makes a motion
-            possible.
+        names: Two bodies that are too close there.
         depth: Depth of the bodies within the margin there [m].
         waypoints: Indices of the two waypoints without a motion, if only one solution of each
             was tried; else `None`.

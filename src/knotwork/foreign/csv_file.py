@@ -99,13 +99,13 @@ def _columns(rows: Rows, joints: Joints) -> list[Column]:
     if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
         accepted = f"its joints are {', '.join(names)}"
         raise rows.error(rows.head, None, f"no column is a joint of {joints.owner}", accepted)
-    lacks = [Problem(rows.head, "", message) for message in _missing(columns, joints.names)]
+    lacks = [Problem(rows.head, "", message) for message in _missing_columns(columns, joints.names)]
     if problems or lacks:
         raise DocumentError(rows.path, problems or lacks)
     return columns
 
 
-def _missing(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
+def _missing_columns(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
     """Faults of missing columns: time, positions of all joints, rates of all or none."""
     lacks: list[str] = []
     if not any(content.quantity == "time" for content in columns):

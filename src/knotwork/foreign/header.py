@@ -11,14 +11,14 @@ from knotwork.foreign.point_table import QUANTITIES
 from knotwork.foreign.unit_words import BASES, LOADS, PER_TIME, SECONDS, time_order, words
 from knotwork.joint_quantities import DERIVATIVES
 
-_WORDS = {
+_QUANTITY_WORDS = {
     "position": ("position", "positions", "pos", "q", "angle"),
     "velocity": ("velocity", "velocities", "vel", "qd", "dq", "qdot", "speed"),
     "acceleration": ("acceleration", "accelerations", "acc", "accel", "qdd", "ddq", "qddot"),
     "jerk": ("jerk", "jerks"),
     "effort": ("effort", "efforts", "torque", "tau", "force", "current", "voltage", "temperature"),
 }
-_QUANTITY = {word: quantity for quantity, words in _WORDS.items() for word in words}
+_QUANTITY = {word: quantity for quantity, words in _QUANTITY_WORDS.items() for word in words}
 LABELS = ("segment", "event")
 """Columns of text, which are skipped."""
 

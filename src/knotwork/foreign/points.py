@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import AliasChoices, BeforeValidator, Field
 
-from knotwork.documents import Document, Location
-from knotwork.errors import DocumentError, did_you_mean
+from knotwork.documents import Document, Finite, Location, Positive, StrictModel, Text, validate
+from knotwork.documents.values import Forms
+from knotwork.errors import DocumentError
 from knotwork.foreign.point_table import QUANTITIES, Joints, PointTable
 from knotwork.foreign.unit_words import in_si
 
-KEYS: dict[str, tuple[str, ...]] = {
+QUANTITY_KEYS: dict[str, tuple[str, ...]] = {
     "time": ("time_from_start", "time", "times", "t"),
     "position": ("positions", "position", "q"),
     "velocity": ("velocities", "velocity", "qd"),
@@ -20,46 +23,91 @@ KEYS: dict[str, tuple[str, ...]] = {
 }
 """Keys under which a mapping may give each quantity."""
 
-UNUSED_IN_POINT = ("effort", "efforts", "jerk", "jerks")
-
 NANOSECONDS = 1_000_000_000
 MOST_SECONDS = 2**32
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
 """Keys of messages: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
 
-_STEPS = ("dt", "interpolation_dt")
-"""Keys of a constant time step, in place of times."""
-
-_NAMES = ("joint_names", "joints", "names", "name")
+_NAME_KEYS = ("joint_names", "joints", "names", "name")
 _OTHER_MOTIONS = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
 _UNUSED = (
-    "header",
-    "format",
-    "version",
-    "planner",
-    "note",
-    "units",
-    "name",
-    "description",
-    "path_tolerance",
-    "goal_tolerance",
-    "component_path_tolerance",
-    "component_goal_tolerance",
-    "goal_time_tolerance",
+    *("header", "format", "version", "planner", "note", "units", "description"),
+    *("effort", "efforts", "jerk", "jerks", *_OTHER_MOTIONS),
+    *("path_tolerance", "goal_tolerance", "goal_time_tolerance"),
+    *("component_path_tolerance", "component_goal_tolerance"),
     # MoveIt's messages around a trajectory
     *("model_id", "trajectory_start", "group_name", "planning_time", "error_code"),
     "controller_names",
     # cuRobo's JointState
     *("knot", "knot_dt", "control_space", "aux_data", "device_cfg", "tensor_args"),
-    *_OTHER_MOTIONS,
-    *UNUSED_IN_POINT,
-    "tool_position",
-    "tool_quaternion",
-    "tool_linear_velocity",
-    "tool_angular_velocity",
+    *("tool_position", "tool_quaternion", "tool_linear_velocity", "tool_angular_velocity"),
 )
-_ROWS = tuple(key for keys in KEYS.values() for key in keys)
+
+
+class _Duration(StrictModel):
+    """A duration of ROS."""
+
+    sec: Annotated[int, Field(strict=True, ge=-MOST_SECONDS, le=MOST_SECONDS)] = Field(
+        default=0, validation_alias=AliasChoices("sec", "secs")
+    )
+    nanosec: Annotated[int, Field(strict=True, ge=0, lt=NANOSECONDS)] = Field(
+        default=0, validation_alias=AliasChoices("nanosec", "nsecs", "nsec")
+    )
+
+
+def _unbatched(value: Any) -> Any:
+    """The rows of a batch of one; any other value unchanged."""
+    while isinstance(value, list) and len(value) == 1 and isinstance(value[0], list):
+        if not (value[0] and isinstance(value[0][0], list)):
+            break
+        value = value[0]
+    return value
+
+
+def _single(value: Any) -> Any:
+    return value[0] if isinstance(value, list) and len(value) == 1 else value
+
+
+def _quantity(name: str, *, required: bool) -> Any:
+    keys = AliasChoices(*QUANTITY_KEYS[name])
+    return Field(validation_alias=keys) if required else Field(default=(), validation_alias=keys)
+
+
+_Time = Annotated[Finite | _Duration, Forms("a number of seconds, or sec and nanosec")]
+_Row = list[Finite]
+_Rows = Annotated[list[_Row], BeforeValidator(_unbatched)]
+
+
+class _Point(StrictModel):
+    """A point of a message; efforts and jerks are not used."""
+
+    effort: Any = Field(default=None, validation_alias=AliasChoices("effort", "efforts"))
+    jerk: Any = Field(default=None, validation_alias=AliasChoices("jerk", "jerks"))
+    time: _Time = _quantity("time", required=True)
+    position: _Row = _quantity("position", required=True)
+    velocity: _Row = _quantity("velocity", required=False)
+    acceleration: _Row = _quantity("acceleration", required=False)
+
+
+class _Points(StrictModel):
+    """A message with points."""
+
+    names: list[Text] = Field(validation_alias=AliasChoices(*_NAME_KEYS))
+    points: list[_Point]
+
+
+class _Arrays(StrictModel):
+    """Arrays with a row for each time, or each time step."""
+
+    names: list[Text] = Field(validation_alias=AliasChoices(*_NAME_KEYS))
+    step: Annotated[Positive, BeforeValidator(_single)] | None = Field(
+        default=None, validation_alias=AliasChoices("dt", "interpolation_dt")
+    )
+    time: Annotated[list[_Time], BeforeValidator(_unbatched)] = _quantity("time", required=False)
+    position: _Rows = _quantity("position", required=True)
+    velocity: _Rows = _quantity("velocity", required=False)
+    acceleration: _Rows = _quantity("acceleration", required=False)
 
 
 def read_points(document: Document, joints: Joints, start_time: float) -> PointTable:
@@ -79,232 +127,118 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
         DocumentError: A value is missing, unknown, of the wrong shape, or not a number; a joint is
             missing or given twice.
     """
-    outer, (data, at) = _inside(document)
-    given = _names(document, data, at, joints)
-    order = [given.index(name) for name in joints.names]
-    rows, rows_at = _rows(document, data, at)
-    for part, where in (*outer, (data, at)):
-        _check_units(document, part.get("units"), (*where, "units"))
+    motion = _unwrap(document)
+    has_points, columns = "points" in motion.data, dict[str, Any]()
+    if has_points:
+        message = validate(_Points, motion)
+        names, points = message.names, message.points
+        columns = {key: [getattr(point, key) for point in points] for key in QUANTITY_KEYS}
+    else:
+        arrays = validate(_Arrays, motion)
+        names = arrays.names
+        columns = {key: getattr(arrays, key) for key in QUANTITY_KEYS}
+        if not columns["time"] and arrays.step is not None:
+            columns["time"] = [start_time + i * arrays.step for i in range(len(arrays.position))]
+    _check_names(motion, names, joints)
+    order = [names.index(name) for name in joints.names]
+
+    def location(quantity: str, row: int | None) -> Location:
+        """Location of the values of a row, or of all rows."""
+        if has_points and (row is None or not quantity):
+            return ("points",)
+        part = motion.data["points"][row] if has_points else motion.data
+        keys = QUANTITY_KEYS[quantity or "time"]
+        key = next((key for key in keys if key in part), keys[0])
+        return ("points", row or 0, key) if has_points else (key, *(() if row is None else (row,)))
 
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        where = rows[row][quantity].where if quantity else rows_at
+        where = location(quantity, row if quantity else None)
         where = where if joint is None else (*where, order[joint])
-        return lambda message, accepted: document.error(where, message, accepted)
+        return lambda message, accepted: motion.error(where, message, accepted)
 
-    time = np.array([_seconds(document, row["time"], start_time) for row in rows], float)
-    has = {name: np.array([name in row for row in rows], bool) for name in QUANTITIES}
-    values = {name: np.full((len(rows), len(given)), np.nan) for name in QUANTITIES}
-    for name, table in values.items():
-        for i in np.flatnonzero(has[name]):
-            table[i] = _numbers(document, rows[i][name], len(given))
-        values[name] = table[:, order]
+    if not columns["time"] and not has_points:
+        raise motion.error(location("time", None), "is missing", "time and positions, or points")
+    count = len(columns["time"])
+    has, values = dict[str, Any](), dict[str, Any]()
+    for quantity in QUANTITIES:
+        rows = columns[quantity] or [()] * count
+        if len(rows) != count:
+            fault = f"has {len(rows)} rows"
+            raise motion.error(location(quantity, None), fault, f"{count}, as times")
+        has[quantity] = np.array([len(row) > 0 for row in rows], bool)
+        table = np.full((count, len(names)), np.nan)
+        for i, row in enumerate(rows):
+            if len(row) not in (len(names), 0 if quantity != "position" else -1):
+                fault = f"has {len(row)} values"
+                raise motion.error(location(quantity, i), fault, f"{len(names)}, as joint names")
+            table[i] = row if len(row) else np.nan
+        values[quantity] = table[:, order]
+    time = np.array([_seconds(value) for value in columns["time"]], float)
+    relative = [location("time", i)[-1 if has_points else 0] for i in range(count)]
+    time[[key == "time_from_start" for key in relative]] += start_time
     return PointTable(joints, time, values, has, place)
 
 
-class _Entry(NamedTuple):
-    """A value of a file for a quantity: key, value and location."""
-
-    key: str
-    value: Any
-    where: Location
-
-
-_Row = dict[str, _Entry]
-Part = tuple[Mapping[str, Any], Location]
+def _seconds(value: float | _Duration) -> float:
+    """A time [s]."""
+    if isinstance(value, _Duration):
+        return (value.sec * NANOSECONDS + value.nanosec) / NANOSECONDS
+    return value
 
 
-def _inside(document: Document) -> tuple[list[Part], Part]:
-    """The mappings around the points, and the mapping of the points, each with its location."""
-    data: Any = document.data
-    at: Location = ()
-    outer: list[Part] = []
-    for _ in range(len(WRAPPERS)):
-        if not isinstance(data, dict):
-            kind = type(data).__name__
-            raise document.error(at, f"has a {kind}", "a mapping with joint_names and points")
-        if any(name in data for name in _NAMES) or "points" in data:
-            break
-        held = [key for key in WRAPPERS if isinstance(data.get(key), dict | list)]
-        if not held:
-            break
-        key = held[0]
-        if len(held) > 1:
-            fault = f"is given together with {key!r}, but only one motion can be checked"
-            raise document.error((*at, held[1]), fault, "one")
-        _refuse_unknown(document, data, at, WRAPPERS + _UNUSED)
-        outer.append((data, at))
-        data, at = data[key], (*at, key)
-        if isinstance(data, list):
-            if len(data) != 1:
-                fault = f"has {len(data)} trajectories, but only one motion can be checked"
-                raise document.error(at, fault, "one")
-            data, at = data[0], (*at, 0)
-    rows = ("points",) if "points" in data else (*_ROWS, *_STEPS)
-    _refuse_unknown(document, data, at, _NAMES + rows + _UNUSED)
-    return outer, (data, at)
+def _unwrap(document: Document) -> Document:
+    """The mapping of the points, without unused keys, in the mappings around it.
+
+    Raises:
+        DocumentError: There are several motions, units other than SI, or an unknown key around it.
+    """
+    data = document.data
+    if not isinstance(data, dict):
+        kind = type(data).__name__
+        raise document.error((), f"has a {kind}", "a mapping with joint_names and points")
+    _check_units(document, data.get("units"), ("units",))
+    for key in _OTHER_MOTIONS:
+        other = data.get(key)
+        if isinstance(other, dict) and (other.get("points") or other.get("joint_names")):
+            fault = "moves joints of several degrees of freedom, which is not supported"
+            raise document.error((key,), fault, "a file without it, or with an empty one")
+    wrapper = next((key for key in WRAPPERS if isinstance(data.get(key), dict | list)), "")
+    if not wrapper or "points" in data or any(name in data for name in _NAME_KEYS):
+        names = [key for key in _NAME_KEYS if isinstance(data.get(key), list)][:1]
+        used = {
+            key: data[key] for key in data if key not in (*_UNUSED, *_NAME_KEYS) or key in names
+        }
+        return replace(document, data=used)
+    for key in data:
+        if key not in (wrapper, *_UNUSED):
+            raise document.error((key,), "unknown key", f"{wrapper} alone")
+    motions = document.part((wrapper,))
+    if isinstance(motions.data, list) and len(motions.data) == 1:
+        motions = motions.part((0,))
+    if isinstance(motions.data, list):
+        fault = f"has {len(motions.data)} trajectories, but only one motion can be checked"
+        raise motions.error((), fault, "one")
+    return _unwrap(motions)
 
 
 def _check_units(document: Document, stated: Any, where: Location) -> None:
     """Refuse units that are stated to be others than s, rad, m and so on: values are in these."""
     if isinstance(stated, Mapping | list):
-        pairs = stated.items() if isinstance(stated, Mapping) else enumerate(stated)
-        for key, one in pairs:
-            _check_units(document, one, (*where, key))
+        for key, unit in stated.items() if isinstance(stated, Mapping) else enumerate(stated):
+            _check_units(document, unit, (*where, key))
     elif stated is not None and not (isinstance(stated, str) and in_si(stated)):
         raise document.error(where, f"is {stated!r}", "s, rad or m, or these per s or s²")
 
 
-def _refuse_unknown(
-    document: Document, data: Mapping[str, Any], at: Location, known: Sequence[str]
-) -> None:
-    """Refuse an unknown key, perhaps misspelt, and motions of other joints."""
-    for key in data:
-        if key not in known:
-            raise document.error((*at, key), "unknown key", did_you_mean(key, known))
-    for key in _OTHER_MOTIONS:
-        other = data.get(key)
-        if isinstance(other, dict) and (other.get("points") or other.get("joint_names")):
-            fault = "moves joints of several degrees of freedom, which is not supported"
-            raise document.error((*at, key), fault, "a file without it, or with an empty one")
-
-
-def _names(document: Document, data: Mapping[str, Any], at: Location, joints: Joints) -> list[str]:
-    """Joints in the order of the file, each exactly once."""
-    key = next((key for key in _NAMES if isinstance(data.get(key), list)), None)
-    if key is None:
-        raise document.error((*at, "joint_names"), "is missing and must be a list of joint names")
-    given, where = data[key], (*at, key)
+def _check_names(motion: Document, names: list[str], joints: Joints) -> None:
+    """Check that each joint is named exactly once."""
+    key = next(key for key in _NAME_KEYS if key in motion.data)
     accepted = f"each of {', '.join(joints.names)} once, in any order"
-    for i, name in enumerate(given):
-        if not isinstance(name, str):
-            raise document.error((*where, i), f"{name!r} is not a joint name", "text")
-        if name in given[:i]:
-            raise document.error((*where, i), f"joint {name!r} is given twice", accepted)
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise motion.error((key, i), f"joint {name!r} is given twice", accepted)
         if name not in joints.names:
-            raise document.error((*where, i), f"{joints.owner} has no joint {name!r}", accepted)
+            raise motion.error((key, i), f"{joints.owner} has no joint {name!r}", accepted)
     for name in joints.names:
-        if name not in given:
-            raise document.error(where, f"joint {name!r} is missing", accepted)
-    return list(given)
-
-
-def _rows(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[_Row], Location]:
-    """Values for each time, by quantity, and their location."""
-    if "points" in data:
-        points, where = data["points"], (*at, "points")
-        if not isinstance(points, list):
-            raise document.error(where, f"is {points!r}", "a list of points")
-        rows = []
-        for i, point in enumerate(points):
-            if not isinstance(point, dict):
-                raise document.error((*where, i), f"is {point!r}", "a mapping")
-            _refuse_unknown(document, point, (*where, i), _ROWS + UNUSED_IN_POINT)
-            rows.append(_given(document, point, (*where, i), "must be given", 0))
-        return rows, where
-    columns = _given(
-        document, _with_times(document, data, at), at, "time and positions, or points", 1
-    )
-    columns = {name: of._replace(value=_of_batch(of.value)) for name, of in columns.items()}
-    time = columns["time"]
-    if not isinstance(time.value, list):
-        raise document.error(time.where, f"is {time.value!r}", "a list of times in s")
-    size = len(time.value)
-    for _, column, where in columns.values():
-        if not isinstance(column, list) or len(column) != size:
-            found = len(column) if isinstance(column, list) else "no"
-            raise document.error(where, f"has {found} rows", f"{size}, as times")
-    rows = [
-        {name: _Entry(of.key, of.value[i], (*of.where, i)) for name, of in columns.items()}
-        for i in range(size)
-    ]
-    return rows, time.where
-
-
-def _of_batch(value: Any) -> Any:
-    """The rows of a batch of one; any other value unchanged."""
-    while isinstance(value, list) and len(value) == 1 and isinstance(value[0], list):
-        if not (value[0] and isinstance(value[0][0], list)):
-            break
-        value = value[0]
-    return value
-
-
-def _with_times(document: Document, data: Mapping[str, Any], at: Location) -> Mapping[str, Any]:
-    """The mapping with times from its time step, if it has no times."""
-    step = next((key for key in _STEPS if data.get(key) is not None), None)
-    if step is None or any(data.get(key) for key in KEYS["time"]):
-        return data
-    value, where = data[step], (*at, step)
-    value = value[0] if isinstance(value, list) and len(value) == 1 else value
-    size = _number(document, value, where)
-    if not 0.0 < size < np.inf:
-        raise document.error(where, f"is {size:g}", "a positive number of seconds")
-    rows = _of_batch(next((data[key] for key in KEYS["position"] if data.get(key)), []))
-    count = len(rows) if isinstance(rows, list) else 0
-    return {**data, "time_from_start": [i * size for i in range(count)]}
-
-
-def _given(
-    document: Document, data: Mapping[str, Any], at: Location, accepted: str, usual: int
-) -> _Row:
-    """Values of a mapping by quantity; time and positions are required.
-
-    Args:
-        document: The document.
-        data: The mapping.
-        at: Its location.
-        accepted: Accepted input, for the error.
-        usual: Index among `KEYS["time"]` of the usual key there.
-    """
-    row: _Row = {}
-    for name, keys in KEYS.items():
-        found = [key for key in keys if data.get(key) not in (None, [])]
-        if len(found) > 1:
-            message = f"is given together with {found[0]!r}, which means the same"
-            raise document.error((*at, found[1]), message, "one")
-        if found:
-            row[name] = _Entry(found[0], data[found[0]], (*at, found[0]))
-        elif name in ("time", "position"):
-            key = keys[usual if name == "time" else 0]
-            raise document.error((*at, key), "is missing", accepted)
-    return row
-
-
-def _numbers(document: Document, entry: _Entry, size: int) -> list[float]:
-    """A row of numbers, one per joint."""
-    values, where = entry.value, entry.where
-    if not isinstance(values, list):
-        raise document.error(where, f"is {values!r}", f"a list of {size} numbers")
-    if len(values) != size:
-        raise document.error(where, f"has {len(values)} values", f"{size}, as joint names")
-    return [_number(document, value, (*where, i)) for i, value in enumerate(values)]
-
-
-def _number(document: Document, value: Any, where: Location) -> float:
-    """One number, perhaps infinite or NaN."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise document.error(where, f"{value!r} is not a number", "a number")
-    try:
-        return float(value)
-    except OverflowError:
-        raise document.error(where, "is beyond the range of numbers") from None
-
-
-def _seconds(document: Document, entry: _Entry, start_time: float) -> float:
-    """A time [s] from a number, or from whole seconds and nanoseconds."""
-    start = start_time if entry.key == "time_from_start" else 0.0
-    if not isinstance(entry.value, dict):
-        return start + _number(document, entry.value, entry.where)
-    parts = {"sec": 0, "nanosec": 0}
-    for field, part in entry.value.items():
-        where = (*entry.where, field)
-        name = {"secs": "sec", "nsecs": "nanosec", "nsec": "nanosec"}.get(field, field)
-        if name not in parts:
-            raise document.error(where, "unknown key", "sec and nanosec")
-        if isinstance(part, bool) or not isinstance(part, int) or abs(part) > MOST_SECONDS:
-            raise document.error(where, f"{part!r} is not a number of {name}")
-        if name == "nanosec" and not 0 <= part < NANOSECONDS:
-            accepted = f"0 to {NANOSECONDS - 1}; whole seconds are in sec"
-            raise document.error(where, f"{part} is out of range", accepted)
-        parts[name] = part
-    return start + (parts["sec"] * NANOSECONDS + parts["nanosec"]) / NANOSECONDS
+        if name not in names:
+            raise motion.error((key,), f"joint {name!r} is missing", accepted)

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork import documents, storage
 from knotwork.documents import Document
-from knotwork.documents.csv_rows import MOST_BYTES
+from knotwork.documents.csv_rows import MOST_CSV_BYTES
 from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.csv_file import read_csv
 from knotwork.foreign.drake_polynomials import read_polynomials
@@ -21,7 +21,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import FORMAT
 from knotwork.trajectory import JointTrajectory
 
-RESOLUTION = 1.0000001e-9
+TIME_RESOLUTION = 1.0000001e-9
 """Resolution of the times in a ROS 2 message [s], rounding included."""
 
 CSV = (".csv", ".tsv", ".txt")
@@ -80,7 +80,7 @@ def read_trajectory(
         return stored, [] if fault is None else [fault]
     table = read_points(document, joints, span[0])
     trajectory = to_trajectory(table, f"{path.name} ({kind})")
-    return _continued(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
+    return _extend_to_end(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
 
 
 def is_trajectory(path: Path | str) -> bool:
@@ -151,15 +151,15 @@ def _arrays(path: Path) -> Document:
     try:
         with np.load(path, allow_pickle=False) as file:
             sizes = sum(one.file_size for one in file.zip.infolist())
-            if sizes > MOST_BYTES:
+            if sizes > MOST_CSV_BYTES:
                 raise DocumentError(path, [Problem(None, "", f"has {sizes} bytes", "at most 5e8")])
             return Document({name: file[name].tolist() for name in file.files}, path)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, AttributeError) as error:
         raise DocumentError(path, [Problem(None, "", "is not an npz of NumPy arrays")]) from error
 
 
-def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
-    if not 0.0 < end - trajectory.end_time <= RESOLUTION:
+def _extend_to_end(trajectory: JointTrajectory, end: float) -> JointTrajectory:
+    if not 0.0 < end - trajectory.end_time <= TIME_RESOLUTION:
         return trajectory
     breaks = np.append(trajectory.breaks[:-1], end)
     return replace(trajectory, polynomial=PiecewisePolynomial(trajectory.polynomial.c, breaks))

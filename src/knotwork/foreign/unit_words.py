@@ -6,13 +6,13 @@ import math
 import re
 from collections.abc import Sequence
 
-_UNITS = (
+_POSITION_UNITS = (
     ("rad", 1.0, ("rad", "radian", "radians")),
     ("rad", math.pi / 180.0, ("deg", "degree", "degrees", "°")),
     ("m", 1.0, ("m", "meter", "meters", "metre", "metres")),
     ("m", 1e-3, ("mm",)),
 )
-BASES = {word: (unit, size) for unit, size, names in _UNITS for word in names}
+BASES = {word: (unit, size) for unit, size, names in _POSITION_UNITS for word in names}
 """Unit of a joint, and the size in it, by the word for a unit of position."""
 
 PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}

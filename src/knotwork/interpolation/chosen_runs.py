@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import OptionError
-from knotwork.interpolation.joining import joined
+from knotwork.interpolation.joining import join_pieces
 from knotwork.interpolation.modified_hermite_spline import ModifiedHermiteSpline, end_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
@@ -69,7 +69,7 @@ def plan_modified_hermite(
         done = rows[-1]
     parts += _between(waypoints, known, done, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
-    return joined(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
+    return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
 
 def _fill(known: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:

@@ -9,7 +9,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
-def joined(
+def join_pieces(
     waypoints: JointWaypoints, c: FloatArray, breaks: FloatArray | None = None
 ) -> PiecewisePolynomial:
     """Join polynomials to a curve, without pieces of zero duration.
@@ -26,8 +26,8 @@ def joined(
     if breaks is None:
         breaks = waypoints.time
     else:
-        kept = np.diff(breaks) > 0.0
-        c, breaks = c[:, kept], np.append(breaks[:-1][kept], breaks[-1])
+        lasting = np.diff(breaks) > 0.0
+        c, breaks = c[:, lasting], np.append(breaks[:-1][lasting], breaks[-1])
     if not np.isfinite(c).all():
         _, piece, joint = (int(i) for i in np.argwhere(~np.isfinite(c))[0])
         raise InputError(

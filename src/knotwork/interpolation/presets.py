@@ -30,13 +30,17 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
         Accelerations, shape (n, d) [rad/s² or m/s²].
     """
     h = np.diff(waypoints.time)[:, None]
-    y, v = waypoints.position, waypoints.velocity
-    slope = np.diff(y, axis=0) / h
-    # accelerations times h: at the start and at the end of each interval
-    early = 6.0 * slope - 4.0 * v[:-1] - 2.0 * v[1:]
-    late = 4.0 * v[1:] + 2.0 * v[:-1] - 6.0 * slope
-    inner = (late[:-1] + early[1:]) / (h[:-1] + h[1:])
-    return np.concatenate((early[:1] / h[:1], inner, late[-1:] / h[-1:]))
+    start, end = cubic_accelerations(waypoints)
+    inner = (h[:-1] * end[:-1] + h[1:] * start[1:]) / (h[:-1] + h[1:])
+    return np.concatenate((start[:1], inner, end[-1:]))
+
+
+def cubic_accelerations(waypoints: JointWaypoints) -> tuple[FloatArray, FloatArray]:
+    """Accelerations of the cubic Hermite pieces at their starts and ends, shape (n-1, d) each."""
+    h = np.diff(waypoints.time)[:, None]
+    v, slope = waypoints.velocity, np.diff(waypoints.position, axis=0) / h
+    start = (6.0 * slope - 4.0 * v[:-1] - 2.0 * v[1:]) / h
+    return start, (4.0 * v[1:] + 2.0 * v[:-1] - 6.0 * slope) / h
 
 
 def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
@@ -72,11 +76,11 @@ def with_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArr
     return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
 
 
-def preset_rows(given: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> FloatArray:
+def preset_rows(rows: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> FloatArray:
     """Accelerations given at the waypoints, shape (n, d).
 
     Args:
-        given: Value of the option `accelerations`.
+        rows: Value of the option `accelerations`.
         waypoints: The waypoints.
         skipped: Number of waypoints at either end without a row.
 
@@ -89,10 +93,10 @@ def preset_rows(given: Any, waypoints: JointWaypoints, *, skipped: int = 0) -> F
     if skipped:
         where += f", but the first {skipped} and the last {skipped}, where nothing is free"
     accepted = f"{n} waypoints of {joints} joints take {shape[0]} (shape {shape}), one for "
-    array = np.asarray(given, dtype=float)
+    array = np.asarray(rows, dtype=float)
     if array.shape != shape:
-        rows = len(array) if array.ndim else "no"
+        count = len(array) if array.ndim else "no"
         raise OptionError(
-            "accelerations", f"has {rows} rows (shape {array.shape}); {accepted}{where}"
+            "accelerations", f"has {count} rows (shape {array.shape}); {accepted}{where}"
         )
     return array

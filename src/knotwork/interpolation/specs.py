@@ -61,7 +61,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        makes="per_interval:plan_cubic",
+        makes="waypoint_polynomials:plan_cubic",
     ),
     PlannerSpec(
         "quintic",
@@ -71,7 +71,7 @@ _ALL = (
         guarantees="positions, velocities and preset accelerations at all waypoints",
         cannot="find good accelerations: with bad presets the velocity fluctuates",
         supports=("accelerations", "end_acceleration"),
-        makes="per_interval:plan_quintic",
+        makes="waypoint_polynomials:plan_quintic",
     ),
     PlannerSpec(
         "septic",
@@ -81,7 +81,7 @@ _ALL = (
         guarantees="positions, velocities, preset accelerations and zero jerk at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
-        makes="per_interval:plan_septic",
+        makes="waypoint_polynomials:plan_septic",
     ),
     PlannerSpec(
         "nonic",
@@ -91,7 +91,7 @@ _ALL = (
         guarantees="positions, velocities, preset accelerations at all waypoints; no jerk, snap",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
-        makes="per_interval:plan_nonic",
+        makes="waypoint_polynomials:plan_nonic",
     ),
     PlannerSpec(
         "parabolic-blend",
@@ -111,7 +111,7 @@ _ALL = (
         guarantees="positions at all waypoints, velocities at both ends",
         cannot="meet velocities at inner waypoints",
         supports=(),
-        makes="bspline:plan_bspline",
+        makes="waypoint_polynomials:plan_bspline",
     ),
     PlannerSpec(
         "bspline-velocity",
@@ -121,7 +121,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        makes="per_interval:plan_cubic",
+        makes="waypoint_polynomials:plan_cubic",
     ),
     PlannerSpec(
         "3-5-3",
@@ -131,7 +131,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="serve three waypoints; find good inner accelerations where there are over four",
         supports=("accelerations",),
-        makes="splice:plan_353",
+        makes="waypoint_polynomials:plan_353",
     ),
     PlannerSpec(
         "4-3-4",
@@ -141,7 +141,7 @@ _ALL = (
         guarantees="positions at all waypoints, velocities and accelerations at both ends",
         cannot="meet velocities at inner waypoints",
         supports=("end_acceleration",),
-        makes="splice:plan_434",
+        makes="waypoint_polynomials:plan_434",
     ),
     PlannerSpec(
         "trapezoidal",

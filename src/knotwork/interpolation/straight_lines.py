@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.interpolation.joining import joined
+from knotwork.interpolation.joining import join_pieces
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -70,7 +70,7 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
     c[2, 0, 0], c[2, 0, 1] = y[0], y[0] + (before[0] + after[0]) * half[0]
     c[2, -1, 0] = y[-1] - (before[-1] + after[-1]) * half[-1]
     breaks = np.maximum.accumulate(np.stack((start, end), axis=1).ravel())
-    return joined(waypoints, c.reshape(3, -1, y.shape[1])[:, :-1], np.minimum(breaks, t[-1]))
+    return join_pieces(waypoints, c.reshape(3, -1, y.shape[1])[:, :-1], np.minimum(breaks, t[-1]))
 
 
 def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
@@ -103,7 +103,7 @@ def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> Piece
     c[0, :, 0], c[0, :, 2] = half, -half
     c[1, :, 1], c[1, :, 2] = speed, speed
     c[2, :, 0], c[2, :, 1], c[2, :, 2] = y[:-1], y[:-1] + run_up, y[1:] - run_up
-    return joined(waypoints, c.reshape(3, -1, y.shape[1]), breaks)
+    return join_pieces(waypoints, c.reshape(3, -1, y.shape[1]), breaks)
 
 
 def _resolved(time: FloatArray, span: FloatArray) -> FloatArray:

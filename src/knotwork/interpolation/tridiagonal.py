@@ -54,25 +54,18 @@ def solve_tridiagonal(
         -to_right[: odds - 1] * upper[2::2],
         reduced,
     )
-    found = np.array(rhs)
-    found[:, 1::2] = odd
-    found[:, 0::2][:, :odds] -= odd * upper[0::2]
-    found[:, 2::2] -= odd[:, :rights] * lower[1::2]
-    found[:, 0::2] /= even
-    return found
+    solution = np.array(rhs)
+    solution[:, 1::2] = odd
+    solution[:, 0::2][:, :odds] -= odd * upper[0::2]
+    solution[:, 2::2] -= odd[:, :rights] * lower[1::2]
+    solution[:, 0::2] /= even
+    return solution
 
 
-def solve_accelerations(diagonal: FloatArray, between: FloatArray, rhs: FloatArray) -> FloatArray:
-    """Solve the symmetric tridiagonal system of the accelerations of a C2 cubic spline.
+def solve_alternating(diagonal: FloatArray, between: FloatArray, rhs: FloatArray) -> FloatArray:
+    """Solve a symmetric, diagonally dominant tridiagonal system with positive entries.
 
-    An interval has the length h, the mean velocity s and the accelerations a0 and a1 at its ends.
-    The cubic through its end positions has the velocities s - h (2 a0 + a1)/6 at its start and
-    s + h (a0 + 2 a1)/6 at its end. They agree where two intervals meet:
-
-        h₋ a₋ / 6 + (h₋ + h₊) a / 3 + h₊ a₊ / 6 = s₊ - s₋.
-
-    The matrix is diagonally dominant with positive entries. Counting every other acceleration with
-    the opposite sign turns it into an M-matrix.
+    Every other unknown with the opposite sign turns the matrix into an M-matrix.
 
     Args:
         diagonal: Diagonal entries, each above the sum of its neighbours, shape (m,).
@@ -80,25 +73,8 @@ def solve_accelerations(diagonal: FloatArray, between: FloatArray, rhs: FloatArr
         rhs: Right-hand sides, shape (m, d).
 
     Returns:
-        Accelerations, shape (m, d).
+        Solutions, shape (m, d).
     """
     signs = np.where(np.arange(diagonal.size) % 2, -1.0, 1.0)
     columns = np.ascontiguousarray(rhs.T) * signs
-    solution = solve_tridiagonal(-between, np.array(diagonal), -between, columns)
-    return np.ascontiguousarray((solution * signs).T)
-
-
-def cubic_pieces(t: FloatArray, y: FloatArray, a: FloatArray) -> FloatArray:
-    """Coefficients of the cubics with given positions and accelerations at their ends.
-
-    Args:
-        t: Times, shape (m,).
-        y: Positions, shape (m, d).
-        a: Accelerations, shape (m, d).
-
-    Returns:
-        Coefficients, shape (4, m-1, d), highest power first.
-    """
-    h = np.diff(t)[:, None]
-    start = np.diff(y, axis=0) / h - h * (2.0 * a[:-1] + a[1:]) / 6.0
-    return np.stack((np.diff(a, axis=0) / (6.0 * h), 0.5 * a[:-1], start, y[:-1]))
+    return (solve_tridiagonal(-between, diagonal, -between, columns) * signs).T

@@ -13,9 +13,9 @@ from knotwork.pipeline.planned_motion import PlannedMotion
 from knotwork.pipeline.scenario_planner import ScenarioPlanner
 from knotwork.scenario import FreeTimes
 from knotwork.task_to_joint import Step, TaskSolution
-from knotwork.verification.collisions import failed_pairs, motion_finding
+from knotwork.verification.checked_motion import AT_WAYPOINT
+from knotwork.verification.collisions import collision_note, failed_pairs
 from knotwork.verification.finding import TRIED
-from knotwork.verification.motion import AT_WAYPOINT
 from knotwork.waypoints import FloatArray
 
 
@@ -183,6 +183,6 @@ def _with_finding(
     plan: PlannedMotion, message: str, quantity: str = "sequences_tried"
 ) -> PlannedMotion:
     """The plan with a finding on the sequences of solutions that were tried."""
-    finding = motion_finding(quantity, message)
+    finding = collision_note(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -42,7 +42,7 @@ class Plan(ExecutedMotion):
         Raises:
             InputError: The scenario has no robot, or another planner can't plan it.
         """
-        from knotwork.view.show import view_plan
+        from knotwork.view.plan_pages import view_plan
 
         others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
         return view_plan(self, others)
@@ -61,7 +61,7 @@ class Plan(ExecutedMotion):
             InputError: The viewer is neither, or the scenario has no robot.
         """
         from knotwork.view.meshcat_player import play_scene
-        from knotwork.view.show import scene_of
+        from knotwork.view.scene_data import scene_of
 
         play_scene(scene_of(self), viewer)
 
@@ -140,7 +140,7 @@ def plan(
 
     free = scenario.free
     met = tuple(scenario.waypoints[i].name for i in free.meets if free.duration[i - 1])
-    timed = ScenarioPlanner(scenario, planner, knots, Budget(budget=budget), progress, met)
+    timed = ScenarioPlanner(scenario, planner, knots, Budget(seconds=budget), progress, met)
     if free.meets:
         scenario = with_times_met(
             scenario, lambda expected: replace(timed, scenario=expected).choose_times()

@@ -73,7 +73,7 @@ class ScenarioPlanner:
         scenario, time = self.scenario, self.time
         if scenario.free is None or time is None:
             raise AssertionError("no time of the scenario is free")
-        budget = None if time.budget is None else max(time.left(), 1e-3)
+        budget = None if time.seconds is None else max(time.left(), 1e-3)
         return choose_times(
             scenario, scenario.free, budget=budget, progress=self.progress, solution=solution
         )

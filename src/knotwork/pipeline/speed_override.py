@@ -11,10 +11,10 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.retiming import (
     Profile,
     checked_profile,
-    composed,
+    compose,
     cubic_through,
     inverse_time,
-    keeps_limits,
+    keeps_joint_limits,
 )
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding
@@ -57,16 +57,16 @@ def change_speed(
         first, last = clock(clock.x[[0, -1]])
         passed = times[(times >= first - SAME_TIME) & (times <= last + SAME_TIME)]
         reached = inverse_time(clock, passed).tolist()
-        return cubic_through(composed(curve, clock), PATH_TOLERANCE, reached)[0], clock
+        return cubic_through(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
-    if requested.rates.max() > 1.0 or keeps_limits(motion, curve, *limits):
+    if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):
         return motion, clock, []
     attempts = sorted(product(LOWER_CAPS, CHANGE_FACTORS), key=_loss)
     for cap, factor in attempts:
         executed = _slow_down(requested, cap, factor)
         slower, slower_clock = execute(executed)
-        if keeps_limits(slower, curve, *limits):
+        if keeps_joint_limits(slower, curve, *limits):
             finding = _override_finding(requested, executed, float(slower_clock.x[-1]))
             return slower, slower_clock, [finding]
     return motion, clock, []

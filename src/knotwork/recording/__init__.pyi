@@ -3,11 +3,11 @@ from .alignment import aligned as aligned
 from .deviations import LogTolerances as LogTolerances
 from .deviations import deviation_findings as deviation_findings
 from .lateness import Delay as Delay
-from .likeness import LeftOfPlan as LeftOfPlan
+from .likeness import PlanResidual as PlanResidual
+from .log_check import check_log as check_log
+from .log_check import compare_log as compare_log
+from .log_reading import Recording as Recording
+from .log_reading import read_log as read_log
 from .noise import Noise as Noise
-from .reading import Recording as Recording
-from .reading import read_log as read_log
 from .smoothing import Smoothed as Smoothed
 from .smoothing import smoothed as smoothed
-from .verdict import check_log as check_log
-from .verdict import compare_log as compare_log

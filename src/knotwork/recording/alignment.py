@@ -11,14 +11,14 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.refined import part
 from knotwork.recording.lateness import Delay, delays
-from knotwork.recording.likeness import LeftOfPlan, left_of_plan
+from knotwork.recording.likeness import PlanResidual, plan_residual
 from knotwork.recording.smoothing import Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-COARSE = 2000
+COARSE_STEPS = 2000
 """Number of steps of a plan in the search for the shift."""
-ROUNDS = 50
+MOST_SHIFT_STEPS = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,18 +46,16 @@ class Alignment:
 
     def on_time(self) -> JointTrajectory:
         """The motion without its delays; it jumps where they change."""
-        own, curve = self.trajectory, self.curve.trajectory.polynomial
-        c, x = [], []
-        for one in self.delays:
-            ahead = self.start + one.late
-            low = max(one.start, own.start_time, curve.x[0] - ahead)
-            high = min(one.end, own.end_time, curve.x[-1] - ahead)
+        curve, parts = self.curve.trajectory.polynomial, []
+        for delay in self.delays:
+            ahead = self.start + delay.late
+            low = max(delay.start, self.trajectory.start_time, curve.x[0] - ahead)
+            high = min(delay.end, self.trajectory.end_time, curve.x[-1] - ahead)
             if low < high:
-                found = part(curve, low + ahead, high + ahead)
-                c.append(found.c)
-                x.append([low, *(found.x[1:-1] - ahead)])
-        whole = PiecewisePolynomial(np.concatenate(c, axis=1), np.concatenate([*x, [high]]))
-        return replace(own, polynomial=whole)
+                parts.append(_shifted_part(curve, low, high, ahead))
+        c = np.concatenate([part.c for part in parts], axis=1)
+        x = np.concatenate([*(part.x[:-1] for part in parts), parts[-1].x[-1:]])
+        return replace(self.trajectory, polynomial=PiecewisePolynomial(c, x))
 
     def errors(self, order: int, time: float | None) -> FloatArray:
         """Standard errors of each joint due to the noise, shape (d,).
@@ -66,23 +64,23 @@ class Alignment:
             order: 0 for the position to 3 for the jerk.
             time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        return self._at(self.curve.errors, order, time)
+        return self._largest_at(self.curve.errors, order, time)
 
-    def left_of_plan(self, order: int, time: float | None) -> FloatArray:
+    def plan_residual(self, order: int, time: float | None) -> FloatArray:
         """Residual of the plan smoothed with the log's knots, shape (d,).
 
         Args:
             order: 0 for the position to 3 for the jerk.
             time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        return self._at(self.left.errors, order, time)
+        return self._largest_at(self.residual.errors, order, time)
 
     @cached_property
-    def left(self) -> LeftOfPlan:
+    def residual(self) -> PlanResidual:
         """Deviation of the plan from its own smoothed curve with the log's knots."""
-        return left_of_plan(self.curve, self.reference, self.start)
+        return plan_residual(self.curve, self.reference, self.start)
 
-    def _at(self, values: FloatArray, order: int, time: float | None) -> FloatArray:
+    def _largest_at(self, values: FloatArray, order: int, time: float | None) -> FloatArray:
         """A derivative at the nearest time of the grid, or the largest of all."""
         grid, motion = self.curve.grid - self.start, self.trajectory
         ends = (motion.start_time, motion.end_time) if time is None else (time, time)
@@ -95,7 +93,7 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
 
     The log is compared with the plan at every shift, in steps of its sample period; then the best
     shift is improved by least squares between all samples and the plan's polynomials. Before and
-    its time the plan is at rest. If there are delays within the log, the shift is that of its
+    after its time the plan is at rest. If there are delays within the log, the shift is that of its
     beginning.
 
     >>> plan = kw.plan("paper_case")
@@ -120,10 +118,11 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     begin, end = reference.start_time, reference.end_time
     if not np.abs(reference.extrema(1).peak).max() > 0.0:
         raise InputError("the plan never moves, so the time shift of the log can't be found")
-    shift, error = _refined(curve, reference, _coarse(curve, reference))
+    shift, error = _refine_shift(curve, reference, _coarse_shift(curve, reference))
     spans = delays(curve, reference, shift)
     first_late = spans[0].late
-    shift, spans = shift + first_late, tuple(one.less(first_late) for one in spans)
+    spans = tuple(span._replace(late=span.late - first_late) for span in spans)
+    shift += first_late
     # a log without more of the plan than its extrapolation still has that part
     first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
     last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
@@ -131,14 +130,20 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
         raise InputError(
             f"{log.source} lasts {log.time[-1]:.6g} s and has no time in common with the plan"
         )
-    polynomial = part(curve.trajectory.polynomial, first + shift, last + shift)
-    breaks = np.concatenate(([first], polynomial.x[1:-1] - shift, [last]))
-    polynomial = PiecewisePolynomial(polynomial.c, breaks)
+    polynomial = _shifted_part(curve.trajectory.polynomial, first, last, shift)
     trajectory = replace(curve.trajectory, polynomial=polynomial, waypoint_times=None)
     return Alignment(trajectory, shift + log.origin, error, reference, curve, shift, spans)
 
 
-def _held(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
+def _shifted_part(
+    curve: PiecewisePolynomial, start: float, end: float, ahead: float
+) -> PiecewisePolynomial:
+    """Part of a curve between two times of a clock over which it is ahead [s], by that clock."""
+    cut = part(curve, start + ahead, end + ahead)
+    return PiecewisePolynomial(cut.c, np.concatenate(([start], cut.x[1:-1] - ahead, [end])))
+
+
+def _extended(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
     """The plan at any times; at rest before and after its own."""
     inside = np.clip(time, reference.start_time, reference.end_time)
     values = reference(inside, order)
@@ -147,37 +152,33 @@ def _held(reference: JointTrajectory, time: FloatArray, order: int = 0) -> Float
     return np.asarray(values)
 
 
-def _coarse(curve: Smoothed, reference: JointTrajectory) -> float:
+def _coarse_shift(curve: Smoothed, reference: JointTrajectory) -> float:
     """The shift with the smallest sum of squares, in steps."""
     length = curve.log.time[-1]
-    step = max(curve.log.period, reference.duration / COARSE)
-    plan = _held(reference, np.arange(reference.start_time, reference.end_time + step, step))
-    own = curve.trajectory.position(np.clip(np.arange(0.0, length + step, step), 0.0, length))
-    margin = len(plan) - 1
-    own = np.concatenate((np.repeat(own[:1], margin, 0), own, np.repeat(own[-1:], margin, 0)))
-    middle = plan.mean(axis=0)
-    own, plan = own - middle, plan - middle
-    squares = np.concatenate(([0.0], np.cumsum((own**2).sum(axis=1))))
+    step = max(curve.log.period, reference.duration / COARSE_STEPS)
+    plan = _extended(reference, np.arange(reference.start_time, reference.end_time + step, step))
+    log = curve.trajectory.position(np.clip(np.arange(0.0, length + step, step), 0.0, length))
+    middle, margin = plan.mean(axis=0), len(plan) - 1
+    log, plan = np.pad(log - middle, ((margin, margin), (0, 0)), mode="edge"), plan - middle
+    squares = np.concatenate(([0.0], np.cumsum((log**2).sum(axis=1))))
     sums = squares[len(plan) :] - squares[: -len(plan)]
     for j in range(plan.shape[1]):
-        sums = sums - 2.0 * np.correlate(own[:, j], plan[:, j], mode="valid")
+        sums = sums - 2.0 * np.correlate(log[:, j], plan[:, j], mode="valid")
     return float((int(sums.argmin()) - margin) * step - reference.start_time)
 
 
-def _refined(curve: Smoothed, reference: JointTrajectory, shift: float) -> tuple[float, float]:
+def _refine_shift(curve: Smoothed, reference: JointTrajectory, shift: float) -> tuple[float, float]:
     """The shift by least squares of all samples (Gauss-Newton), and its error."""
     time, q = curve.log.time, curve.log.position
-    step = 0.0
-    for _ in range(ROUNDS):
-        at = time - shift
-        slopes = _held(reference, at, 1)
-        left = q - _held(reference, at)
+    for _ in range(MOST_SHIFT_STEPS):
+        slopes = _extended(reference, time - shift, 1)
+        residuals = q - _extended(reference, time - shift)
         weight = float((slopes**2).sum())
         if weight == 0.0:
             return shift, np.inf
-        step = float((slopes * left).sum()) / weight
+        step = float((slopes * residuals).sum()) / weight
         shift -= step
         if abs(step) < 1e-12 * max(1.0, abs(shift)):
             break
     moving = slopes.any(axis=1)
-    return shift, float(np.sqrt((left[moving] ** 2).mean() / weight))
+    return shift, float(np.sqrt((residuals[moving] ** 2).mean() / weight))

@@ -14,11 +14,12 @@ from knotwork.foreign.header import HeadingError, column, quantity_named
 from knotwork.foreign.unit_words import words
 
 STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
-PREFERRED = "joint_states"
+PREFERRED_TOPIC = "joint_states"
 
 _INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
+_SEPARATORS = re.compile(r"[./:]")
 _MEASURED = ("actual", "measured", "state")
-_ASKED = ("target", "desired", "reference", "command", "commanded", "error", "output")
+_REQUESTED = ("target", "desired", "reference", "command", "commanded", "error", "output")
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,9 @@ class LogColumns:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Position:
+    """A column with positions of a joint."""
+
     topic: str
     joint: int
     index: int
@@ -68,132 +71,137 @@ def log_columns(
     Raises:
         HeadingError: Time is missing, or a joint has not exactly one position.
     """
-    found = list(_named(headings, joint_names, joint_units)) or list(
-        _numbered(headings, first, joint_names)
-    )
-    chosen = _topic(found, joint_names, topic)
-    of = {one.joint: one for one in found if one.topic == chosen}
-    position = tuple(
-        (of[i].index, math.radians(1.0))
-        if degrees and unit == "rad" and not of[i].unit_given
-        else (of[i].index, of[i].factor)
+    positions = list(_named_positions(headings, joint_names, joint_units))
+    positions = positions or list(_numbered_positions(headings, first, joint_names))
+    chosen = _choose_topic(positions, joint_names, topic)
+    columns = {position.joint: position for position in positions if position.topic == chosen}
+    factors = [
+        math.radians(1.0) if degrees and unit == "rad" and not columns[i].unit_given
+        else columns[i].factor
         for i, unit in enumerate(joint_units)
+    ]  # fmt: skip
+    return LogColumns(
+        _clock(headings, chosen),
+        tuple((columns[i].index, factor) for i, factor in enumerate(factors)),
+        frozenset(position.joint for position in columns.values() if position.unit_given),
     )
-    stated = (one.joint for one in of.values() if one.unit_given)
-    return LogColumns(_clock(headings, chosen), position, frozenset(stated))
 
 
-def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) -> Iterable[_Found]:
+def _named_positions(
+    headings: Sequence[str], names: Sequence[str], units: Sequence[str]
+) -> Iterable[_Position]:
     """Columns with the name of a joint in their heading."""
     for index, heading in enumerate(headings):
-        topic, rest = _split(heading, names)
+        topic, description = _split_heading(heading, names)
         try:
-            content = column(rest, names, units)
+            content = column(description, names, units)
         except HeadingError:
             continue
-        if content.joint is None or content.quantity != "position":
-            continue
-        stated = any(word in ("rad", "deg", "m", "mm", "degrees", "°") for word in words(rest))
-        yield _Found(topic, content.joint, index, content.factor, stated)
+        if content.joint is not None and content.quantity == "position":
+            stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(words(description))
+            yield _Position(topic, content.joint, index, content.factor, bool(stated))
 
 
-def _split(heading: str, names: Sequence[str]) -> tuple[str, str]:
-    """The topic of a heading, and the rest: the joint and words of the quantity."""
+def _split_heading(heading: str, names: Sequence[str]) -> tuple[str, str]:
+    """The topic of a heading, and its description: the joint and words of the quantity."""
     at = [heading.find(name) for name in names if name in heading]
     before = heading[: min(at)] if at else heading
     topic, divider, _ = before.rpartition("/") if "/" in before else before.rpartition(":")
-    rest = heading[len(topic) + len(divider) :]
-    last = topic.rpartition("/")[2]
+    description = heading[len(topic) + len(divider) :]
+    parent, _, last = topic.rpartition("/")
     if quantity_named(last) is not None:  # as in /joint_states/position/elbow
-        topic, rest = topic.rpartition("/")[0], f"{last} {rest}"
-    return topic, rest
+        return parent, f"{last} {description}"
+    return topic, description
 
 
-def _numbered(
+def _numbered_positions(
     headings: Sequence[str], first: Sequence[str], names: Sequence[str]
-) -> Iterable[_Found]:
+) -> Iterable[_Position]:
     """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
 
     Columns of names, if there are any, give the order; otherwise it is the robot's.
     """
-    named: dict[str, dict[int, str]] = {}
-    counted: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    names_by_topic: dict[str, dict[int, str]] = {}
+    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
     for index, heading in enumerate(headings):
-        topic, _, last = re.sub(r"[./:]", "/", heading.strip()).rpartition("/")
+        topic, _, last = _SEPARATORS.sub("/", heading.strip()).rpartition("/")
         match = _INDEXED.fullmatch(last)
         if match is None:
             continue
         *kind, word = words(match["word"])
         number = int(match["index"])
         if match["word"] in ("name", "joint_names"):
-            named.setdefault(topic, {})[number] = first[index].strip()
-        elif quantity_named(word) == "position" and not set(kind) & set(_ASKED):
+            names_by_topic.setdefault(topic, {})[number] = first[index].strip()
+        elif quantity_named(word) == "position" and not set(kind) & set(_REQUESTED):
             group = (topic, "/".join([topic, *kind]))
-            counted.setdefault(group, []).append((number, index))
-    for (topic, group_name), columns in counted.items():
+            groups.setdefault(group, []).append((number, index))
+    for (topic, group_name), columns in groups.items():
         # in a controller's state the names are next to the groups of values
-        own = named.get(topic, named.get(topic.rpartition("/")[0]))
-        if own is None and len(columns) != len(names):
-            continue
-        order = own or dict(enumerate(names, min(columns)[0]))
+        order = names_by_topic.get(topic, names_by_topic.get(topic.rpartition("/")[0]))
+        if not order:
+            if len(columns) != len(names):
+                continue
+            order = dict(enumerate(names, min(columns)[0]))
         for number, index in columns:
             if order.get(number) in names:
                 joint = list(names).index(order[number])
-                yield _Found(group_name, joint, index, 1.0, False)
+                yield _Position(group_name, joint, index, 1.0, False)
 
 
-def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None) -> str:
+def _choose_topic(positions: Sequence[_Position], names: Sequence[str], wanted: str | None) -> str:
     """The topic with exactly one position of every joint."""
     topics: dict[str, list[int]] = {}
-    for one in positions:
-        topics.setdefault(one.topic, []).append(one.joint)
-    if wanted is not None:
-        own = wanted.strip("/")
-        topics = {name: joints for name, joints in topics.items() if name.strip("/") == own}
-    whole = [name for name, joints in topics.items() if sorted(set(joints)) == [*range(len(names))]]
-    if not whole:
+    for position in positions:
+        if wanted is None or position.topic.strip("/") == wanted.strip("/"):
+            topics.setdefault(position.topic, []).append(position.joint)
+    complete = [topic for topic, joints in topics.items() if len(set(joints)) == len(names)]
+    if not complete:
         best = max(topics.values(), key=lambda joints: len(set(joints)), default=[])
-        missing = [name for i, name in enumerate(names) if i not in best]
+        missing = [repr(name) for i, name in enumerate(names) if i not in best]
         where = f" of the topic {wanted!r}" if wanted is not None else ""
         raise HeadingError(
-            f"no column{where} is the position of joint {', '.join(map(repr, missing))}",
+            f"no column{where} is the position of joint {', '.join(missing)}",
             "headings with the joint's name, such as /joint_states/NAME/position, NAME.position "
             "or NAME [deg]; or position[0], actual_q_0 and so on for every joint in the robot's "
             "order",
         )
-    preferred = [name for name in whole if name.rpartition("/")[2] == PREFERRED]
-    is_own = [n for n in whole if not set(words(n.rpartition("/")[2])) & set(_ASKED)] or whole
-    preferred = preferred or [n for n in is_own if set(words(n)) & set(_MEASURED)] or is_own
-    if len(preferred) > 1:
+    measured = [
+        topic for topic in complete if not set(words(topic.rpartition("/")[2])) & set(_REQUESTED)
+    ]
+    chosen = (
+        [topic for topic in complete if topic.rpartition("/")[2] == PREFERRED_TOPIC]
+        or [topic for topic in measured or complete if set(words(topic)) & set(_MEASURED)]
+        or measured
+        or complete
+    )
+    if len(chosen) > 1:
         raise HeadingError(
-            f"{len(preferred)} topics have positions of all joints: {', '.join(preferred)}",
+            f"{len(chosen)} topics have positions of all joints: {', '.join(chosen)}",
             "--topic with one of them",
         )
-    (chosen,) = preferred
     for joint, name in enumerate(names):
-        if topics[chosen].count(joint) > 1:
-            raise HeadingError(
-                f"{topics[chosen].count(joint)} columns are the position of joint {name!r}", "one"
-            )
-    return chosen
-
-
-def _path(heading: str) -> str:
-    """A heading in lower case, with slashes as separators."""
-    return re.sub(r"[./:]", "/", heading.strip()).lower()
+        count = topics[chosen[0]].count(joint)
+        if count > 1:
+            raise HeadingError(f"{count} columns are the position of joint {name!r}", "one")
+    return chosen[0]
 
 
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
     """Columns of the time: the stamp of the messages, or else of their reception."""
-    paths = [_path(heading) for heading in headings]
-    own = f"{_path(topic)}/header/stamp".lstrip("/")
-    stamps = {path[: path.index("header/stamp") + 12] for path in paths if "header/stamp" in path}
-    if own in stamps or len(stamps) == 1:
-        stamp = own if own in stamps else stamps.pop()
+    paths, topic_path = (
+        [_SEPARATORS.sub("/", text.strip()).lower() for text in texts]
+        for texts in (headings, [topic])
+    )
+    stamps = {path.partition("header/stamp")[0] for path in paths if "header/stamp" in path}
+    prefix = f"{topic_path[0]}/".lstrip("/")
+    if prefix in stamps or len(stamps) == 1:
+        stamp = f"{prefix if prefix in stamps else stamps.pop()}header/stamp"
         for whole, part in STAMPS:
             if f"{stamp}/{whole}" in paths and f"{stamp}/{part}" in paths:
-                seconds, rest = paths.index(f"{stamp}/{whole}"), paths.index(f"{stamp}/{part}")
-                return (seconds, 1.0), (rest, 1e-9)
+                return (
+                    (paths.index(f"{stamp}/{whole}"), 1.0),
+                    (paths.index(f"{stamp}/{part}"), 1e-9),
+                )
         if stamp in paths:
             return ((paths.index(stamp), 0.0),)
     times = []
@@ -207,7 +215,7 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
             times.append((index, content.factor if stated else 0.0))
     if len(times) == 1:
         return (times[0],)
-    which = f"{len(times)} columns are times" if times else "no column is the time"
     raise HeadingError(
-        which, "one column named time, timestamp or __time, or header.stamp.sec and .nanosec"
+        f"{len(times)} columns are times" if times else "no column is the time",
+        "one column named time, timestamp or __time, or header.stamp.sec and .nanosec",
     )

@@ -18,12 +18,11 @@ from knotwork.recording.lateness import delay_text
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Finding
-from knotwork.verification.finding import judged
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-GROUP = "Against the plan"
+AGAINST_PLAN = "Against the plan"
 
 
 class LogTolerances(NamedTuple):
@@ -66,28 +65,34 @@ def deviation_findings(
         units: Units of the messages.
         tolerances: Required tolerances; nothing else is required.
     """
-    own = alignment.trajectory if tolerances.late is None else alignment.on_time()
-    joints = list(_joints(own, alignment, units, tolerances))
-    tool = list(_tool(own, alignment, robot, units, tolerances)) if robot is not None else []
-    off = [found for found in joints if found.quantity == "joint_deviation"]
-    of_units = ([one for one in off if one.unit == unit] for unit in {one.unit: 1 for one in off})
-    worst = [*(max(group, key=_size) for group in of_units), *tool[:1]]
-    short = (
-        f"{one.name or 'tool'} up to {units.text(_size(one), one.unit, '.3g')} off at {one.when} s"
-        for one in worst
+    motion = alignment.trajectory if tolerances.late is None else alignment.on_time()
+    joints = list(_joint_findings(motion, alignment, units, tolerances))
+    tool = (
+        list(_tool_findings(motion, alignment, robot, units, tolerances))
+        if robot is not None
+        else []
     )
+    worst: dict[str, Finding] = {}
+    for finding in joints:
+        if finding.quantity == "joint_deviation":
+            worst[finding.unit] = max(worst.get(finding.unit, finding), finding, key=_size)
+    short = [
+        f"{finding.name or 'tool'} up to {units.text(_size(finding), finding.unit, '.3g')} off "
+        f"at {finding.when} s"
+        for finding in (*worst.values(), *tool[:1])
+    ]
     late = delay_text(alignment.delays)
-    sentence = (
+    fact = (
         f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
     brief = filter(None, [late, *short, f"time shift {alignment.start:.4g} s"])
     yield Finding(
-        GROUP, "motion", "", "time_shift", "information", sentence,
+        AGAINST_PLAN, "motion", "", "time_shift", "information", fact,
         value=alignment.start, unit="s", brief="; ".join(brief),
     )  # fmt: skip
-    latest = max(alignment.delays, key=lambda one: abs(one.late))
-    yield _off(
+    latest = max(alignment.delays, key=lambda delay: abs(delay.late))
+    yield _deviation(
         "motion", "", "lateness", late or "the log is on time", latest.late, "s", latest.start,
         units, tolerances.late,
     )  # fmt: skip
@@ -95,36 +100,36 @@ def deviation_findings(
     yield from tool
 
 
-def _size(found: Finding) -> float:
-    return abs(found.value or 0.0)
+def _size(finding: Finding) -> float:
+    return abs(finding.value or 0.0)
 
 
-def _joints(
-    own: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
+def _joint_findings(
+    motion: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
 ) -> Iterator[Finding]:
-    gap = _difference(own.polynomial, alignment.reference.polynomial)
-    for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
+    gap = _difference(motion.polynomial, alignment.reference.polynomial)
+    for order, word in enumerate(("", "velocity_")):
         extrema = gap.extrema(order)
-        for j, (name, unit) in enumerate(zip(own.joint_names, own.joint_units, strict=True)):
-            value, time = float(extrema.peak[j]), float(extrema.peak_time[j])
-            what = f"joint {name!r}:{' velocity' if order else ''} off the plan"
+        for j, (name, unit) in enumerate(zip(motion.joint_names, motion.joint_units, strict=True)):
+            fact = f"joint {name!r}:{' velocity' if order else ''} off the plan"
             limit = tolerances.joints.get(name, tolerances.joints.get(unit)) if not order else None
-            yield _off(
-                "joint", name, quantity, what, value, rate_unit(unit, order), time, units, limit
-            )
+            yield _deviation(
+                "joint", name, f"joint_{word}deviation", fact, float(extrema.peak[j]),
+                rate_unit(unit, order), float(extrema.peak_time[j]), units, limit,
+            )  # fmt: skip
 
 
-def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
+def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
     """Difference of two curves, in their common time."""
-    low, high = max(own.x[0], plan.x[0]), min(own.x[-1], plan.x[-1])
-    own, plan = part(own, low, high), part(plan, low, high)
-    own, plan = refined(own, plan.x), refined(plan, own.x)
-    degree = max(own.degree, plan.degree)
-    return PiecewisePolynomial(raised(own.c, degree) - raised(plan.c, degree), own.x)
+    low, high = max(curve.x[0], plan.x[0]), min(curve.x[-1], plan.x[-1])
+    curve, plan = part(curve, low, high), part(plan, low, high)
+    curve, plan = refined(curve, plan.x), refined(plan, curve.x)
+    degree = max(curve.degree, plan.degree)
+    return PiecewisePolynomial(raised(curve.c, degree) - raised(plan.c, degree), curve.x)
 
 
-def _tool(
-    own: JointTrajectory,
+def _tool_findings(
+    motion: JointTrajectory,
     alignment: Alignment,
     robot: Robot,
     units: Units,
@@ -132,30 +137,29 @@ def _tool(
 ) -> Iterator[Finding]:
     import pinocchio as pin
 
-    own = own.reordered(robot.joint_names, robot.joint_units)
+    motion = motion.reordered(robot.joint_names, robot.joint_units)
     plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
     times = alignment.curve.log.time - alignment.start
-    times = times[(times >= own.start_time) & (times <= own.end_time)]
-    off = np.empty((times.size, 2))
-    for i, (q, asked) in enumerate(zip(own.position(times), plan.position(times), strict=True)):
+    times = times[(times >= motion.start_time) & (times <= motion.end_time)]
+    errors = np.empty((2, times.size))
+    for i, (q, asked) in enumerate(zip(motion.position(times), plan.position(times), strict=True)):
         pose, wanted = robot.forward(q), robot.forward(asked)
-        off[i, 0] = np.linalg.norm(pose.translation - wanted.translation)
-        off[i, 1] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
-    for k, (word, named, unit) in enumerate(
-        (("position", "", "m"), ("orientation", "orientation_", "rad"))
-    ):
-        worst = int(off[:, k].argmax())
-        value, time = float(off[worst, k]), float(times[worst])
-        what, limit = f"the tool's {word} is off the plan", tolerances.tool.get(unit)
-        found = _off("tool", "", f"tool_{named}deviation", what, value, unit, time, units, limit)
-        yield replace(found, proof="sampled")
+        errors[0, i] = np.linalg.norm(pose.translation - wanted.translation)
+        errors[1, i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
+    rows = ("tool_deviation", "position", "m"), ("tool_orientation_deviation", "orientation", "rad")
+    for (quantity, word, unit), sizes in zip(rows, errors, strict=True):
+        worst = int(sizes.argmax())
+        fact, limit = f"the tool's {word} is off the plan", tolerances.tool.get(unit)
+        value, time = float(sizes[worst]), float(times[worst])
+        finding = _deviation("tool", "", quantity, fact, value, unit, time, units, limit)
+        yield replace(finding, proof="sampled")
 
 
-def _off(
+def _deviation(
     subject: str,
     name: str,
     quantity: str,
-    what: str,
+    fact: str,
     value: float,
     unit: str,
     time: float,
@@ -163,15 +167,13 @@ def _off(
     limit: float | None,
 ) -> Finding:
     """Deviation from the plan, and whether it is within the tolerance."""
-    size = units.text(abs(value), unit, ".3g")
-    message = what if unit == "s" else f"{what} by up to {size}, at {time:.4f} s"
+    if unit != "s":
+        fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
     if limit is None:
         return Finding(
-            GROUP, subject, name, quantity, "information", message, value=value, unit=unit,
-            time=time,
-        )  # fmt: skip
-    return Finding(
-        "Tolerances", subject, name, quantity, judged(abs(value) <= limit),
-        f"{message}, tolerance {units.text(limit, unit, '.3g')}",
-        value=value, limit=limit, margin=limit - abs(value), unit=unit, time=time,
-    )  # fmt: skip
+            AGAINST_PLAN, subject, name, quantity, "information", fact, value, unit=unit, time=time
+        )
+    fact += f", tolerance {units.text(limit, unit, '.3g')}"
+    return Finding.at_most(
+        "Tolerances", subject, name, quantity, fact, value, limit, unit=unit, time=time
+    )

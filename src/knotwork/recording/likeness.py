@@ -12,16 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.recording.noise import largest_near
-from knotwork.recording.smoothing import ORDERS, Smoothed
+from knotwork.recording.smoothing import ERROR_ORDERS, Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-LOOKS = 17
+PIECE_TIMES = 17
 """Number of times in each piece at which the plan is compared."""
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOfPlan:
+class PlanResidual:
     """Deviation of a plan from a curve with the knots and the weights of a log.
 
     Attributes:
@@ -34,7 +34,7 @@ class LeftOfPlan:
     errors: FloatArray
 
 
-def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOfPlan:
+def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanResidual:
     """Smooth a plan like a log; zero residuals for a plan that jumps in position or velocity.
 
     Args:
@@ -44,25 +44,27 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
     """
     time, grid = curve.log.time, curve.grid
     if plan.continuity.order < 1:
-        return LeftOfPlan(np.zeros(len(plan.joint_names)), np.zeros_like(curve.errors))
-    position = _going_on(plan, time - start, 0)
+        return PlanResidual(np.zeros(len(plan.joint_names)), np.zeros_like(curve.errors))
+    position = _extended(plan, time - start, 0)
     followed = curve.curve_of(position)
     samples = np.abs(position - followed(time))
     # many times in each piece, for the jerk may jump between two
-    breaks, parts = followed.x, np.linspace(0.0, 1.0, LOOKS)
+    breaks, parts = followed.x, np.linspace(0.0, 1.0, PIECE_TIMES)
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
     # the curve extends beyond log and plan
     fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
-    gaps = np.abs([_going_on(plan, fine - start, nu) - followed(fine, nu) for nu in range(ORDERS)])
-    worst = gaps.reshape(ORDERS, len(breaks) - 1, LOOKS, -1).max(axis=2)
+    gaps = np.abs([_extended(plan, fine - start, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
+    worst = gaps.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
     # knots that suit the log but not the plan show that the log is of another motion there
-    own = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
-    share = np.minimum(1.0, own / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
+    of_log = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
+    share = np.minimum(1.0, of_log / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
     piece = np.clip(np.searchsorted(followed.x, grid, side="right") - 1, 0, len(share) - 1)
-    return LeftOfPlan(samples.max(axis=0), share[piece] * largest_near(worst, 1, axis=1)[:, piece])
+    return PlanResidual(
+        samples.max(axis=0), share[piece] * largest_near(worst, 1, axis=1)[:, piece]
+    )
 
 
-def _going_on(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
+def _extended(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
     """A plan extended before and after its time, without a jump of velocity."""
     inside = np.clip(time, plan.start_time, plan.end_time)
     beyond = (time - inside)[:, None]

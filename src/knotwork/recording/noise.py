@@ -20,15 +20,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors.arguments import finite_number
-from knotwork.recording.reading import Recording
+from knotwork.recording.log_reading import Recording
 from knotwork.waypoints import FloatArray
 
-GROUPS = 8
-ROUNDS = 10
-NORMAL = 1.4826
+SPEED_GROUPS = 8
+WEIGHT_ROUNDS = 10
+MEDIAN_RATIO = 1.4826
 """Ratio of standard deviation and median magnitude of normal numbers."""
-ROUNDING = 12.0**-0.5
-SMALLEST = 1e-12
+DIGIT_ERROR = 12.0**-0.5
+LEAST_NOISE = 1e-12
 """Lower bound of the noise [rad or m]."""
 
 
@@ -63,12 +63,12 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
     Raises:
         InputError: The given noise is not a positive number.
     """
-    floor = np.maximum(log.resolution * ROUNDING, SMALLEST)
-    sigma, jitter = _by_speed(*_left_over(log.time, log.position), floor)
+    floor = np.maximum(log.resolution * DIGIT_ERROR, LEAST_NOISE)
+    sigma, jitter = _by_speed(*_residuals(log.time, log.position), floor)
     position = np.maximum(sigma, floor)
     if stated is not None:
-        given = finite_number(stated, "noise", "rad or m", positive=True)
-        position, jitter = np.full_like(position, given), 0.0
+        size = finite_number(stated, "noise", "rad or m", positive=True)
+        position, jitter = np.full_like(position, size), 0.0
     return Noise(position, jitter, stated is not None)
 
 
@@ -86,7 +86,7 @@ def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
     return np.asarray((values[high] - values[low]) / (time[high] - time[low])[:, None])
 
 
-def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _residuals(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Residual of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
     places = [0, 1, 3, 4]
     n = len(time) - 4
@@ -97,14 +97,16 @@ def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
             if i != j:
                 weights[i] *= -at[j] / (at[i] - at[j])
     guessed = sum(weights[i][:, None] * values[k : k + n] for i, k in enumerate(places))
-    left = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
+    residuals = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
     # Next to a gap a neighbour is far away, and a cubic is of little use.
     far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
-    left[far] = np.nan
-    return np.asarray(left), slopes_of(time, values)[2 : 2 + n]
+    residuals[far] = np.nan
+    return np.asarray(residuals), slopes_of(time, values)[2 : 2 + n]
 
 
-def _by_speed(left: FloatArray, slopes: FloatArray, floor: FloatArray) -> tuple[FloatArray, float]:
+def _by_speed(
+    residuals: FloatArray, slopes: FloatArray, floor: FloatArray
+) -> tuple[FloatArray, float]:
     """Noise of each joint and their common jitter, from the variances of groups.
 
     A variance has a relative error, so each group is weighted by one over the square of its
@@ -112,32 +114,32 @@ def _by_speed(left: FloatArray, slopes: FloatArray, floor: FloatArray) -> tuple[
     """
     from scipy.optimize import nnls
 
-    count = left.shape[1]
+    count = residuals.shape[1]
     rows: list[FloatArray] = []
     variances: list[float] = []
     for j in range(count):
         # if nothing changes at all, the values are rounded and have no information on their noise
-        moving = np.flatnonzero(np.isfinite(left[:, j]) & (left[:, j] != 0.0))
+        moving = np.flatnonzero(np.isfinite(residuals[:, j]) & (residuals[:, j] != 0.0))
         by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
         for group in _groups(by_speed):
             row = np.zeros(count + 1)
             row[j], row[count] = 1.0, float(np.median(slopes[group, j] ** 2))
             rows.append(row)
-            size = NORMAL * float(np.median(np.abs(left[group, j])))
+            size = MEDIAN_RATIO * float(np.median(np.abs(residuals[group, j])))
             variances.append(max(size, float(floor[j])) ** 2)
     if not rows:
         return np.zeros(count), 0.0
-    matrix, found = np.array(rows), np.zeros(count + 1)
+    matrix, solution = np.array(rows), np.zeros(count + 1)
     expected = measured = np.array(variances)
-    for _ in range(ROUNDS):
+    for _ in range(WEIGHT_ROUNDS):
         weighted = matrix / expected[:, None]
         scale = np.maximum(weighted.max(axis=0), np.finfo(float).tiny)
-        found = nnls(weighted / scale, measured / expected)[0] / scale
-        expected = np.maximum(matrix @ found, measured.min())
-    found = np.sqrt(found)
-    return np.asarray(found[:count]), float(found[count])
+        solution = nnls(weighted / scale, measured / expected)[0] / scale
+        expected = np.maximum(matrix @ solution, measured.min())
+    sigma = np.sqrt(solution)
+    return np.asarray(sigma[:count]), float(sigma[count])
 
 
 def _groups(order: Sequence[int] | np.ndarray) -> list[np.ndarray]:
-    parts = min(GROUPS, len(order) // 8)
+    parts = min(SPEED_GROUPS, len(order) // 8)
     return [part for part in np.array_split(np.asarray(order), parts) if part.size] if parts else []

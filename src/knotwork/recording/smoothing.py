@@ -16,19 +16,20 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.recording.fitting import Fit
+from knotwork.recording.log_reading import Recording
 from knotwork.recording.noise import Noise, largest_near, noise_of, slopes_of
-from knotwork.recording.reading import Recording
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-_ALLOWED = 1.1  # tolerated ratio of true and estimated noise
-CONTINUED = 3.0
+NOISE_SLACK = 1.1
+"""Tolerated ratio of true and estimated noise."""
+EXTENSION = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
-FEWEST = 4
+FEWEST_IN_INTERVAL = 4
 """Smallest number of samples in an interval."""
-SURE = 5.0
+CERTAIN_MISS = 5.0
 """Standard deviations of white noise beyond which the curve certainly misses the samples."""
-ORDERS = 4
+ERROR_ORDERS = range(4)
 """Standard errors are known of position, velocity, acceleration and jerk."""
 
 
@@ -101,16 +102,16 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
         planner=f"{log.source} (log)",
     )
     residuals = log.position - fit.values(0)
-    noise_left = np.stack([fit.standard_errors(grid, order) for order in range(ORDERS)])
-    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in range(ORDERS)]
-    errors = np.hypot(noise_left, largest_near(np.abs(changes), 2, axis=1))
+    noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
+    changes = [fit.values(order, grid) - coarse.values(order, grid) for order in ERROR_ORDERS]
+    errors = np.hypot(noise_errors, largest_near(np.abs(changes), 2, axis=1))
     return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, spans)
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
     """Breaks, their midpoints, and every half period in the extensions."""
     middles = 0.5 * (breaks[1:] + breaks[:-1])
-    beyond = np.arange(0.0, CONTINUED, 0.5) * log.period
+    beyond = np.arange(0.0, EXTENSION, 0.5) * log.period
     ends = (log.time[0] - beyond, log.time[-1] + beyond)
     return np.unique(np.concatenate((breaks, middles, *ends)))
 
@@ -121,16 +122,18 @@ def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, l
     The last result has the intervals that still miss the samples but are too short to halve.
     """
     n = log.time.size
-    cuts = np.unique(np.linspace(0, n, max(1, min(8, n // (2 * FEWEST))) + 1).astype(int))
+    cuts = np.unique(
+        np.linspace(0, n, max(1, min(8, n // (2 * FEWEST_IN_INTERVAL))) + 1).astype(int)
+    )
     while True:
         fit = Fit(log.time, _times(log, cuts), log.position, sigma)
         shares = (log.position - fit.values(0)) / sigma
-        halved = _halved(cuts, _misses(shares, cuts))
-        if halved.size == cuts.size:
-            finer = _halved(cuts, np.ones(cuts.size - 1, dtype=bool))
-            missed = np.flatnonzero(_misses(shares, cuts, SURE)).tolist()
+        halves = _halve(cuts, _misses(shares, cuts))
+        if halves.size == cuts.size:
+            finer = _halve(cuts, np.ones(cuts.size - 1, dtype=bool))
+            missed = np.flatnonzero(_misses(shares, cuts, CERTAIN_MISS)).tolist()
             return _times(log, cuts), _times(log, finer), missed
-        cuts = halved
+        cuts = halves
 
 
 def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
@@ -140,23 +143,23 @@ def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
     same sign from sample to sample; each by this many standard deviations of white noise.
     """
     sizes, joints = np.diff(cuts), shares.shape[1]
-    each = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]
-    alone = (each > _ALLOWED * (1.0 + certain * np.sqrt(2.0 / sizes))[:, None]).any(axis=1)
-    together = each.mean(axis=1) > _ALLOWED * (1.0 + certain * np.sqrt(2.0 / (sizes * joints)))
+    means = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]
+    alone = (means > NOISE_SLACK * (1.0 + certain * np.sqrt(2.0 / sizes))[:, None]).any(axis=1)
+    together = means.mean(axis=1) > NOISE_SLACK * (1.0 + certain * np.sqrt(2.0 / (sizes * joints)))
     products = np.zeros(len(shares))
     products[1:] = (shares[1:] * shares[:-1]).mean(axis=1)
     signs = np.add.reduceat(products, cuts[:-1]) / sizes > certain / np.sqrt(sizes * joints)
     return alone | together | signs
 
 
-def _halved(cuts: Any, which: Any) -> Any:
+def _halve(cuts: Any, chosen: Any) -> Any:
     """Halve intervals with enough samples."""
-    which = which & (np.diff(cuts) >= 2 * FEWEST)
-    return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[which])))
+    chosen = chosen & (np.diff(cuts) >= 2 * FEWEST_IN_INTERVAL)
+    return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[chosen])))
 
 
 def _times(log: Recording, cuts: Any) -> FloatArray:
     """Breaks between the samples, and the ends of the curve."""
-    time, inner, more = log.time, cuts[1:-1], CONTINUED * log.period
+    time, inner, more = log.time, cuts[1:-1], EXTENSION * log.period
     middles = 0.5 * (time[inner - 1] + time[inner])
     return np.concatenate((time[:1] - more, middles, time[-1:] + more))

@@ -17,10 +17,10 @@ from knotwork.waypoints import FloatArray
 
 MOST_HALVINGS = 8
 # Breaks within this fraction of the duration are one.
-NEAR = 1e-9
+SAME_BREAK = 1e-9
 
 
-def composed(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
+def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
     """The exact composition q(τ(t)) of a curve q and a clock τ, as smooth as both.
 
     Args:
@@ -32,10 +32,10 @@ def composed(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewis
     """
     shown = clock(clock.x[[0, -1]])
     inner = curve.x[(curve.x > shown[0]) & (curve.x < shown[1])]
-    own = inverse_time(clock, inner)
-    apart = NEAR * (clock.x[-1] - clock.x[0])
-    own = own[np.abs(own[:, None] - clock.x).min(axis=1, initial=np.inf) > apart]
-    fine = refined(clock, own)
+    times = inverse_time(clock, inner)
+    near = SAME_BREAK * (clock.x[-1] - clock.x[0])
+    times = times[np.abs(times[:, None] - clock.x).min(axis=1, initial=np.inf) > near]
+    fine = refined(clock, times)
     middle = fine(0.5 * (fine.x[1:] + fine.x[:-1]))
     piece = np.clip(np.searchsorted(curve.x, middle, side="right") - 1, 0, len(curve.x) - 2)
     inside = np.array(fine.c)
@@ -75,14 +75,14 @@ def cubic_through(
     for _ in range(MOST_HALVINGS + 1):
         q, v, a = (curve(times, nu) for nu in range(3))
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
-        one, other = refined(curve, cubics.x), refined(cubics, curve.x)
-        gap = PiecewisePolynomial(one.c - raised(other.c, one.degree), one.x).extrema(0).peak
+        exact, fine = refined(curve, cubics.x), refined(cubics, curve.x)
+        c = exact.c - raised(fine.c, exact.degree)
+        gap = PiecewisePolynomial(c, exact.x).extrema(0).peak
         if gap.max() <= tolerance:
             # cubic pieces are kept: rounding would change their third derivative
-            own = np.logical_not(one.c[:-4].any(axis=(0, 2)))
-            return PiecewisePolynomial(
-                np.where(own.reshape(-1, 1), one.c[-4:], cubics.c), one.x
-            ), gap
+            is_cubic = np.logical_not(exact.c[:-4].any(axis=(0, 2)))
+            c = np.where(is_cubic.reshape(-1, 1), exact.c[-4:], fine.c)
+            return PiecewisePolynomial(c, exact.x), gap
         times = distinct(times, 0.5 * (times[1:] + times[:-1]))
     raise InputError(
         f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "

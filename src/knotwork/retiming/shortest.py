@@ -2,13 +2,11 @@
 
 The stop takes T, divided into parts of given fractions. The second derivative of the clock's rate
 is constant in each part, and rate, slope of the rate and clock value are linear in it. The use of
-limits is linearised about the last clock; T is minimised within a shrinking trust region, with a
-penalty on violations.
+limits is linearised about the last clock, by differences; T is minimised within a shrinking trust
+region, with a penalty on violations.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,72 +15,23 @@ from knotwork.polynomial.distinct import distinct
 from knotwork.retiming.clock import inverse_time
 from knotwork.waypoints import FloatArray
 
-BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspace(0.09, 1.0, 25)))
+STOP_BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspace(0.09, 1.0, 25)))
 """Ends of the parts of a stop in [0, 1]: shorter at first, where the motion may be at limits."""
-PARTS = len(BREAKS) - 1
-STEPS = 18
-"""Maximum number of linear programs."""
-SETTLED = 1e-5
+STOP_PARTS = len(STOP_BREAKS) - 1
+MIDDLES = 0.5 * (STOP_BREAKS[1:] + STOP_BREAKS[:-1])
+MOST_PROGRAMS = 18
+SETTLED_DURATION = 1e-5
 """Relative change of the duration at convergence."""
-REGION = 0.3
-"""First trust region, as a relative change of the duration."""
-SHRINK = 0.75
-"""Factor of the trust region from one program to the next."""
-CHANGE = 6.0
+FIRST_REGION, REGION_FACTOR = 0.3, 0.75
+"""First trust region, as a relative change of the duration, and its factor in each program."""
+SLOPE_CHANGE = 6.0
 """Maximum change of the rate's slope over a whole stop, for a trust region of 1."""
-PENALTY = 10.0
+EXCESS_PENALTY = 10.0
 """Penalty of exceeding a limit by 100 %, relative to the first guess of T."""
-ASIDE = 1e-9
+BREAK_OFFSET = 1e-6
 """Distance of the samples on both sides of a break, relative to the duration."""
-
-
-class Use(NamedTuple):
-    """Signed use of limits at samples, relative, shape (samples, d).
-
-    With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
-    q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve. Limits are raised to
-    the values of the curve itself, so that a constant rate always keeps them.
-    """
-
-    acceleration: FloatArray
-    jerk: FloatArray
-    slopes: tuple[FloatArray, FloatArray]
-    """Derivatives of both over clock value, s, s', s'', shape (4, samples, d)."""
-
-
-def use(
-    curve: PiecewisePolynomial,
-    clock: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    acceleration: FloatArray,
-    jerk: FloatArray,
-) -> Use:
-    """Compute a clock's use of the limits.
-
-    Args:
-        curve: Positions, trailing shape (d,).
-        clock: Clock values within the curve's time, s, s' and s'', shape (samples,) each.
-        acceleration: Acceleration limits, shape (d,); infinite where there is none.
-        jerk: Jerk limits, shape (d,).
-    """
-    q1, q2, q3 = (curve(clock[0], nu) for nu in (1, 2, 3))
-    s, change, bend = (one[:, None] for one in clock[1:])
-    most = np.maximum(acceleration, np.abs(q2 * s**2))
-    jolt = np.maximum(jerk, np.abs(q3 * s**3))
-    zero = np.zeros_like(q1)
-    by_acceleration = np.array([q3 * s**2 + q2 * change, 2.0 * q2 * s, q1, zero])
-    by_jerk = np.array(
-        [
-            3.0 * q3 * s * change + q2 * bend,
-            3.0 * q3 * s**2 + 3.0 * q2 * change,
-            3.0 * q2 * s,
-            q1,
-        ]
-    )
-    return Use(
-        (q2 * s**2 + q1 * change) / most,
-        (q3 * s**3 + 3.0 * q2 * s * change + q1 * bend) / jolt,
-        (by_acceleration / most, by_jerk / jolt),
-    )
+DIFFERENCE_STEP = 1e-8
+"""Relative change of an unknown for the derivatives."""
 
 
 def shortest_stop(
@@ -106,111 +55,100 @@ def shortest_stop(
     Returns:
         The clock, from time 0 on; `None` if none was found.
     """
-    search = _Search(curve, start, end, guess, acceleration, jerk)
-    bend, length, region = 12.0 * search.middle - 6.0, guess, REGION
-    for _ in range(STEPS):
-        step = search.step(bend, length, region)
-        if step is None:
+    program = _StopProgram(curve, start, end, np.stack((acceleration, jerk)))
+    unknowns, region = np.append(12.0 * MIDDLES - 6.0, guess), FIRST_REGION
+    for _ in range(MOST_PROGRAMS):
+        change = program.best_change(unknowns, region, guess)
+        if change is None:
             return None
-        bend, length = bend + step[0], length + step[1]
-        region *= SHRINK
-        if abs(step[1]) < SETTLED * min(1.0, region) * length:
+        unknowns, region = unknowns + change, region * REGION_FACTOR
+        if abs(change[-1]) < SETTLED_DURATION * min(1.0, region) * unknowns[-1]:
             break
-    clock = search.clock(bend, length)
+    clock = program.clock(unknowns)
     return clock if float(clock(clock.x[-1])) <= end else None
 
 
-class _Search:
+class _StopProgram:
     """Linear programs for a stop; unknowns are the second derivatives of the rate, and T."""
 
     def __init__(
-        self,
-        curve: PiecewisePolynomial,
-        start: float,
-        end: float,
-        guess: float,
-        acceleration: FloatArray,
-        jerk: FloatArray,
+        self, curve: PiecewisePolynomial, start: float, end: float, limits: FloatArray
     ) -> None:
-        self.curve, self.start, self.end, self.guess = curve, start, end, guess
-        self.limits = acceleration, jerk
-        self.middle = 0.5 * (BREAKS[1:] + BREAKS[:-1])
+        self.curve, self.start, self.end, self.limits = curve, start, end, limits
         # second derivative of the rate, slope, rate and clock in [0, 1], by the unknowns
-        unit = PiecewisePolynomial(np.eye(PARTS)[None], BREAKS)
+        unit = PiecewisePolynomial(np.eye(STOP_PARTS)[None], STOP_BREAKS)
         self.curves = tuple(unit.antiderivative(nu) for nu in range(4))
-        self.change, self.rate, self.time = (one(BREAKS) for one in self.curves[1:])
 
-    def shown(self, bend: FloatArray, length: float) -> float:
-        """Last value of the clock."""
-        return self.start + length * (1.0 + float(self.time[-1] @ bend))
+    def clock(self, unknowns: FloatArray) -> PiecewisePolynomial:
+        """The clock over time."""
+        length = unknowns[-1]
+        c = self.curves[3].c @ unknowns[:-1]
+        c[-2] += 1.0
+        c[-1] += STOP_BREAKS[:-1]
+        c *= length ** (1.0 - np.arange(len(c))[::-1, None])
+        c[-1] += self.start
+        return PiecewisePolynomial(c, length * STOP_BREAKS)
 
-    def samples(self, bend: FloatArray, length: float) -> FloatArray:
+    def _sample_points(self, unknowns: FloatArray) -> FloatArray:
         """Points in [0, 1] on both sides of the ends of all parts, and of the curve's pieces."""
+        clock = self.clock(unknowns)
         inner = self.curve.x[(self.curve.x > self.start) & (self.curve.x < self.end)]
-        clock = self.clock(bend, length)
-        inner = inner[inner < clock(length)]
-        breaks = distinct(BREAKS, inverse_time(clock, inner) / length)
-        beside = np.concatenate((breaks[:-1] + ASIDE, breaks[1:] - ASIDE, self.middle))
-        return np.clip(beside, 0.0, 1.0)
+        inner = inner[inner < clock(unknowns[-1])]
+        breaks = distinct(STOP_BREAKS, inverse_time(clock, inner) / unknowns[-1])
+        sides = np.concatenate((breaks[:-1] + BREAK_OFFSET, breaks[1:] - BREAK_OFFSET, MIDDLES))
+        return np.clip(sides, 0.0, 1.0)
 
-    def used(self, bend: FloatArray, length: float, at: FloatArray) -> tuple[Use, FloatArray]:
-        """Use of limits at points in [0, 1], and its derivatives by the unknowns.
+    def _loads(self, unknowns: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Accelerations and jerks at points in [0, 1], and at constant rates, shape (2, m, d).
 
-        The derivatives are those of clock value, s, s' and s'', shape (4, points, parts + 1).
+        With the rate s of the clock the acceleration is q₂ s² + q₁ s', and the jerk
+        q₃ s³ + 3 q₂ s s' + q₁ s'', where qₖ is the k-th derivative of the curve.
         """
-        bends, change, rate, time = (one(at) for one in self.curves)
-        passed, slope = at + time @ bend, change @ bend
-        clock = (
-            np.clip(self.start + length * passed, self.curve.x[0], self.curve.x[-1]),
-            1.0 + rate @ bend,
-            slope / length,
-            bends @ bend / length**2,
-        )
-        by_bend = length * time, rate, change / length, bends / length**2
-        by_length = passed, 0.0 * passed, -clock[2] / length, -2.0 * clock[3] / length
-        both = [np.column_stack(one) for one in zip(by_bend, by_length, strict=True)]
-        return use(self.curve, clock, *self.limits), np.stack(both)
+        length = unknowns[-1]
+        ds2, ds, s, time = (curve(points) @ unknowns[:-1] for curve in self.curves)
+        value = self.start + length * (points + time)
+        value = np.clip(value, self.curve.x[0], self.curve.x[-1])
+        s, ds, ds2 = (x[:, None] for x in (1.0 + s, ds / length, ds2 / length**2))
+        q1, q2, q3 = (self.curve(value, nu) for nu in (1, 2, 3))
+        steady = np.stack((q2 * s**2, q3 * s**3))
+        return steady + np.stack((q1 * ds, 3.0 * q2 * s * ds + q1 * ds2)), steady
 
-    def step(
-        self, bend: FloatArray, length: float, region: float
-    ) -> tuple[FloatArray, float] | None:
+    def best_change(self, unknowns: FloatArray, region: float, guess: float) -> FloatArray | None:
         """The best change of the unknowns within a trust region, by the linearised limits."""
         from scipy.optimize import linprog
 
-        found, inner = self.used(bend, length, self.samples(bend, length))
-        values = np.concatenate((found.acceleration.ravel(), found.jerk.ravel()))
-        slopes = np.concatenate(
-            [np.einsum("ksd,ksx->sdx", one, inner).reshape(-1, PARTS + 1) for one in found.slopes]
+        bend, length = unknowns[:-1], unknowns[-1]
+        points = self._sample_points(unknowns)
+        loads, steady = self._loads(unknowns, points)
+        # limits are raised to the values of the curve itself, so that a constant rate keeps them
+        limits = np.maximum(self.limits[:, None], np.abs(steady))
+        steps = DIFFERENCE_STEP * np.diag(np.append(np.ones(STOP_PARTS), length))
+        slopes = np.stack(
+            [
+                ((self._loads(unknowns + step, points)[0] - loads) / limits).ravel() / step.sum()
+                for step in steps
+            ],
+            axis=1,
         )
-        end = np.append(self.time[-1], (1.0 + self.time[-1] @ bend) / length)
+        use = (loads / limits).ravel()
+        change, rate, time = (curve(STOP_BREAKS[1:]) for curve in self.curves[1:])
+        passed = 1.0 + time[-1] @ bend
+        end = np.append(time[-1], passed / length)
         soft = np.concatenate((slopes, -slopes, end[None]))
-        room = (self.end - self.shown(bend, length)) / length
-        bound = np.concatenate((1.0 - values, 1.0 + values, [room]))
+        margin = (self.end - self.start) / length - passed
+        bound = np.concatenate((1.0 - use, 1.0 + use, [margin]))
         # the rate stays within [0, 1], and its slope in the trust region
-        rate, slope = (np.pad(one[1:], ((0, 0), (0, 1))) for one in (self.rate, self.change))
-        now = 1.0 + self.rate[1:] @ bend
-        hard = np.concatenate((rate, -rate, slope, -slope))
-        most = np.concatenate((1.0 - now, now, np.full(2 * len(now), CHANGE * region)))
+        now = 1.0 + rate @ bend
+        hard = np.pad(np.concatenate((rate, -rate, change, -change)), ((0, 0), (0, 1)))
+        most = np.concatenate((1.0 - now, now, np.full(2 * len(now), SLOPE_CHANGE * region)))
         excess = np.append(np.ones(len(soft)), np.zeros(len(hard)))
-        ends = np.pad(np.stack((self.rate[-1], self.change[-1])), ((0, 0), (0, 2)))
-        cost = np.zeros(PARTS + 2)
-        cost[PARTS:] = 1.0 / self.guess, PENALTY
-        solved = linprog(
-            cost,
+        solution = linprog(
+            [*np.zeros(STOP_PARTS), 1.0 / guess, EXCESS_PENALTY],
             A_ub=np.column_stack((np.concatenate((soft, hard)), -excess)),
             b_ub=np.append(bound, most),
-            A_eq=ends,
-            b_eq=[-now[-1], -self.change[-1] @ bend],
-            bounds=[(None, None)] * PARTS + [(-region * length, region * length), (0.0, None)],
+            A_eq=np.pad(np.stack((rate[-1], change[-1])), ((0, 0), (0, 2))),
+            b_eq=[-now[-1], -change[-1] @ bend],
+            bounds=[(None, None)] * STOP_PARTS + [(-region * length, region * length), (0.0, None)],
             method="highs",
         )
-        return None if solved.x is None else (solved.x[:PARTS], float(solved.x[PARTS]))
-
-    def clock(self, bend: FloatArray, length: float) -> PiecewisePolynomial:
-        """The clock over time."""
-        c = self.curves[3].c @ bend
-        c[-2] += 1.0
-        c[-1] += BREAKS[:-1]
-        c *= length ** (1.0 - np.arange(len(c))[::-1, None])
-        c[-1] += self.start
-        return PiecewisePolynomial(c, length * BREAKS)
+        return None if solution.x is None else solution.x[:-1]

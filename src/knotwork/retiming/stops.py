@@ -8,21 +8,21 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
 from knotwork.polynomial.refined import part
-from knotwork.retiming.composition import composed, cubic_through
+from knotwork.retiming.composition import compose, cubic_through
 from knotwork.retiming.shortest import shortest_stop
 from knotwork.waypoints import FloatArray
 
-SHARES = (0.999, 0.99, 0.95)
+LIMIT_SHARES = (0.999, 0.99, 0.95)
 """Fractions of the limits for samples, tried until the limits are kept between samples."""
-TINY = 1e-9
+SHORTEST_PHASE = 1e-9
 """Shorter phases of a stop are left out [s]."""
-STILL = 1e-9
+REST_BOUND = 1e-9
 """Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
-LATER = 3
+MOST_LATER_STARTS = 3
 """Number of later breaks at which a stop may begin, if none is found from the first time."""
-GUESS = 1.3
+DURATION_GUESS = 1.3
 """First guess of the duration of a stop on the path, relative to that of independent joints."""
-GAIN = 1e-3
+MINIMUM_GAIN = 1e-3
 """Minimum relative gain over the curve's next rest for a stop to be searched for."""
 
 
@@ -46,8 +46,8 @@ def joint_stop(
     """
     # a state above the limit returns to it
     direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
-    free = np.sqrt(np.maximum(0.5 * a**2 - direction * v * jerk, 0.0))
-    peak = np.minimum(free, acceleration)
+    unlimited = np.sqrt(np.maximum(0.5 * a**2 - direction * v * jerk, 0.0))
+    peak = np.minimum(unlimited, acceleration)
     grow = np.abs(direction * peak - a) / jerk
     fade = peak / jerk
     changed = 0.5 * (a + direction * peak) * grow + 0.5 * direction * peak * fade
@@ -55,7 +55,7 @@ def joint_stop(
     corners = np.cumsum([np.zeros_like(q), grow, hold, fade], axis=0)
     heights = np.stack((a, direction * peak, direction * peak, np.zeros_like(a)))
     times = distinct(corners)
-    times = times[np.append(True, np.diff(times) > TINY)]
+    times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
     if len(times) < 2:
         raise InputError("the motion stands still at this moment; there is nothing to stop")
     columns = zip(corners.T, heights.T, strict=True)
@@ -89,28 +89,30 @@ def stop_on_path(
         The clock, which is the time of the curve over the time since the start of the stop [s], and
         the motion; `None` if no such stop keeps the limits before the curve ends.
     """
-    rest = first_rest(curve, at)
-    end = float(curve.x[-1]) if rest is None else rest
-    best = np.inf if rest is None else rest - at
-    tried = curve.x[(curve.x > at + TINY) & (curve.x < end - TINY)][:LATER]
+    rest_time = first_rest(curve, at)
+    end = float(curve.x[-1]) if rest_time is None else rest_time
+    best = np.inf if rest_time is None else rest_time - at
+    tried = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
+        :MOST_LATER_STARTS
+    ]
     for begin in (at, *tried.tolist()):
-        least = _least(curve, begin, acceleration, jerk)
-        if begin - at + least >= (1.0 - GAIN) * best:
+        least = _least_duration(curve, begin, acceleration, jerk)
+        if begin - at + least >= (1.0 - MINIMUM_GAIN) * best:
             continue
-        for share in SHARES:
+        for share in LIMIT_SHARES:
             limits = share * acceleration, share * jerk
-            clock = shortest_stop(curve, begin, end, min(GUESS * least, best), *limits)
+            clock = shortest_stop(curve, begin, end, min(DURATION_GUESS * least, best), *limits)
             if clock is None or begin - at + clock.x[-1] >= best:
                 break
-            clock = _after(clock, at, begin)
-            motion, _ = cubic_through(composed(curve, clock), tolerance)
-            if keeps_limits(motion, curve, acceleration, jerk):
+            clock = _start_earlier(clock, at, begin)
+            motion, _ = cubic_through(compose(curve, clock), tolerance)
+            if keeps_joint_limits(motion, curve, acceleration, jerk):
                 return clock, motion
-    if rest is None:
+    if rest_time is None:
         return None
-    clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest - at])
-    own = part(curve, at, rest)
-    return clock, PiecewisePolynomial(own.c, own.x - at)
+    clock = PiecewisePolynomial([[1.0], [at]], [0.0, rest_time - at])
+    motion = part(curve, at, rest_time)
+    return clock, PiecewisePolynomial(motion.c, motion.x - at)
 
 
 def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
@@ -119,20 +121,20 @@ def first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
     moves = np.zeros(len(times), bool)
     for nu in (1, 2):
         scale = np.maximum(curve.extrema(nu).peak, 1.0)
-        moves |= (np.abs(curve(times, nu)) > STILL * scale).any(axis=1)
+        moves |= (np.abs(curve(times, nu)) > REST_BOUND * scale).any(axis=1)
     return None if moves.all() else float(times[np.argmin(moves)])
 
 
-def _least(
+def _least_duration(
     curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
 ) -> float:
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
-    jolt = np.where(np.isfinite(jerk), jerk, acceleration / TINY)
+    jolt = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
     return float(joint_stop(q, v, a, acceleration, jolt).x[-1])
 
 
-def _after(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
+def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePolynomial:
     """A clock extended to an earlier start with a rate of 1."""
     if begin == at:
         return clock
@@ -142,7 +144,7 @@ def _after(clock: PiecewisePolynomial, at: float, begin: float) -> PiecewisePoly
     return PiecewisePolynomial(c, np.append(0.0, begin - at + clock.x))
 
 
-def keeps_limits(
+def keeps_joint_limits(
     motion: PiecewisePolynomial,
     curve: PiecewisePolynomial,
     acceleration: FloatArray,
@@ -157,7 +159,7 @@ def keeps_limits(
 
 def _ramps(times: FloatArray, heights: FloatArray) -> PiecewisePolynomial:
     """Piecewise linear curve through points; of points at one time the last counts."""
-    kept = np.append(np.diff(times) > 0.0, True)
-    times, heights = times[kept], heights[kept]
+    last = np.append(np.diff(times) > 0.0, True)
+    times, heights = times[last], heights[last]
     slope = (np.diff(heights, axis=0).T / np.diff(times)).T
     return PiecewisePolynomial(np.stack((slope, heights[:-1])), times)

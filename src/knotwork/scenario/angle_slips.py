@@ -14,9 +14,9 @@ WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn plus rounding, are probably degrees."""
 FAST_TURN = 2.0 * WHOLE_TURN
 """Rates above this [rad/s], two turns a second, are probably degrees: few joints are as fast."""
-ROUNDED = 0.002
+FRACTION_TOLERANCE = 0.002
 """Tolerance of a simple fraction of a turn in radians [rad]: 3.14, 1.57."""
-FEW = 4
+LEAST_JOINT_VALUES = 4
 """Minimum number of nonzero joint values to judge their unit."""
 LEAST_TURN = 1.5
 """Up to this largest joint value [rad], small angles in degrees are plausible."""
@@ -24,13 +24,13 @@ LEAST_TURN = 1.5
 
 _TURNS = ("angle", "angle or length")
 _RATES = ("angle/s", "angle/s or length/s")
-_What = Literal["joint angle", "angle of a pose", "rate"]
+_Kind = Literal["joint angle", "angle of a pose", "rate"]
 
 
 class _Angle(NamedTuple):
     where: str
     value: float
-    what: _What
+    kind: _Kind
 
 
 def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
@@ -45,19 +45,19 @@ def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
         bounds = {"rate": (FAST_TURN, "rad/s, more than two turns a second")}
         angle = (WHOLE_TURN, "rad, more than a whole turn")
         return [
-            f"{one.where} is {one.value:g} {words}; if it is in degrees, give "
+            f"{slip.where} is {slip.value:g} {words}; if it is in degrees, give "
             "`units: {angle: deg}`"
-            for one in angles
-            for bound, words in [bounds.get(one.what, angle)]
-            if abs(one.value) > bound
+            for slip in angles
+            for bound, words in [bounds.get(slip.kind, angle)]
+            if abs(slip.value) > bound
         ]
     slips = []
-    for what in ("joint angle", "angle of a pose"):
-        alike = [one for one in angles if one.what == what]
+    for kind in ("joint angle", "angle of a pose"):
+        alike = [angle for angle in angles if angle.kind == kind]
         if _plausibly_radians(alike):
-            largest = max(alike, key=lambda one: abs(one.value))
+            largest = max(alike, key=lambda angle: abs(angle.value))
             slips.append(
-                f"{largest.where} is {largest.value:g} degrees, the largest {what} of the file"
+                f"{largest.where} is {largest.value:g} degrees, the largest {kind} of the file"
                 "; if they are in radians, give `units: {angle: rad}`"
             )
     return slips
@@ -65,16 +65,22 @@ def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
 
 def _plausibly_radians(angles: list[_Angle]) -> bool:
     """None exceeds a turn; one is a twelfth or eighth of it, or most joint values are odd."""
-    values = np.array([abs(one.value) for one in angles if one.value])
+    values = np.array([abs(angle.value) for angle in angles if angle.value])
     if not values.size or values.max() > WHOLE_TURN:
         return False
     for part in (np.pi / 4, np.pi / 6):
         times = np.round(values / part)
-        if ((times > 0) & (np.abs(values - times * part) <= ROUNDED)).any():
+        if ((times > 0) & (np.abs(values - times * part) <= FRACTION_TOLERANCE)).any():
             return True
-    joints = np.array([abs(one.value) for one in angles if one.what == "joint angle" and one.value])
+    joints = np.array(
+        [abs(angle.value) for angle in angles if angle.kind == "joint angle" and angle.value]
+    )
     odd = (2.0 * joints) % 1.0 != 0.0
-    return bool(joints.size >= FEW and joints.max() >= LEAST_TURN and 2 * odd.sum() >= odd.size)
+    return bool(
+        joints.size >= LEAST_JOINT_VALUES
+        and joints.max() >= LEAST_TURN
+        and 2 * odd.sum() >= odd.size
+    )
 
 
 def _angles(scenario: Scenario, units: Mapping[str, str]) -> Iterator[_Angle]:

@@ -13,19 +13,19 @@ from knotwork.errors import PathError, RampError, StretchTimeError
 from knotwork.scenario.free_times import PROVISIONAL_SPEED
 from knotwork.tool_paths import Timing
 
-ACCELERATION = 1.0
+DEFAULT_PATH_ACCELERATION = 1.0
 """Default of the largest acceleration along a path where its speed changes [m/s²]."""
 
-ROUNDS = 100
+SPEED_ROUNDS = 100
 """Largest number of rounds until speeds from times and speeds at junctions agree."""
 
-QUICKER = 4.0
+ACCELERATION_FACTOR = 4.0
 """Ratio of the accelerations tried for provisional speeds."""
 
-QUICKEST = 1e6
+MOST_ACCELERATION_FACTOR = 1e6
 """Largest acceleration to try, as a multiple of the given one."""
 
-FASTER = 2.0
+PEAK_TO_MEAN_SPEED = 2.0
 """Largest ratio of speed and mean speed of a stretch from stop to stop."""
 
 
@@ -64,41 +64,43 @@ class AskedTiming:
             PathError: A stretch is too short for its changes of speed, or a duration is infeasible.
         """
         count, ends = len(self.lengths), self.ends
-        given = [chosen.get(k, speed) for k, speed in enumerate(self.speeds)]
-        found = [
+        fixed = [chosen.get(k, speed) for k, speed in enumerate(self.speeds)]
+        speeds = [
             length / duration if speed is None and duration is not None else float(speed or 0)
-            for length, speed, duration in zip(self.lengths, given, self.durations, strict=True)
+            for length, speed, duration in zip(self.lengths, fixed, self.durations, strict=True)
         ]
-        for _ in range(ROUNDS):
-            before = list(found)
+        for _ in range(SPEED_ROUNDS):
+            before = list(speeds)
             for k in range(count):
-                if given[k] is not None:
+                if fixed[k] is not None:
                     continue
-                left = ends[0] if k == 0 else found[k - 1]
-                right = ends[1] if k == count - 1 else found[k + 1]
+                speed_before = ends[0] if k == 0 else speeds[k - 1]
+                speed_after = ends[1] if k == count - 1 else speeds[k + 1]
                 try:
-                    found[k] = tool_paths.speed_for_duration(
+                    speeds[k] = tool_paths.speed_for_duration(
                         self.lengths[k],
                         self.durations[k] or 0.0,
                         acceleration=self.acceleration,
-                        start_speed=None if left is None or (k and left >= found[k]) else left,
+                        start_speed=None
+                        if speed_before is None or (k and speed_before >= speeds[k])
+                        else speed_before,
                         end_speed=None
-                        if right is None or (k < count - 1 and right >= found[k])
-                        else right,
+                        if speed_after is None or (k < count - 1 and speed_after >= speeds[k])
+                        else speed_after,
                     )
                 except StretchTimeError as error:
                     error.stretch = k
                     raise
-            if np.allclose(found, before, rtol=1e-12, atol=0.0):
+            if np.allclose(speeds, before, rtol=1e-12, atol=0.0):
                 break
         timing = tool_paths.speed_profile(
             self.lengths,
-            found,
+            speeds,
             start_speed=ends[0],
             end_speed=ends[1],
             acceleration=self.acceleration,
         )
-        return timing, tuple(found)
+        return timing, tuple(speeds)
 
     def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
         """The largest speeds, none above the chosen ones, that leave room for changes of speed.
@@ -131,8 +133,8 @@ class AskedTiming:
             return self.timed()
         timed = zip(self.lengths, self.durations, strict=True)
         means = [length / duration for length, duration in timed if duration]
-        given = [speed for speed in self.speeds if speed is not None]
-        fastest = max((PROVISIONAL_SPEED, *given, *(FASTER * mean for mean in means)))
+        fixed = [speed for speed in self.speeds if speed is not None]
+        fastest = max((PROVISIONAL_SPEED, *fixed, *(PEAK_TO_MEAN_SPEED * mean for mean in means)))
         self.fitted({k: min(fastest, most) for k, most in self.at_most.items()})
         low = {k: min(PROVISIONAL_SPEED, most) for k, most in self.at_most.items()}
         quick = self
@@ -140,6 +142,6 @@ class AskedTiming:
             try:
                 return quick.timed(quick.fitted(low))
             except PathError:
-                if quick.acceleration > QUICKEST * self.acceleration:
+                if quick.acceleration > MOST_ACCELERATION_FACTOR * self.acceleration:
                     raise
-                quick = replace(quick, acceleration=QUICKER * quick.acceleration)
+                quick = replace(quick, acceleration=ACCELERATION_FACTOR * quick.acceleration)

@@ -15,7 +15,7 @@ from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWa
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
-MOST_JUMP = 1e-3
+MOST_SPEED_JUMP = 1e-3
 """The largest speed jump of a frame that an arm can follow [m/s, rad/s]."""
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Carriers:
     @cached_property
     def any(self) -> bool:
         """Whether any frame moves."""
-        return any(one.moves is not None for one in self.file.frames.values())
+        return any(frame.moves is not None for frame in self.file.frames.values())
 
     @cached_property
     def link(self) -> str:
@@ -53,24 +53,24 @@ class Carriers:
             DocumentError: Several links carry poses.
         """
         posed = [
-            (i, self._frame(i, one))
-            for i, one in enumerate(self.file.waypoints)
-            if not isinstance(one, JointWaypoint)
+            (i, self._frame(i, waypoint))
+            for i, waypoint in enumerate(self.file.waypoints)
+            if not isinstance(waypoint, JointWaypoint)
         ]
         if not posed:
             return self.frames.moving[self.file.frame or "base"].link
-        first, *others = [one for one in posed if self.frames.moving[one[1]].link] or posed
-        found = self.frames.moving[first[1]].link
-        for i, name in others:
+        first, *further = [item for item in posed if self.frames.moving[item[1]].link] or posed
+        carrying_link = self.frames.moving[first[1]].link
+        for i, name in further:
             link = self.frames.moving[name].link
-            if link != found:
+            if link != carrying_link:
                 raise self.places.error(
                     ("waypoints", i),
-                    f"is in frame {name!r}, {_on(link)}, and earlier poses are in frame "
-                    f"{first[1]!r}, {_on(found)}",
+                    f"is in frame {name!r}, {_link_text(link)}, and earlier poses are in frame "
+                    f"{first[1]!r}, {_link_text(carrying_link)}",
                     "poses in frames on one link or in the base",
                 )
-        return found
+        return carrying_link
 
     def is_fixed(self, i: int) -> bool:
         """Whether the pose of a waypoint is fixed in the base while joints move other poses."""
@@ -91,15 +91,15 @@ class Carriers:
         Raises:
             DocumentError: The waypoints do not move together.
         """
-        found = self.frame_of(last)
+        carrier = self.frame_of(last)
         for i in range(first, last):
-            if _joints(self.frame_of(i)) != _joints(found):
+            if _joints_of(self.frame_of(i)) != _joints_of(carrier):
                 raise self.places.error(
                     ("waypoints", i),
                     f"does not move with waypoint {last + 1}, the next one of the path",
                     "a path with all waypoints in one frame, including its start",
                 )
-        return found
+        return carrier
 
     def check_smooth(self, i: int, carrier: MovingFrame | None, span: tuple[float, float]) -> None:
         """Refuse a path while the speed of its frame jumps, as in a file of positions only.
@@ -112,15 +112,15 @@ class Carriers:
         Raises:
             DocumentError: The speed jumps.
         """
-        for name, given in self.file.frames.items() if carrier is not None else ():
-            own = self.frames.moving[name].joints[-1:]
-            if given.moves is None or not set(own) & set(_joints(carrier)):
+        for name, frame in self.file.frames.items() if carrier is not None else ():
+            joints = self.frames.moving[name].joints[-1:]
+            if frame.moves is None or not set(joints) & set(_joints_of(carrier)):
                 continue
-            curve = own[0].curve.between(*span)
+            curve = joints[0].curve.between(*span)
             jumps = np.abs(curve.jumps(1))
-            if jumps.max(initial=0.0) > MOST_JUMP:
+            if jumps.max(initial=0.0) > MOST_SPEED_JUMP:
                 k, axis = np.unravel_index(int(jumps.argmax()), jumps.shape)
-                unit = "rad/s" if own[0].turns[axis] else "m/s"
+                unit = "rad/s" if joints[0].turns[axis] else "m/s"
                 shown = Units(self.file.units.length, self.file.units.angle)
                 jump = shown.text(float(jumps[k, axis]), unit, ".3g")
                 raise self.places.error(
@@ -153,23 +153,25 @@ class Carriers:
         """
         if not self.any:
             return poses
-        own, seen = self.frame_of(i), {}
+        carrier, seen = self.frame_of(i), {}
         for k in range(i - 2, i + 3):
             if k not in poses:
                 continue
-            other, seen[k] = self.frame_of(k), poses[k]
-            if _joints(other) != _joints(own):
-                seen[k] = seen[k] if other is None else other.pose_at(seen[k], times[k])
-                seen[k] = seen[k] if own is None else own.pose_at_rest(seen[k], times[k])
+            other_carrier, seen[k] = self.frame_of(k), poses[k]
+            if _joints_of(other_carrier) != _joints_of(carrier):
+                seen[k] = (
+                    seen[k] if other_carrier is None else other_carrier.pose_at(seen[k], times[k])
+                )
+                seen[k] = seen[k] if carrier is None else carrier.pose_at_rest(seen[k], times[k])
         return seen
 
     def frame_axes(self, i: int, name: str, time: float) -> FloatArray:
         """Axes of a frame at a time [s], relative to the moving frame of a waypoint."""
-        own, other = self.frame_of(i), self.frames.moving[name]
-        if _joints(own) == other.joints:
+        carrier, axes_frame = self.frame_of(i), self.frames.moving[name]
+        if _joints_of(carrier) == axes_frame.joints:
             return np.array(self.frames[name].rotation)
-        turn = np.array(other.placement_at(time).rotation)
-        return turn if own is None else own.since_rest([time]).place[0, :3, :3].T @ turn
+        turn = np.array(axes_frame.placement_at(time).rotation)
+        return turn if carrier is None else carrier.since_rest([time]).place[0, :3, :3].T @ turn
 
     def check(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
         """Refuse requests that moving frames do not support.
@@ -178,20 +180,20 @@ class Carriers:
             DocumentError: A chosen speed, or an orientation relative to another motion.
         """
         place: Location = ("waypoints", i)
-        own, asked = self.frame_of(i), waypoint.orientation_in
+        carrier, asked = self.frame_of(i), waypoint.orientation_in
         link = self.frames.moving[self._frame(i, waypoint)].link
-        if self.is_fixed(i) and own is not None:
+        if self.is_fixed(i) and carrier is not None:
             raise self.places.error(
                 place,
                 f"is in frame {self._frame(i, waypoint)!r}, which moves, and other poses are "
-                f"{_on(self.link)}",
+                f"{_link_text(self.link)}",
                 "a fixed frame, or a task without the other poses",
             )
         if isinstance(waypoint, PathWaypoint) and (self.is_fixed(i) or self.is_fixed(i - 1)):
             raise self.places.error(
                 place,
-                f"ends a path with poses in the base, and other poses are {_on(self.link)}",
-                f"a path with all waypoints {_on(self.link)}, or poses without along",
+                f"ends a path with poses in the base, and other poses are {_link_text(self.link)}",
+                f"a path with all waypoints {_link_text(self.link)}, or poses without along",
             )
         axes = getattr(getattr(waypoint, "velocity", None), "axes", None)
         for name, *key in ((asked, "orientation_in"), (axes, "velocity", "in")):
@@ -199,21 +201,23 @@ class Carriers:
             if known is not None and known.link != link:
                 raise self.places.error(
                     (*place, *key),
-                    f"frame {name!r} is {_on(known.link)}, and the pose {_on(link)}",
+                    f"frame {name!r} is {_link_text(known.link)}, and the pose {_link_text(link)}",
                     "a frame that is fixed relative to the pose",
                 )
         if not self.any:
             return
         if asked is not None:
-            other = self.frames.moving[self.frames.find(asked, (*place, "orientation_in"))]
-            turning = any(any(one.turns) for one in (*_joints(own), *other.joints))
-            if other.joints != _joints(own) and turning:
+            axes_frame = self.frames.moving[self.frames.find(asked, (*place, "orientation_in"))]
+            turning = any(
+                any(joints.turns) for joints in (*_joints_of(carrier), *axes_frame.joints)
+            )
+            if axes_frame.joints != _joints_of(carrier) and turning:
                 raise self.places.error(
                     (*place, "orientation_in"),
                     "rotates relative to the frame of the pose",
                     "a frame with the same rotation",
                 )
-        if own is None:
+        if carrier is None:
             return
         name = self._frame(i, waypoint)
         if isinstance(getattr(waypoint, "speed", None), str | AtMost):
@@ -223,23 +227,25 @@ class Carriers:
                 "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
             )
 
-    def mark_arrivals(self, free: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
+    def mark_arrivals(self, unknowns: FreeTimes | None, index: Sequence[int]) -> FreeTimes | None:
         """The unknowns, with the waypoints whose pose depends on their time.
 
         Args:
-            free: The unknowns so far.
+            unknowns: The unknowns so far.
             index: Index in the file of each waypoint of the scenario.
 
         Raises:
             DocumentError: The total duration is given as well.
         """
-        if free is None or not self.any:
-            return free
+        if unknowns is None or not self.any:
+            return unknowns
         late = [
-            i for i in range(free.first_untimed, len(index)) if self.frame_of(index[i]) is not None
+            i
+            for i in range(unknowns.first_untimed, len(index))
+            if self.frame_of(index[i]) is not None
         ]
-        meets = tuple(sorted({*late, *free.meets}))
-        if late and free.total is not None:
+        meets = tuple(sorted({*late, *unknowns.meets}))
+        if late and unknowns.total is not None:
             i = index[late[0]]
             raise self.places.error(
                 ("duration",),
@@ -247,12 +253,12 @@ class Carriers:
                 " is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
-        return replace(free, meets=meets)
+        return replace(unknowns, meets=meets)
 
 
-def _on(link: str) -> str:
+def _link_text(link: str) -> str:
     return f"on link {link!r}" if link else "in the base"
 
 
-def _joints(frame: MovingFrame | None) -> tuple[Any, ...]:
+def _joints_of(frame: MovingFrame | None) -> tuple[Any, ...]:
     return frame.joints if frame is not None else ()

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-SAME = 1e-12
+SAME_POSE = 1e-12
 """Poses and joint positions nearer than this [m, rad] are the same."""
 
 
@@ -27,16 +27,16 @@ def waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterato
         speeds = pairwise(scenario.free.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     places = [
-        one.pose.homogeneous
-        if isinstance(one, CartesianWaypoint) and not one.twist.vector.any()
+        waypoint.pose.homogeneous
+        if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any()
         else position
-        for one, position in zip(scenario.waypoints, positions, strict=True)
+        for waypoint, position in zip(scenario.waypoints, positions, strict=True)
     ]
-    stands = [one.standing for one in scenario.waypoints]
-    for i, (here, there) in enumerate(pairwise(places)):
+    stands = [waypoint.standing for waypoint in scenario.waypoints]
+    for i, (first, second) in enumerate(pairwise(places)):
         if stands[i] != stands[i + 1]:
             continue
-        if i in moved or here is None or there is None or here.shape != there.shape:
+        if i in moved or first is None or second is None or first.shape != second.shape:
             continue
-        if np.abs(here - there).max() <= SAME:
+        if np.abs(first - second).max() <= SAME_POSE:
             yield i

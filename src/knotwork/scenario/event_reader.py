@@ -17,15 +17,15 @@ from knotwork.task.actions import switched
 from knotwork.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.units import Units
 
-ROUNDING = 1e-9
+EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
 
 
 def with_waits(file: PlainTask) -> PlainTask:
     """A task in which waits among the actions are given as waits of their waypoints."""
-    waits = [sum(action.wait or 0.0 for action in one.actions) for one in file.waypoints]
-    given = zip(file.waypoints, waits, strict=True)
-    waiting = (one.model_copy(update={"wait": wait}) if wait else one for one, wait in given)
+    waits = [sum(action.wait or 0.0 for action in step.actions) for step in file.waypoints]
+    pairs = zip(file.waypoints, waits, strict=True)
+    waiting = (step.model_copy(update={"wait": wait}) if wait else step for step, wait in pairs)
     return file.model_copy(update={"waypoints": tuple(waiting)}) if any(waits) else file
 
 
@@ -57,9 +57,9 @@ class EventReader:
             DocumentError: An event is outside the motion or its path, or not after another
                 of its signal that the file gives before.
         """
-        found = list(self._all())
+        events = list(self._asked_events())
         last: dict[str | int, Event] = {}
-        for where, asked in found if timed else ():
+        for where, asked in events if timed else ():
             event = asked.event
             self._check_inside(where, event)
             before = last.get(event.signal)
@@ -71,7 +71,7 @@ class EventReader:
                     "a later time, or the other order",
                 )
             last[event.signal] = event
-        return tuple(sorted((one for _, one in found), key=_time)) if timed else ()
+        return tuple(sorted((event for _, event in events), key=_time)) if timed else ()
 
     @cached_property
     def rows(self) -> dict[int, tuple[int, int]]:
@@ -80,7 +80,7 @@ class EventReader:
         first = {k: i for i, k in reversed(list(enumerate(self.index)))}
         return {k: (first[k], last[k]) for k in last}
 
-    def _all(self) -> Iterator[tuple[Location, AskedEvent]]:
+    def _asked_events(self) -> Iterator[tuple[Location, AskedEvent]]:
         for k, waypoint in enumerate(self.file.waypoints):
             waited = 0.0
             for j, action in enumerate(waypoint.actions):
@@ -89,9 +89,9 @@ class EventReader:
                 if action.wait is not None:
                     waited += action.wait
                     continue
-                yield where, self._asked(k, action, waited, where)
+                yield where, self._asked_event(k, action, waited, where)
 
-    def _asked(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
+    def _asked_event(self, k: int, action: Action, waited: float, where: Location) -> AskedEvent:
         arrival, leaving = self.rows[k]
         waypoint = self.waypoints[arrival]
         outputs = self.file.outputs
@@ -120,8 +120,10 @@ class EventReader:
         """The path through a waypoint, and an arc length along it [m]."""
         where = (*where, "at")
         onward = at > 0.0
-        found = (one for one in self.paths if one.first + (not onward) <= row <= one.last - onward)
-        path = next(found, None)
+        candidates = (
+            path for path in self.paths if path.first + (not onward) <= row <= path.last - onward
+        )
+        path = next(candidates, None)
         name = self.waypoints[row].name
         if path is None:
             raise self.places.error(
@@ -130,20 +132,22 @@ class EventReader:
                 "after or before: seconds; or at on a path with along",
             )
         lengths = path.asked.lengths
-        own, whole = sum(lengths[: row - path.first]), sum(lengths)
-        s = own + at
-        if not -ROUNDING * whole <= s <= (1.0 + ROUNDING) * whole:
-            low, high = (self.units.text(one, "m", ".6g") for one in (-own, whole - own))
+        before, length = sum(lengths[: row - path.first]), sum(lengths)
+        s = before + at
+        if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
+            low, high = (
+                self.units.text(offset, "m", ".6g") for offset in (-before, length - before)
+            )
             raise self.places.error(
                 where,
                 f"{self.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
             )
-        return path, min(max(s, 0.0), whole)
+        return path, min(max(s, 0.0), length)
 
     def _check_inside(self, where: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
-        if not start - ROUNDING <= event.time <= end + ROUNDING:
+        if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
             raise self.places.error(
                 where,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
@@ -155,7 +159,9 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
     """An event as an action of a task with given outputs, without delay."""
     if event.output is None:
         return {event.name: event.value}
-    name = next((one for one, number in outputs.items() if number == event.output), None)
+    name = next(
+        (output_name for output_name, number in outputs.items() if number == event.output), None
+    )
     if name is None:
         return {"output": event.output, "value": event.value}
     return {name: event.value}
@@ -169,34 +175,41 @@ def found_ways(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
     for run in scenario.task.chosen or ():
         if run.way:
-            low, high = run.times[0] - ROUNDING, run.times[-1] + ROUNDING
-            yield [i for i, one in enumerate(scenario.waypoints) if low <= one.time <= high], run
+            low, high = run.times[0] - EVENT_TOLERANCE, run.times[-1] + EVENT_TOLERANCE
+            yield (
+                [
+                    i
+                    for i, waypoint in enumerate(scenario.waypoints)
+                    if low <= waypoint.time <= high
+                ],
+                run,
+            )
 
 
-def segments(scenario: Scenario, ways: Collection[int] = ()) -> tuple[Segment, ...]:
+def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[Segment, ...]:
     """Segments of a motion, from waypoint to waypoint.
 
     Args:
         scenario: The task, with all times known.
-        ways: Indices of the waypoints at the start of a motion found by `way: clear`.
+        motion_starts: Indices of the waypoints at the start of a motion found by `way: clear`.
 
     >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
     ['start to approach', 'approach to edge start']
     """
     along = {i for path in scenario.paths for i in range(path.first, path.last)}
     points, index = scenario.waypoints, scenario.index
-    made = []
-    for i, (one, other) in enumerate(pairwise(points)):
+    parts = []
+    for i, (first, second) in enumerate(pairwise(points)):
         waits = index[i] == index[i + 1]
         over = i > 0 and index[i - 1] == index[i]
-        begin = points[i - 1].name if over else one.name
-        name = f"wait at {begin}" if waits else f"{begin} to {other.name}"
+        begin = points[i - 1].name if over else first.name
+        name = f"wait at {begin}" if waits else f"{begin} to {second.name}"
         kind: SegmentKind = "free motion"
         if waits:
             kind = "wait"
         elif i in along:
             kind = "tool path"
-        elif i in ways:
+        elif i in motion_starts:
             kind = "way"
-        made.append(Segment(name, one.time, other.time, kind))
-    return tuple(made)
+        parts.append(Segment(name, first.time, second.time, kind))
+    return tuple(parts)

@@ -14,12 +14,11 @@ from knotwork.errors.plain_text import nameless
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, FreeWay, SpeedKind
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
-MOST_BEFORE, SHORTEST = 20, 1e-3
-"""Largest number of waypoints that share the time before a given one, and the minimum time of each
-[s]."""
+SHARING_WAYPOINTS = 20
+"""Largest number of waypoints that share the time before a given one."""
 
-_Fault = tuple[bool, Location, str, str]
-"""Whether the fault exists, its location, its description, and the accepted values."""
+PROVISIONAL_SPAN = 1e-3 * SHARING_WAYPOINTS
+"""Smallest time that they share [s]."""
 
 
 def least_time(file: PlainTask, i: int) -> float | None:
@@ -30,9 +29,9 @@ def least_time(file: PlainTask, i: int) -> float | None:
     if isinstance(waypoint.after, Fastest):
         return waypoint.after.at_least or 0.0
     first = i == 0 and file.start is None
-    left = waypoint.after is None and waypoint.time is None and not first
+    unstated = waypoint.after is None and waypoint.time is None and not first
     chosen = file.times is not None or clear_way(file, i) is not None
-    return 0.0 if waypoint.after == "fastest" or (left and chosen) else None
+    return 0.0 if waypoint.after == "fastest" or (unstated and chosen) else None
 
 
 def clear_way(file: PlainTask, i: int) -> FreeWay | None:
@@ -60,12 +59,12 @@ def provisional_time(file: PlainTask, i: int, before: float) -> float | None:
     if least is None:
         return None
     longest, parts = max(least, PROVISIONAL_TIME), 1
-    for one in file.waypoints[i : i + MOST_BEFORE]:
-        if one.time is not None:
-            return min(longest, max(one.time - before, MOST_BEFORE * SHORTEST) / parts)
-        given = one.after if isinstance(one.after, float) else 0.0
-        before += given + (one.wait or 0.0)
-        parts += not given
+    for waypoint in file.waypoints[i : i + SHARING_WAYPOINTS]:
+        if waypoint.time is not None:
+            return min(longest, max(waypoint.time - before, PROVISIONAL_SPAN) / parts)
+        after = waypoint.after if isinstance(waypoint.after, float) else 0.0
+        before += after + (waypoint.wait or 0.0)
+        parts += not after
     return longest
 
 
@@ -92,46 +91,46 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
     Raises:
         DocumentError: A key is about choices and nothing is chosen, or it can't be chosen.
     """
-    least = [
-        least_time(file, there) if there >= 0 and here != there else None
-        for here, there in pairwise(index)
+    lower_bounds = [
+        least_time(file, end) if end >= 0 and start != end else None
+        for start, end in pairwise(index)
     ]
     speed: list[SpeedKind] = ["given"] * len(index)
     at_most = np.full(len(index), np.inf)
     paths: dict[int, float] = {}
+    ways: dict[int, FreeWay] = {}
+    timed: list[int] = []
     for i, k in enumerate(index):
-        waypoint = file.waypoints[k] if k >= 0 else None
-        most = greatest_speed(getattr(waypoint, "speed", None))
-        if isinstance(waypoint, PathWaypoint):
-            if most is not None and k != index[i - 1]:
-                paths[i] = most
-        elif most is not None:
-            speed[i], at_most[i] = "along", most
+        if k < 0 or (i and k == index[i - 1]):  # the start, or the end of a wait
+            continue
+        waypoint = file.waypoints[k]
+        maximum = greatest_speed(getattr(waypoint, "speed", None))
+        if isinstance(waypoint, PathWaypoint) and maximum is not None:
+            paths[i] = maximum
+        elif maximum is not None:
+            speed[i], at_most[i] = "along", maximum
         elif getattr(waypoint, "velocity", None) == "free":
             speed[i] = "free"
+        if i and (way := clear_way(file, k)):
+            ways[i] = way
+        if waypoint.time is not None:
+            timed.append(i)
     free = FreeTimes(
-        duration=np.array([one is not None for one in least], dtype=bool),
-        at_least=np.array([one or 0.0 for one in least]),
+        duration=np.array([bound is not None for bound in lower_bounds], dtype=bool),
+        at_least=np.array([bound or 0.0 for bound in lower_bounds]),
         speed=tuple(speed),
         at_most=at_most,
         path_speed=paths,
-        ways={
-            i: way
-            for i, k in enumerate(index)
-            if i and k != index[i - 1] and k >= 0 and (way := clear_way(file, k))
-        },
+        ways=ways,
         objective=_objective(file),
         total=file.duration,
         optimal_knots=_optimal_knots(file),
     )
-    late = [
-        i
-        for i in range(free.first_untimed, len(index))
-        if index[i] != index[i - 1] and file.waypoints[index[i]].time is not None
-    ]
+    late = tuple(i for i in timed if i >= free.first_untimed)
     free.duration[[i - 1 for i in late]] = True
-    free = replace(free, meets=tuple(late))
-    _refuse(places, _misused(file, free))
+    free = replace(free, meets=late)
+    for location, message, accepted in _misused(file, free):
+        raise places.error(location, message, accepted)
     if late and file.duration is not None:
         raise places.error(
             ("duration",),
@@ -139,12 +138,6 @@ def read_free_times(file: PlainTask, places: Places, index: tuple[int, ...]) -> 
             "one of them",
         )
     return free if free.anything else None
-
-
-def _refuse(places: Places, faults: Iterator[_Fault]) -> None:
-    for wrong, location, message, accepted in faults:
-        if wrong:
-            raise places.error(location, message, accepted)
 
 
 def _optimal_knots(file: PlainTask) -> bool:
@@ -174,122 +167,83 @@ def check_places(file: PlainTask, places: Places) -> None:
     Raises:
         DocumentError: One of these is given.
     """
-    _refuse(places, _misplaced(file))
-
-
-def _misplaced(file: PlainTask) -> Iterator[_Fault]:
-    free = ""
-    last = len(file.waypoints) - 1
+    untimed = ""
     for i, waypoint in enumerate(file.waypoints):
-        place, at_start = ("waypoints", i), i == 0 and file.start is None
-        along = isinstance(waypoint, PathWaypoint)
-        speed = waypoint.speed if isinstance(waypoint, PathWaypoint) else None
-        chosen = greatest_speed(speed) is not None
-        untimed = isinstance(waypoint.after, str | Fastest)
-        yield (
-            at_start and untimed,
-            (*place, "after"),
-            "the first waypoint has no previous one, so no time to it can be chosen",
-            "no time here, or start: the start of the motion",
-        )
-        yield (
-            along and waypoint.time is not None and bool(free),
-            (*place, "time"),
-            f"the time since 0 can't be given, because the earlier time to {free} is chosen",
-            "speed, or after: the time since the previous waypoint [s]",
-        )
-        yield (
-            along and waypoint.way is not None,
-            (*place, "way"),
-            "the motion to here follows a tool path",
-            "way at a waypoint without along",
-        )
-        yield (
-            at_start and waypoint.way is not None,
-            (*place, "way"),
-            "the first waypoint has no previous one, so there is no motion to it",
-            "way at a later waypoint, or start: the start of the motion",
-        )
-        yield (
-            getattr(waypoint, "velocity", None) == "free" and (at_start or i == last),
-            (*place, "velocity"),
-            "the velocity is free at an end of the motion",
-            "a velocity, or none: the arm is at rest there",
-        )
-        yield (
-            along and untimed,
-            (*place, "after"),
-            "the time along a path follows from its speed",
-            "speed: fastest, or seconds",
-        )
-        for key in ("time", "after"):
-            yield (
-                chosen and getattr(waypoint, key) is not None,
-                (*place, key),
-                "is given together with a speed that is chosen",
-                f"speed: fastest, or {key}, not both",
-            )
-        if least_time(file, i) is not None or chosen:
-            free = nameless(i) if waypoint.name is None else repr(waypoint.name)
+        for key, message, accepted in _misplaced(file, i, untimed):
+            raise places.error(("waypoints", i, key), message, accepted)
+        chosen = greatest_speed(getattr(waypoint, "speed", None)) is not None
+        if least_time(file, i) is not None or (chosen and isinstance(waypoint, PathWaypoint)):
+            untimed = nameless(i) if waypoint.name is None else repr(waypoint.name)
 
 
-def _misused(file: PlainTask, free: FreeTimes) -> Iterator[_Fault]:
+def _misplaced(file: PlainTask, i: int, untimed: str) -> Iterator[tuple[str, str, str]]:
+    """Misplaced keys of a waypoint: the key, its fault and what is accepted.
+
+    Args:
+        file: Content of the file.
+        i: Index of the waypoint.
+        untimed: The last waypoint before with a chosen time; empty without one.
+    """
+    waypoint, at_start = file.waypoints[i], i == 0 and file.start is None
+    fastest = isinstance(waypoint.after, str | Fastest)
+    if at_start and fastest:
+        message = "the first waypoint has no previous one, so no time to it can be chosen"
+        yield "after", message, "no time here, or start: the start of the motion"
+    if at_start and waypoint.way is not None:
+        message = "the first waypoint has no previous one, so there is no motion to it"
+        yield "way", message, "way at a later waypoint, or start: the start of the motion"
+    if getattr(waypoint, "velocity", None) == "free" and (at_start or i == len(file.waypoints) - 1):
+        message = "the velocity is free at an end of the motion"
+        yield "velocity", message, "a velocity, or none: the arm is at rest there"
+    if not isinstance(waypoint, PathWaypoint):
+        return
+    if waypoint.time is not None and untimed:
+        message = (
+            f"the time since 0 can't be given, because the earlier time to {untimed} is chosen"
+        )
+        yield "time", message, "speed, or after: the time since the previous waypoint [s]"
+    if waypoint.way is not None:
+        yield "way", "the motion to here follows a tool path", "way at a waypoint without along"
+    if fastest:
+        message = "the time along a path follows from its speed"
+        yield "after", message, "speed: fastest, or seconds"
+    for key in ("time", "after"):
+        if greatest_speed(waypoint.speed) is not None and getattr(waypoint, key) is not None:
+            message = "is given together with a speed that is chosen"
+            yield key, message, f"speed: fastest, or {key}, not both"
+
+
+def _misused(file: PlainTask, free: FreeTimes) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices where nothing is chosen, and choices that exclude each other."""
     timed, objective = bool(free.duration.any()), file.objective is not None
     weighs_time = free.objective.get("time", 0.0) > 0.0
-    along = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
-    yield (
-        file.times is not None and not timed and not free.path_speed,
-        ("times",),
-        "fastest, but every waypoint gives its time" + " or its speed along a path" * along,
-        "no times here, or after: fastest at a waypoint"
-        + ", or speed: fastest along a path" * along,
-    )
-    yield (
-        file.duration is not None and not timed,
-        ("duration",),
-        "is given, but so is every time",
-        "times: fastest, or after: fastest at a waypoint",
-    )
-    yield (
-        objective and not (timed or free.optimal_knots or set(free.speed) - {"given"}),
-        ("objective",),
-        "gives an objective, but no time is free",
-        "times: fastest, after: fastest at a waypoint, or knots: optimal",
-    )
-    yield (
-        objective and weighs_time and (not timed or file.duration is not None),
-        ("objective",),
-        "the time is given, so it can't be minimised",
-        "jerk, effort or acceleration",
-    )
-    yield (
-        timed and file.duration is None and not weighs_time,
-        ("objective",),
-        "gives no weight to the time, so the slowest motion would be optimal",
-        "time as well, for example {time: 1, effort: 0.01}, or duration: seconds",
-    )
-    yield (
-        file.chosen is not None and free.anything,
-        ("chosen",),
-        "gives the motion between waypoints, but times or speeds are free",
-        "numbers for all of them, or no chosen",
-    )
-    yield (
-        isinstance(file.knots, tuple) and free.anything,
-        ("knots",),
-        "knot times are given, but waypoint times are free",
-        "no knots",
-    )
-    yield (
-        file.planner != "modified-hermite" and free.anything,
-        ("planner",),
-        f"{file.planner!r} needs given times, and some are free",
-        "modified-hermite; plan --freeze writes a scenario with numbers for any planner",
-    )
-    yield (
-        free.objective.get("effort", 0.0) > 0.0 and file.robot is None,
-        ("objective",),
-        "effort needs a robot, and the file names none",
-        "",
-    )
+    if file.times is not None and not timed and not free.path_speed:
+        along = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
+        message = (
+            "fastest, but every waypoint gives its time" + " or its speed along a path" * along
+        )
+        accepted = "no times here, or after: fastest at a waypoint"
+        yield ("times",), message, accepted + ", or speed: fastest along a path" * along
+    if file.duration is not None and not timed:
+        accepted = "times: fastest, or after: fastest at a waypoint"
+        yield ("duration",), "is given, but so is every time", accepted
+    if objective and not (timed or free.optimal_knots or set(free.speed) - {"given"}):
+        accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
+        yield ("objective",), "gives an objective, but no time is free", accepted
+    if objective and weighs_time and (not timed or file.duration is not None):
+        message = "the time is given, so it can't be minimised"
+        yield ("objective",), message, "jerk, effort or acceleration"
+    if timed and file.duration is None and not weighs_time:
+        message = "gives no weight to the time, so the slowest motion would be optimal"
+        accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
+        yield ("objective",), message, accepted
+    if file.chosen is not None and free.anything:
+        message = "gives the motion between waypoints, but times or speeds are free"
+        yield ("chosen",), message, "numbers for all of them, or no chosen"
+    if isinstance(file.knots, tuple) and free.anything:
+        yield ("knots",), "knot times are given, but waypoint times are free", "no knots"
+    if file.planner != "modified-hermite" and free.anything:
+        accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
+        yield ("planner",), f"{file.planner!r} needs given times, and some are free", accepted
+    if free.objective.get("effort", 0.0) > 0.0 and file.robot is None:
+        yield ("objective",), "effort needs a robot, and the file names none", ""

@@ -30,40 +30,42 @@ def read_freedoms(file: PlainTask, places: Places, normals: Collection[int] = ()
             too large; or a velocity is given in free axes.
     """
     tool = None if file.tool is None else file.tool.free
-    found: Freedoms = []
+    freedoms: Freedoms = []
     for i, waypoint in enumerate(file.waypoints):
-        own = None if isinstance(waypoint, JointWaypoint) else waypoint.free
-        if own == "none" and i in normals:
+        own_freedom = None if isinstance(waypoint, JointWaypoint) else waypoint.free
+        if own_freedom == "none" and i in normals:
             raise places.error(
                 ("waypoints", i, "free"),
                 "is none, but normals leave the turn about the tool axis open",
                 "turn: z, or columns qx, qy, qz, qw",
             )
-        if isinstance(waypoint, JointWaypoint) or own == "none":
-            found.append(None)
-        elif own is None and tool is None:
-            found.append(PoseFreedom((-math.inf, math.inf)) if i in normals else None)
+        if isinstance(waypoint, JointWaypoint) or own_freedom == "none":
+            freedoms.append(None)
+        elif own_freedom is None and tool is None:
+            freedoms.append(PoseFreedom((-math.inf, math.inf)) if i in normals else None)
         else:
-            place: Location = ("waypoints", i, "free") if own is not None else ("tool", "free")
-            free = _read(own or tool, places, place, file, _torch_at(file, i))  # type: ignore[arg-type]
+            place: Location = (
+                ("waypoints", i, "free") if own_freedom is not None else ("tool", "free")
+            )
+            freedom = _read(own_freedom or tool, places, place, file, _torch_at(file, i))  # type: ignore[arg-type]
             if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.velocity, Velocity):
-                _check_velocity(waypoint.velocity, free, places, i)
-            found.append(free)
-    return found
+                _check_velocity(waypoint.velocity, freedom, places, i)
+            freedoms.append(freedom)
+    return freedoms
 
 
-def _check_velocity(velocity: Velocity, free: PoseFreedom, places: Places, i: int) -> None:
+def _check_velocity(velocity: Velocity, freedom: PoseFreedom, places: Places, i: int) -> None:
     """Refuse a velocity in free axes of the tool, whose direction planning chooses."""
     if velocity.axes != "tool":
         return
     across = [*velocity.linear[:2], *velocity.angular[:2]]
-    whole = free.tilt and any([*velocity.linear, *velocity.angular])
-    if whole or (free.turn[0] < free.turn[1] and any(across)):
+    is_tilted = freedom.tilt and any([*velocity.linear, *velocity.angular])
+    if is_tilted or (freedom.turn[0] < freedom.turn[1] and any(across)):
         raise places.error(
             ("waypoints", i, "velocity", "in"),
             "is tool, whose axes are free at this pose",
             "base or a named frame, or free: none"
-            + ("" if free.tilt else "; or a velocity along and about the tool's z axis alone"),
+            + ("" if freedom.tilt else "; or a velocity along and about the tool's z axis alone"),
         )
 
 
@@ -75,15 +77,15 @@ def _torch_at(file: PlainTask, i: int) -> Torch | None:
     if waypoint.pose.torch is not None:
         return waypoint.pose.torch
     along = (waypoint, *onward) if isinstance(waypoint, PathWaypoint) else onward
-    for one in along:
-        if isinstance(one, PathWaypoint) and isinstance(one.orientation, Torch):
-            return one.orientation
+    for step in along:
+        if isinstance(step, PathWaypoint) and isinstance(step.orientation, Torch):
+            return step.orientation
     goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.turned and i > 0
     return _torch_at(file, i - 1) if goes_on else None
 
 
 def _torch_ranges(
-    given: FreePose, torch: Torch | None, places: Places, location: Location, file: PlainTask
+    pose: FreePose, torch: Torch | None, places: Places, location: Location, file: PlainTask
 ) -> TorchRanges:
     """Ranges of a torch's angles, relative to those of its pose."""
     from knotwork.tool_paths.seam import TOOL_AXES
@@ -97,51 +99,49 @@ def _torch_ranges(
         )
     ranges = []
     for name in ("work_angle", "travel_angle"):
-        own = getattr(torch, name)
-        low, high = getattr(given, name) or (own, own)
-        if not -0.5 * math.pi < low <= own <= high < 0.5 * math.pi:
+        angle = getattr(torch, name)
+        low, high = getattr(pose, name) or (angle, angle)
+        if not -0.5 * math.pi < low <= angle <= high < 0.5 * math.pi:
             raise places.error(
                 (*location, name),
                 f"is [{low / unit:g}, {high / unit:g}] {file.units.angle}",
-                f"a range with the pose's {own / unit:g} in it, below a quarter of a turn",
+                f"a range with the pose's {angle / unit:g} in it, below a quarter of a turn",
             )
-        ranges.append((low - own, high - own))
+        ranges.append((low - angle, high - angle))
     about = TOOL_AXES[torch.tangent]
     return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, about)
 
 
 def _read(
-    given: FreePose, places: Places, location: Location, file: PlainTask, own_torch: Torch | None
+    pose: FreePose, places: Places, location: Location, file: PlainTask, own_torch: Torch | None
 ) -> PoseFreedom:
     unit = si_factors(file.units)[1]
-    if given.tilt is not None and given.tilt >= 0.5 * math.pi:
+    if pose.tilt is not None and pose.tilt >= 0.5 * math.pi:
         raise places.error(
             (*location, "tilt"),
-            f"is {given.tilt / unit:.6g} {file.units.angle}",
+            f"is {pose.tilt / unit:.6g} {file.units.angle}",
             f"an angle below a quarter of a turn, {0.5 * math.pi / unit:.6g}",
         )
-    ranges = (
-        [] if given.position is None else [given.position.x, given.position.y, given.position.z]
-    )
-    for axis, own in zip("xyz", ranges, strict=False):
-        if own is not None and not own[0] <= 0.0 <= own[1]:
+    ranges = [] if pose.position is None else [pose.position.x, pose.position.y, pose.position.z]
+    for axis, bounds in zip("xyz", ranges, strict=False):
+        if bounds is not None and not bounds[0] <= 0.0 <= bounds[1]:
             length = si_factors(file.units)[0]
             raise places.error(
                 (*location, "position", axis),
-                f"is [{own[0] / length:g}, {own[1] / length:g}] {file.units.length}",
+                f"is [{bounds[0] / length:g}, {bounds[1] / length:g}] {file.units.length}",
                 "offsets from the pose: a lower bound up to 0, and an upper bound from 0",
             )
-    box = tuple((0.0, 0.0) if own is None else (own[0], own[1]) for own in ranges)
+    box = tuple((0.0, 0.0) if bounds is None else (bounds[0], bounds[1]) for bounds in ranges)
     box = box or PoseFreedom.box
-    torch, tilt = None, given.tilt or 0.0
-    if given.work_angle is not None or given.travel_angle is not None:
-        torch = _torch_ranges(given, own_torch, places, location, file)
+    torch, tilt = None, pose.tilt or 0.0
+    if pose.work_angle is not None or pose.travel_angle is not None:
+        torch = _torch_ranges(pose, own_torch, places, location, file)
         tilt = sum(max(-low, high) for low, high in (torch.work, torch.travel))
-    if given.turn is None:
+    if pose.turn is None:
         return PoseFreedom((0.0, 0.0), tilt, box, torch)
-    if given.turn == "z":
+    if pose.turn == "z":
         return PoseFreedom((-math.inf, math.inf), tilt, box, torch)
-    low, high = given.turn
+    low, high = pose.turn
     most = MOST_TURNS * 2.0 * math.pi
     if not (low <= 0.0 <= high and max(-low, high) <= most * (1.0 + 1e-12)):
         half = f"{most / unit:.6g}"
@@ -166,26 +166,26 @@ def freedom_of(path: ScenarioPath, freedoms: Freedoms, places: Places) -> PoseFr
         DocumentError: The freedom changes along the path, includes the position, or the path begins
             with another one.
     """
-    own: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
-    for i, one in enumerate(own, path.first + 1):
-        if one is not None and one.moves:
+    along: Sequence[PoseFreedom | None] = freedoms[path.first + 1 : path.last + 1]
+    for i, freedom in enumerate(along, path.first + 1):
+        if freedom is not None and freedom.moves:
             raise places.error(
                 ("waypoints", i, "free"),
                 "leaves the position open along a path, which defines the position",
                 "position at poses where the tool stops",
             )
-    for i, one in enumerate(own, path.first + 1):
-        if one != own[0]:
+    for i, freedom in enumerate(along, path.first + 1):
+        if freedom != along[0]:
             raise places.error(
                 ("waypoints", i, "free"),
                 "differs from the freedom of the previous path",
                 "one freedom for a whole path, or stop: true where it changes",
             )
     begins = freedoms[path.first]
-    if begins is not None and not begins.within(own[0]):
+    if begins is not None and not begins.within(along[0]):
         raise places.error(
             ("waypoints", path.first + 1),
             "the pose at the start of the path has more freedom than the path",
             "no more freedom at the pose than along the path, for example free: none",
         )
-    return own[0]
+    return along[0]

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from knotwork.documents import Location, Places
 from knotwork.errors import PathError, did_you_mean
-from knotwork.scenario.frame_motion import moved
+from knotwork.scenario.frame_motion import move_frame
 from knotwork.task import Frame, Placement, SeamTorch
 from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.seam import seam_frames, torch_rotation
@@ -39,7 +39,7 @@ def rotation(placement: Placement, places: Places, location: Location) -> FloatA
         if values is not None:
             return _from_quaternion(np.array([values[i] for i in order]), places, (*location, name))
     if placement.torch is not None:
-        return _leaning(placement.torch, places, (*location, "torch"))
+        return _torch_axes(placement.torch, places, (*location, "torch"))
     if placement.rotation_matrix is not None:
         matrix = np.array(placement.rotation_matrix)
         return _from_matrix(matrix, places, (*location, "rotation_matrix"))
@@ -66,7 +66,7 @@ def _from_quaternion(wxyz: FloatArray, places: Places, location: Location) -> Fl
     return np.asarray(pin.Quaternion(w, x, y, z).matrix())
 
 
-def _leaning(torch: SeamTorch, places: Places, location: Location) -> FloatArray:
+def _torch_axes(torch: SeamTorch, places: Places, location: Location) -> FloatArray:
     try:
         axes = seam_frames([torch.seam], torch.normal)[0]
         turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
@@ -83,8 +83,8 @@ def _from_matrix(matrix: FloatArray, places: Places, location: Location) -> Floa
             f"is not a rotation matrix: {fault}",
             f"orthonormal rows within {ROTATION_TOLERANCE:g}, right-handed",
         )
-    left, _, right = np.linalg.svd(matrix)  # the nearest rotation undoes the rounding
-    return np.asarray(left @ right)
+    u, _, vt = np.linalg.svd(matrix)  # the nearest rotation undoes the rounding
+    return np.asarray(u @ vt)
 
 
 def placed(placement: Placement, places: Places, location: Location) -> pin.SE3:
@@ -121,16 +121,16 @@ class Frames:
                     ("frames", reserved), "is a reserved name", "any other name for a frame"
                 )
         for name in frames:
-            for link in reversed(self._unplaced(name, frames)):
+            for link in reversed(self._unplaced_chain(name, frames)):
                 frame = frames[link]
-                own = self.moving[frame.parent].inside(placed(frame, places, ("frames", link)))
+                moving = self.moving[frame.parent].inside(placed(frame, places, ("frames", link)))
                 if frame.on is not None:
-                    own = replace(own, link=frame.on)
+                    moving = replace(moving, link=frame.on)
                 if frame.moves is not None:
-                    own = moved(own, frame.moves, places, ("frames", link, "moves"))
-                self.moving[link], self._placements[link] = own, own.rest_placement
+                    moving = move_frame(moving, frame.moves, places, ("frames", link, "moves"))
+                self.moving[link], self._placements[link] = moving, moving.rest_placement
 
-    def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
+    def _unplaced_chain(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
         """List a frame and its parents up to the first one that is placed already."""
         chain: dict[str, None] = {}
         while name not in self._placements:
@@ -142,7 +142,7 @@ class Frames:
             chain[name] = None
             parent = frames[name].parent
             if parent != "base" and parent not in frames:
-                choices = ["base", *(other for other in frames if other != name)]
+                choices = ["base", *(choice for choice in frames if choice != name)]
                 raise self._places.error(
                     location, f"unknown frame {parent!r}", did_you_mean(parent, choices)
                 )

@@ -207,10 +207,10 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
         if getattr(limits, key) is not None:
             with scenario.error_context("limits", key):
                 robot.require_tool()
-    for i, one in enumerate(limits.frame_speeds):
+    for i, limit in enumerate(limits.frame_speeds):
         place = [i] * (len(limits.frame_speeds) > 1)
         with scenario.error_context("limits", "frame_speed", *place, "frame"):
-            robot.frame_index(one.frame)
+            robot.frame_index(limit.frame)
 
 
 def _bare_joints(scenario: Scenario) -> JointSpace:
@@ -298,7 +298,7 @@ class _JointReader:
         if isinstance(presets, tuple):
             place = "planner_options", "accelerations"
             presets = np.array([self.array(row, *place, i) for i, row in enumerate(presets)])
-        chosen = tuple(self._chosen(motion, i) for i, motion in enumerate(task.chosen or ()))
+        chosen = tuple(self._chosen_run(motion, i) for i, motion in enumerate(task.chosen or ()))
         return {
             "targets": tuple(targets),
             "waits": tuple(waits(self.scenario, at_rest)),
@@ -316,7 +316,7 @@ class _JointReader:
             "shown_in": self.scenario.units,
         }
 
-    def _chosen(self, motion: ChosenMotion, i: int) -> ChosenRun:
+    def _chosen_run(self, motion: ChosenMotion, i: int) -> ChosenRun:
         names, place = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:
@@ -338,10 +338,10 @@ class _JointReader:
         ends = self.scenario.task.end_acceleration
         if ends is None:
             return None
-        given = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
+        accelerations = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
         place = "end_acceleration"
-        start = self.array(given[0], place, "start", missing=0.0)
-        return start, self.array(given[1], place, "end", missing=0.0)
+        start = self.array(accelerations[0], place, "start", missing=0.0)
+        return start, self.array(accelerations[1], place, "end", missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
         position = self.array(target.joints, *target.location)

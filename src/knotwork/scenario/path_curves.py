@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
     from knotwork.task import PlainTask
 
-NEAR = 1e-9
+SAME_POINT = 1e-9
 """Points nearer than this [m] are the same."""
 
-ROUNDED, ROUNDED_ANGLE = 1e-6, 1e-3
+SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
 """Points [m] and orientations [rad] of a file within this of those of a waypoint belong to it."""
 
-APART = 3.0
+MOST_SPACINGS = 3.0
 """Largest distance of a curve's end points from waypoints, in units of its largest spacing."""
 
-DIGITS = 9
+MESSAGE_DECIMALS = 9
 """Number of decimals for points and lengths in messages, in the file's unit."""
 
-ROUNDING = 1e-6
+BLEND_ROUNDING = 1e-6
 """Fraction by which a blend may exceed half a line."""
 
 
@@ -90,16 +90,18 @@ class PathCurves:
             per: `"/s"` or `"/s²"` for speeds and accelerations.
             digits: Number of significant digits.
         """
-        number = round(value / self.length, DIGITS)
+        number = round(value / self.length, MESSAGE_DECIMALS)
         return f"{number:.{digits}g} {self.file.units.length}{per}"
 
     def _place(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
-        own = np.round(self.frames[i].actInv(np.array(point)) / self.length, DIGITS) + 0.0
-        return f"({', '.join(f'{value:.9g}' for value in own)}) {self.file.units.length}"
+        local = (
+            np.round(self.frames[i].actInv(np.array(point)) / self.length, MESSAGE_DECIMALS) + 0.0
+        )
+        return f"({', '.join(f'{value:.9g}' for value in local)}) {self.file.units.length}"
 
-    def _point(self, i: int, given: Sequence[float]) -> FloatArray:
-        return np.asarray(self.frames[i].act(np.array(given)))
+    def _point(self, i: int, point: Sequence[float]) -> FloatArray:
+        return np.asarray(self.frames[i].act(np.array(point)))
 
     def curve(self, i: int) -> Curve:
         """The curve from the previous waypoint to waypoint i."""
@@ -133,26 +135,30 @@ class PathCurves:
     ) -> Curve:
         points, rotations = self._points(i, along)
         self._check_ends(i, points, start, end)
-        if np.linalg.norm(points[0] - start) > ROUNDED:
+        if np.linalg.norm(points[0] - start) > SAME_WAYPOINT_POINT:
             points = np.vstack((start, points))
             if rotations is not None:
                 before = self._turned_before(i, rotations[0, :, 2])
                 rotations = np.concatenate((before[None], rotations))
-        if np.linalg.norm(points[-1] - end) > ROUNDED:
+        if np.linalg.norm(points[-1] - end) > SAME_WAYPOINT_POINT:
             points = np.vstack((points, end))
             if rotations is not None:
                 leaning = self.waypoint(i).orientation is not None
-                own = rotations[-1] if leaning or self._unturned(i) else self.poses[i].rotation
+                rotation = (
+                    rotations[-1]
+                    if leaning or self._lacks_orientation(i)
+                    else self.poses[i].rotation
+                )
                 if i in self.normals:
-                    own = carried_along(rotations[-1], own[None, :, 2])[0]
-                rotations = np.concatenate((rotations, own[None]))
+                    rotation = carried_along(rotations[-1], rotation[None, :, 2])[0]
+                rotations = np.concatenate((rotations, rotation[None]))
         points[0], points[-1] = start, end
         if rotations is not None:
             self.rotations[i] = rotations
         curve: Curve = tool_paths.ThroughPoints(points)
         return curve
 
-    def _leaning(self, i: int, curve: Curve) -> FloatArray | None:
+    def _torch_rotations(self, i: int, curve: Curve) -> FloatArray | None:
         """Rotations at the file's angles to seam and surface; `None` without them.
 
         Shape (k, 3, 3): at the points of a path with normals, else at its start.
@@ -209,33 +215,33 @@ class PathCurves:
         spacing = np.linalg.norm(np.diff(points, axis=0), axis=1)
         if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
-        allowed = APART * float(spacing.max())
+        allowed = MOST_SPACINGS * float(spacing.max())
         ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
-        for which, point, waypoint, place in ends:
+        for end_name, point, waypoint, place in ends:
             gap = float(np.linalg.norm(point - place))
             if gap > allowed:
                 raise PathError(
-                    f"its {which} point is {self.text(gap, digits=6)} from waypoints"
-                    f"[{waypoint}], more than {APART:g} times the spacing of the points "
-                    f"({self.text(allowed / APART, digits=6)} at most); the points must begin "
-                    f"and end at the waypoints, or at most this far from them: "
+                    f"its {end_name} point is {self.text(gap, digits=6)} from waypoints"
+                    f"[{waypoint}], more than {MOST_SPACINGS:g} times the spacing of the points "
+                    f"({self.text(allowed / MOST_SPACINGS, digits=6)} at most); the points must "
+                    f"begin and end at the waypoints, or at most this far from them: "
                     f"{self.text(allowed, digits=6)}"
                 )
 
-    def _unturned(self, i: int) -> bool:
+    def _lacks_orientation(self, i: int) -> bool:
         """Whether the pose of a waypoint has no orientation."""
         return not self.waypoint(i).pose.turned
 
-    def _between(self, i: int, one: FloatArray, other: FloatArray) -> float:
+    def _angle_between(self, i: int, first: FloatArray, second: FloatArray) -> float:
         """Angle between two rotations on a path, or with normals between their z axes [rad]."""
         if i not in self.normals:
-            return float(np.linalg.norm(logarithm(one.T @ other)))
-        across = np.linalg.norm(np.cross(one[:, 2], other[:, 2]))
-        return float(np.arctan2(across, one[:, 2] @ other[:, 2]))
+            return float(np.linalg.norm(logarithm(first.T @ second)))
+        across = np.linalg.norm(np.cross(first[:, 2], second[:, 2]))
+        return float(np.arctan2(across, first[:, 2] @ second[:, 2]))
 
     def _check_begin(self, i: int, rotation: FloatArray) -> None:
-        angle = self._between(i, self.poses[i - 1].rotation, rotation)
-        if angle > ROUNDED_ANGLE:
+        angle = self._angle_between(i, self.poses[i - 1].rotation, rotation)
+        if angle > SAME_WAYPOINT_ANGLE:
             raise self.places.error(
                 ("waypoints", i, *(("along", "points") if i in self.rotations else ())),
                 f"at the first point the tool is rotated by {np.degrees(angle):.4g} degrees from "
@@ -245,42 +251,42 @@ class PathCurves:
 
     def orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
         """Orientation of the tool on the path to waypoint i, whose pose gets its rotation."""
-        leaning = self._leaning(i, curve)
-        given = self.rotations.get(i) if leaning is None else leaning
-        first, asked = self.file.waypoints[i - 1], not self._unturned(i)
+        leaning = self._torch_rotations(i, curve)
+        rotations = self.rotations.get(i) if leaning is None else leaning
+        first, asked = self.file.waypoints[i - 1], not self._lacks_orientation(i)
         if leaning is not None and isinstance(first, PoseWaypoint) and not first.pose.turned:
             self.poses[i - 1].rotation = leaning[0]
-        before, own = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)
-        if given is not None:
-            self._check_begin(i, given[0])
-            given[0] = before
-            given = given if len(given) > 1 else None
-        tangent = waypoint.orientation is not None and (leaning is None or given is None)
+        before, end = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)
+        if rotations is not None:
+            self._check_begin(i, rotations[0])
+            rotations[0] = before
+            rotations = rotations if len(rotations) > 1 else None
+        tangent = waypoint.orientation is not None and (leaning is None or rotations is None)
         with self.errors(i, "pose" if asked else "along"):
-            if given is not None and isinstance(curve, tool_paths.ThroughPoints):
-                turn = OrientationCurve.through(curve.arc_lengths, given)
+            if rotations is not None and isinstance(curve, tool_paths.ThroughPoints):
+                turn = OrientationCurve.through(curve.arc_lengths, rotations)
             elif tangent:
                 turn = tool_paths.tangent_orientation(curve, before)
             elif asked:
-                turn = OrientationCurve.even_turning(before, own, curve.length)
+                turn = OrientationCurve.even_turning(before, end, curve.length)
             else:
                 turn = OrientationCurve.constant(before, curve.length)
-        if tangent and given is not None:
+        if tangent and rotations is not None:
             raise self.places.error(
                 ("waypoints", i, "orientation"),
                 "is given together with points that have orientations",
                 "orientation: tangent, or columns of orientations or normals, not both",
             )
-        if asked and (tangent or given is not None):
-            self._check_end(i, turn.rotations[-1], own)
+        if asked and (tangent or rotations is not None):
+            self._check_end(i, turn.rotations[-1], end)
         pose = self.poses[i].copy()
         pose.rotation = turn.rotations[-1]
         self.poses[i] = pose
         return turn
 
-    def _check_end(self, i: int, turned: FloatArray, own: FloatArray) -> None:
-        angle = self._between(i, turned, own)
-        if angle > ROUNDED_ANGLE:
+    def _check_end(self, i: int, turned: FloatArray, end: FloatArray) -> None:
+        angle = self._angle_between(i, turned, end)
+        if angle > SAME_WAYPOINT_ANGLE:
             raise self.places.error(
                 ("waypoints", i, "pose"),
                 f"is rotated by {np.degrees(angle):.4g} degrees from the end of the path",
@@ -288,13 +294,13 @@ class PathCurves:
             )
 
     def blended(
-        self, first: int, curves: list[Curve], given: list[PathWaypoint]
+        self, first: int, curves: list[Curve], steps: list[PathWaypoint]
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
         pieces: list[Curve] = []
         ends, length = [], 0.0
         begin: FloatArray | None = None  # start of a line after a rounded corner
-        for k, (curve, waypoint) in enumerate(zip(curves, given, strict=True)):
+        for k, (curve, waypoint) in enumerate(zip(curves, steps, strict=True)):
             if begin is not None and isinstance(curve, tool_paths.Line):
                 curve = tool_paths.Line(begin, curve.end)
             if waypoint.blend is None:
@@ -305,7 +311,7 @@ class PathCurves:
                 continue
             blend = self._blend(first + k, curves[k : k + 2], waypoint.blend)
             start, enter = curve.position([0.0])[0], blend.position([0.0])[0]
-            if np.linalg.norm(enter - start) > NEAR:
+            if np.linalg.norm(enter - start) > SAME_POINT:
                 pieces.append(tool_paths.Line(start, enter))
                 length += pieces[-1].length
             pieces.append(blend)
@@ -314,7 +320,7 @@ class PathCurves:
             begin = blend.position([blend.length])[0]
         return pieces, np.array(ends)
 
-    def _blend(self, i: int, curves: list[Curve], given: float) -> Curve:
+    def _blend(self, i: int, curves: list[Curve], distance: float) -> Curve:
         """The curve that rounds the corner between two lines."""
         lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
         if len(lines) < 2:
@@ -324,14 +330,14 @@ class PathCurves:
                 "no blend; or along: line here and at the next waypoint",
             )
         room = 0.5 * min(line.length for line in lines)
-        if given > room * (1.0 + ROUNDING):
+        if distance > room * (1.0 + BLEND_ROUNDING):
             raise self.places.error(
                 ("waypoints", i, "blend"),
-                f"is {self.text(given, digits=6)}, more than half of the shorter of the two lines",
+                f"is {self.text(distance, digits=6)}, more than half of the shorter line",
                 f"at most {self.text(room, digits=6)}",
             )
         with self.errors(i, "blend"):
-            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, given)
+            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)
         return blend
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
-from knotwork.scenario.asked_timing import ACCELERATION, AskedTiming
+from knotwork.scenario.asked_timing import DEFAULT_PATH_ACCELERATION, AskedTiming
 from knotwork.scenario.carriers import Carriers
 from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.path_curves import PathCurves, stretched
@@ -22,10 +22,10 @@ from knotwork.tool_paths.moving_frame import MovingFrame
 from knotwork.tool_paths.timing_profile import standstill
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-AGREE = 1e-6
+TIMING_TOLERANCE = 1e-6
 """Relative tolerance of speeds and times, and tolerance of orientations [rad]."""
 
-HAIRPIN = 1e-3
+HAIRPIN_ANGLE = 1e-3
 """Corners within this of half a turn [rad] can't be rounded."""
 
 WAITING_SPEED, WAITING_LINE = 0.05, 1e-3
@@ -48,10 +48,10 @@ class PathReader:
 
     def begins(self, i: int) -> bool:
         """Whether a path begins at a waypoint, rather than passing through it."""
-        given = self.curves.file.waypoints
-        if i + 1 >= len(given) or not isinstance(given[i + 1], PathWaypoint):
+        steps = self.curves.file.waypoints
+        if i + 1 >= len(steps) or not isinstance(steps[i + 1], PathWaypoint):
             return False
-        return not isinstance(given[i], PathWaypoint) or self.stops(i)
+        return not isinstance(steps[i], PathWaypoint) or self.stops(i)
 
     def read(self, first: int, start: float) -> ScenarioPath:
         """The path that begins at a waypoint and ends at the next stop or free motion.
@@ -65,24 +65,24 @@ class PathReader:
         Raises:
             DocumentError: The path can't be made as given.
         """
-        given = self.curves.file.waypoints
+        steps = self.curves.file.waypoints
         if first not in self.curves.poses:
-            found = (
+            fault = (
                 f"the path begins at waypoint {first + 1}, which is given by joint values"
                 if first >= 0
                 else "the path has no waypoint at its start"
             )
             raise self.curves.places.error(
                 ("waypoints", first + 1, "along"),
-                found,
+                fault,
                 "a waypoint with a pose before this one, as the start of the path",
             )
         self._check_start(first)
         last = first + 1
         while (
             not self.stops(last)
-            and last + 1 < len(given)
-            and isinstance(given[last + 1], PathWaypoint)
+            and last + 1 < len(steps)
+            and isinstance(steps[last + 1], PathWaypoint)
         ):
             last += 1
         return self._path(first, last, start)
@@ -99,13 +99,13 @@ class PathReader:
 
     def _path(self, first: int, last: int, start: float) -> ScenarioPath:
         carrier = self.carriers.frame_of_path(first, last)
-        given = [self.curves.waypoint(i) for i in range(first + 1, last + 1)]
+        steps = [self.curves.waypoint(i) for i in range(first + 1, last + 1)]
         curves = [self.curves.curve(i) for i in range(first + 1, last + 1)]
         turns = [
-            self.curves.orientation(first + 1 + k, curve, one)
-            for k, (curve, one) in enumerate(zip(curves, given, strict=True))
+            self.curves.orientation(first + 1 + k, curve, step)
+            for k, (curve, step) in enumerate(zip(curves, steps, strict=True))
         ]
-        pieces, ends = self.curves.blended(first + 1, curves, given)
+        pieces, ends = self.curves.blended(first + 1, curves, steps)
         lengths = np.diff(ends, prepend=0.0)
         with self.curves.errors(last):
             turned = [stretched(turn, length) for turn, length in zip(turns, lengths, strict=True)]
@@ -115,100 +115,101 @@ class PathReader:
         except CornerError as error:
             where = float(path_start(pieces, error.junction + 1))
             k = int(np.abs(ends - where).argmin())
-            lines = all(kind_of(one) == "line" for one in given[k : k + 2])
-            back = error.angle > np.pi - HAIRPIN
-            name = given[k].name or str(first + 2 + k)
+            lines = all(kind_of(step) == "line" for step in steps[k : k + 2])
+            is_hairpin = error.angle > np.pi - HAIRPIN_ANGLE
+            name = steps[k].name or str(first + 2 + k)
             raise self.curves.places.error(
                 ("waypoints", first + 1 + k),
                 f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
-                "blend: a length, or stop: true" if lines and not back else "stop: true",
+                "blend: a length, or stop: true" if lines and not is_hairpin else "stop: true",
             ) from error
         except PathError:
             with self.curves.errors(last):
                 raise
-        asked = self._asked(first, lengths, given, start)
-        timing, speeds = self._timed(first, asked, given)
+        asked = self._asked_timing(first, lengths, steps, start)
+        timing, speeds = self._solve_timing(first, asked, steps)
         # The waypoint at a rounded corner is passed at its middle.
         self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
         times, full = start + timing.times, start + timing.full_speed
         stretches = tuple(
             Stretch(
-                ("woven " if one.weave else "") + kind_of(one),
+                ("woven " if step.weave else "") + kind_of(step),
                 float(begin),
                 float(end),
                 speed,
                 (float(low), float(high)),
             )
-            for one, speed, (begin, end), (low, high) in zip(
-                given, speeds, pairwise(times), full, strict=True
+            for step, speed, (begin, end), (low, high) in zip(
+                steps, speeds, pairwise(times), full, strict=True
             )
         )
         motion = TimedPath(path, timing, start, carrier)
         self.carriers.check_smooth(last, carrier, (motion.start_time, motion.end_time))
-        if any(one.weave is not None for one in given):
+        if any(step.weave is not None for step in steps):
             from knotwork.scenario.weave_reader import WeaveReader
 
-            weaves, added, anew = WeaveReader(self.curves, first, given).read(path, timing, start)
+            weaves, added, anew = WeaveReader(self.curves, first, steps).read(path, timing, start)
             motion = TimedPath(path, timing, start, carrier, added, anew)
             stretches = tuple(
-                replace(one, weave=weave) for one, weave in zip(stretches, weaves, strict=True)
+                replace(stretch, weave=weave)
+                for stretch, weave in zip(stretches, weaves, strict=True)
             )
         return ScenarioPath(first, motion, stretches, asked)
 
-    def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
+    def _durations(self, first: int, steps: list[PathWaypoint], start: float) -> list[float | None]:
         """Given durations of the stretches [s]."""
         durations: list[float | None] = []
         before: float | None = start
-        for k, one in enumerate(given):
-            taken = one.after if isinstance(one.after, float) else None
-            if one.time is not None and before is not None:
-                taken = one.time - before
-            elif one.time is not None and one.speed is None:
+        for k, step in enumerate(steps):
+            duration = step.after if isinstance(step.after, float) else None
+            if step.time is not None and before is not None:
+                duration = step.time - before
+            elif step.time is not None and step.speed is None:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k, "time"),
                     "does not give a duration of the path, as the time of the previous waypoint "
                     "follows from a speed",
                     "after: its duration [s], or speed",
                 )
-            if taken is not None and taken <= 0.0:
+            if duration is not None and duration <= 0.0:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k, "time"),
                     f"is not later than {before:g} s, the time of the previous waypoint",
                     f"a time greater than {before:g} s",
                 )
-            if taken is None and one.speed is None:
+            if duration is None and step.speed is None:
                 raise self.curves.places.error(
                     ("waypoints", first + 1 + k),
                     "has neither speed nor after, so the speed of the tool is undefined",
                     "speed: along the path, or after: its duration [s]",
                 )
-            durations.append(taken)
-            known = before is not None and taken is not None
-            before = before + taken if known else one.time  # type: ignore[operator]
+            durations.append(duration)
+            known = before is not None and duration is not None
+            before = before + duration if known else step.time  # type: ignore[operator]
         return durations
 
-    def _asked(
-        self, first: int, lengths: FloatArray, given: list[PathWaypoint], start: float
+    def _asked_timing(
+        self, first: int, lengths: FloatArray, steps: list[PathWaypoint], start: float
     ) -> AskedTiming:
         acceleration = self.curves.file.path.acceleration
-        last = first + len(given)
-        most = [greatest_speed(one.speed) for one in given]
+        last = first + len(steps)
+        most = [greatest_speed(step.speed) for step in steps]
         return AskedTiming(
             tuple(lengths.tolist()),
-            tuple(one.speed if isinstance(one.speed, float) else None for one in given),
-            tuple(self._durations(first, given, start)),
+            tuple(step.speed if isinstance(step.speed, float) else None for step in steps),
+            tuple(self._durations(first, steps, start)),
             (0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
-            ACCELERATION if acceleration is None else acceleration,
+            DEFAULT_PATH_ACCELERATION if acceleration is None else acceleration,
             {k: most for k, most in enumerate(most) if most is not None},
         )
 
-    def _timed(
-        self, first: int, asked: AskedTiming, given: list[PathWaypoint]
+    def _solve_timing(
+        self, first: int, asked: AskedTiming, steps: list[PathWaypoint]
     ) -> tuple[Timing, tuple[float, ...]]:
         unit, limit, durations = self.curves.length, asked.acceleration, asked.durations
         text = partial(self.curves.text, digits=6)
         try:
-            timing, found = asked.provisional()
+            timing, speeds = asked.provisional()
         except RampError as error:
             fits = error.highest_speed
             raise self.curves.places.error(
@@ -221,23 +222,23 @@ class PathReader:
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
             raise self.curves.places.error(
-                ("waypoints", first + 1 + k, _time_key(given[k])),
+                ("waypoints", first + 1 + k, _time_key(steps[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {text(asked.lengths[k])} long "
                 f"here, and with its changes of speed takes at least {error.least:.6g} s"
                 f"{'' if error.most == np.inf else upper} at {text(limit, '/s²')}",
                 "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
-            raise self.curves.places.error(("waypoints", first + len(given)), str(error)) from error
-        for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
+            raise self.curves.places.error(("waypoints", first + len(steps)), str(error)) from error
+        for k, (step, duration) in enumerate(zip(steps, np.diff(timing.times), strict=True)):
             wanted = durations[k]
-            if wanted is not None and abs(taken - wanted) > AGREE * taken:
+            if wanted is not None and abs(duration - wanted) > TIMING_TOLERANCE * duration:
                 raise self.curves.places.error(
-                    ("waypoints", first + 1 + k, _time_key(one)),
-                    f"leaves {wanted:.6g} s, but at the given speed the path takes {taken:.6g} s",
+                    ("waypoints", first + 1 + k, _time_key(step)),
+                    f"leaves {wanted:.6g} s, but at this speed the path takes {duration:.6g} s",
                     "speed or time, not both",
                 )
-        return timing, found
+        return timing, speeds
 
 
 def wait_on(
@@ -257,7 +258,9 @@ def wait_on(
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
     motion = TimedPath(path, standstill(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
-    asked = AskedTiming((0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), ACCELERATION, {})
+    asked = AskedTiming(
+        (0.0,), (WAITING_SPEED,), (end - start,), (0.0, 0.0), DEFAULT_PATH_ACCELERATION, {}
+    )
     return ScenarioPath(first, motion, (stretch,), asked, begin.freedom)
 
 

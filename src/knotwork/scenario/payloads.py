@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from knotwork.trajectory import JointTrajectory
 
 
-def read_payload(given: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
+def read_payload(part: Tool | HeldObject, places: Places, place: Location) -> Payload | None:
     """The mass of a tool or of a held object, in SI as the file is; `None` without one.
 
     Raises:
         DocumentError: The mass and inertia are not physical.
     """
-    if given.mass is None:
+    if part.mass is None:
         return None
-    i, inertia = given.inertia, None
+    i, inertia = part.inertia, None
     if i is not None:
         inertia = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
-    fault = payload_fault(given.mass, inertia)
+    fault = payload_fault(part.mass, inertia)
     if fault is not None:
-        field, found, accepted = fault
-        raise places.error((*place, field), found, accepted)
-    own = given.position if isinstance(given, HeldObject) else (0.0, 0.0, 0.0)
-    return Payload(given.mass, np.array(given.centre_of_mass or own), inertia)
+        field, fault_text, accepted = fault
+        raise places.error((*place, field), fault_text, accepted)
+    default_centre = part.position if isinstance(part, HeldObject) else (0.0, 0.0, 0.0)
+    return Payload(part.mass, np.array(part.centre_of_mass or default_centre), inertia)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,30 +74,30 @@ class Carrying:
         Args:
             start: Start of the motion [s].
         """
-        found = {}
+        loads = {}
         for time, robot in zip(self.start.tolist(), self.robots, strict=True):
             time = max(time, start)
-            found[time] = _load(time, robot)
-        return tuple(found.values()) if any(one.mass for one in found.values()) else ()
+            loads[time] = _load(time, robot)
+        return tuple(loads.values()) if any(load.mass for load in loads.values()) else ()
 
 
 def _load(time: float, robot: Robot) -> Load:
     """The whole load of an arm as one body."""
     turn = robot.tool_offset.rotation
     bodies = [
-        (one.mass, robot.tool_offset * one.centre_of_mass, turn @ one.inertia @ turn.T)
-        for one in robot.held
+        (payload.mass, robot.tool_offset * payload.centre_of_mass, turn @ payload.inertia @ turn.T)
+        for payload in robot.held
     ]
-    if (own := robot.payload) is not None:
-        bodies.append((own.mass, own.centre_of_mass, own.inertia))
-    mass = sum(one for one, *_ in bodies)
-    moment = sum((one * centre for one, centre, _ in bodies), np.zeros(3))
+    if (tool_payload := robot.payload) is not None:
+        bodies.append((tool_payload.mass, tool_payload.centre_of_mass, tool_payload.inertia))
+    mass = sum(body_mass for body_mass, *_ in bodies)
+    moment = sum((body_mass * centre for body_mass, centre, _ in bodies), np.zeros(3))
     centre = moment / mass if mass else moment
     total = np.zeros((3, 3))
     if any(inertia.any() for *_, inertia in bodies):  # else point masses, as given
-        for one, at, inertia in bodies:
+        for point_mass, at, inertia in bodies:
             d = at - centre
-            total += inertia + one * (d @ d * np.eye(3) - np.outer(d, d))
+            total += inertia + point_mass * (d @ d * np.eye(3) - np.outer(d, d))
     x, y, z = centre.tolist()
     moments = (*np.diag(total).tolist(), total[0, 1].item(), total[0, 2].item(), total[1, 2].item())
     return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)
@@ -110,20 +110,20 @@ def carrying(scenario: Scenario, robot: Robot) -> Carrying:
         scenario: The task.
         robot: Its robot, with its tool.
     """
-    times = {one.name: one.time for one in scenario.waypoints}
+    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     held = [
-        (one.payload, times[one.take], times[one.leave])
-        for one in scenario.scene.held
-        if one.payload is not None
+        (item.payload, times[item.take], times[item.leave])
+        for item in scenario.scene.held
+        if item.payload is not None
     ]
     starts, arms = [-np.inf], [robot]
-    made: dict[tuple[bytes, ...], Robot] = {(): robot}
+    arms_by_load: dict[tuple[bytes, ...], Robot] = {(): robot}
     for start in sorted({time for _, *ends in held for time in ends}):
-        load = [payload for payload, taken, left in held if taken <= start < left]
-        key = tuple(one.key for one in load)
-        if key not in made:
-            made[key] = robot.with_held(*load)
-        if made[key] is not arms[-1]:
+        load = [payload for payload, start_time, release in held if start_time <= start < release]
+        key = tuple(payload.key for payload in load)
+        if key not in arms_by_load:
+            arms_by_load[key] = robot.with_held(*load)
+        if arms_by_load[key] is not arms[-1]:
             starts.append(start)
-            arms.append(made[key])
+            arms.append(arms_by_load[key])
     return Carrying(np.array(starts), tuple(arms))

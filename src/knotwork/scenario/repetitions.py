@@ -15,7 +15,7 @@ from knotwork.scenario.scenario import Scenario
 from knotwork.task import Frame, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
 from knotwork.tool_paths.points_file import read_points
 
-PLACE = "place"
+PLACE_FRAME = "place"
 """Name of the frame of the current place, in a repeated block."""
 
 MOST_WAYPOINTS = 10_000
@@ -41,19 +41,19 @@ def expanded(task: Task, places: Places | None = None) -> tuple[PlainTask, Place
     places = places or Places()
     if isinstance(task, PlainTask):
         return task, places
-    if any(isinstance(one, Repeat) for one in task.waypoints):
+    if any(isinstance(step, Repeat) for step in task.waypoints):
         return _Expansion(task, places).result()
     return PlainTask.model_construct(task.model_fields_set, **dict(task)), places
 
 
 def turns(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block of a scenario, by index."""
-    found: dict[Location, list[int]] = {}
+    starts: dict[Location, list[int]] = {}
     for i, k in enumerate(scenario.index):
-        given = scenario.places.given(("waypoints", k))
-        if given[2:] == ("repeat", 0) and (not i or scenario.index[i - 1] != k):
-            found.setdefault(given[:2], []).append(i)
-    return list(found.values())
+        location = scenario.places.given(("waypoints", k))
+        if location[2:] == ("repeat", 0) and (not i or scenario.index[i - 1] != k):
+            starts.setdefault(location[:2], []).append(i)
+    return list(starts.values())
 
 
 class _Expansion:
@@ -69,30 +69,34 @@ class _Expansion:
 
     def result(self) -> tuple[PlainTask, Places]:
         task = self.task
-        if PLACE in task.frames:
+        if PLACE_FRAME in task.frames:
             raise self.places.error(
-                ("frames", PLACE), "is the frame of the current place in repeat", "any other name"
+                ("frames", PLACE_FRAME),
+                "is the frame of the current place in repeat",
+                "any other name",
             )
-        for i, given in enumerate(task.waypoints):
-            if isinstance(given, Repeat):
-                self._block(given, ("waypoints", i))
+        for i, step in enumerate(task.waypoints):
+            if isinstance(step, Repeat):
+                self._add_block(step, ("waypoints", i))
             else:
-                self._add(given, ("waypoints", i))
+                self._add(step, ("waypoints", i))
         parts: dict[str, Any] = {"waypoints": tuple(self.waypoints), "frames": self.frames}
         if self.holds:
-            held = {name: self._allowing(one, name) for name, one in self.holds.items()}
+            held = {name: self._expand_allow(held, name) for name, held in self.holds.items()}
             parts["tool"] = (task.tool or Tool()).model_copy(update={"holds": held})
         if task.scene.objects:
-            objects = {name: self._allowing(one) for name, one in task.scene.objects.items()}
+            objects = {name: self._expand_allow(item) for name, item in task.scene.objects.items()}
             parts["scene"] = task.scene.model_copy(update={"objects": objects})
         if task.collisions.ignore:
-            pairs = (product(*map(self._all, pair)) for pair in task.collisions.ignore)
+            pairs = (product(*map(self._bodies_named, pair)) for pair in task.collisions.ignore)
             ignore = tuple(pair for several in pairs for pair in several)
             parts["collisions"] = task.collisions.model_copy(update={"ignore": ignore})
-        made = PlainTask.model_construct(task.model_fields_set | parts.keys(), **dict(task) | parts)
-        return made, replace(self.places, origins=self.origins)
+        expanded_task = PlainTask.model_construct(
+            task.model_fields_set | parts.keys(), **dict(task) | parts
+        )
+        return expanded_task, replace(self.places, origins=self.origins)
 
-    def _block(self, block: Repeat, place: Location) -> None:
+    def _add_block(self, block: Repeat, place: Location) -> None:
         frames = list(self._places(block, (*place, "over")))
         if len(self.waypoints) + len(frames) * len(block.repeat) > MOST_WAYPOINTS:
             raise self.places.error(
@@ -100,59 +104,63 @@ class _Expansion:
                 f"makes {len(frames)} repetitions of {len(block.repeat)} waypoints",
                 f"at most {MOST_WAYPOINTS} waypoints in all",
             )
-        names = {one.name for one in block.repeat}
-        known = [PLACE, "base", *self.task.frames]
+        names = {step.name for step in block.repeat}
+        known = [PLACE_FRAME, "base", *self.task.frames]
         for j, given in enumerate(block.repeat):
-            own = getattr(given, "frame", None)
-            if own is not None and own not in (*known, *self.frames):
-                raise self._unknown(own, (*place, "repeat", j, "frame"), known)
+            frame_name = getattr(given, "frame", None)
+            if frame_name is not None and frame_name not in (*known, *self.frames):
+                raise self._unknown_frame(frame_name, (*place, "repeat", j, "frame"), known)
         for turn, frame in enumerate(frames, start=1):
             for j, given in enumerate(block.repeat):
                 changes: dict[str, Any] = {}
                 if given.name is not None:
                     changes["name"] = f"{given.name} {turn}"
                 for key in ("frame", "orientation_in"):
-                    if getattr(given, key, None) == PLACE:
+                    if getattr(given, key, None) == PLACE_FRAME:
                         changes[key] = frame
                 velocity: Any = getattr(given, "velocity", None)
-                if getattr(velocity, "axes", None) == PLACE:
+                if getattr(velocity, "axes", None) == PLACE_FRAME:
                     changes["velocity"] = velocity.model_copy(update={"axes": frame})
                 self._add(given.model_copy(update=changes), (*place, "repeat", j))
             for name, held in block.holds.items():
                 ends = {key: getattr(held, key) for key in ("take", "leave", "appears")}
-                changes = {key: f"{one} {turn}" for key, one in ends.items() if one in names}
-                self._hold(name, turn, held.model_copy(update=changes), (*place, "holds", name))
+                changes = {
+                    key: f"{waypoint} {turn}" for key, waypoint in ends.items() if waypoint in names
+                }
+                self._add_held(name, turn, held.model_copy(update=changes), (*place, "holds", name))
 
     def _add(self, waypoint: Any, place: Location) -> None:
         self.origins["waypoints", len(self.waypoints)] = place
         self.waypoints.append(waypoint)
 
-    def _hold(self, name: str, turn: int, held: HeldObject, place: Location) -> None:
-        own = f"{name} {turn}"
-        if own in self.holds:
+    def _add_held(self, name: str, turn: int, held: HeldObject, place: Location) -> None:
+        numbered = f"{name} {turn}"
+        if numbered in self.holds:
             raise self.places.error(
-                place, f"{own!r} of repetition {turn} is held twice", "a unique name"
+                place, f"{numbered!r} of repetition {turn} is held twice", "a unique name"
             )
-        self.holds[own] = held
-        self.objects.setdefault(name, []).append(own)
-        self.origins["tool", "holds", own] = place
+        self.holds[numbered] = held
+        self.objects.setdefault(name, []).append(numbered)
+        self.origins["tool", "holds", numbered] = place
 
-    def _all(self, name: str) -> Sequence[str]:
+    def _bodies_named(self, name: str) -> Sequence[str]:
         """The objects of all repetitions with a name, or the name itself."""
         return self.objects.get(name, [name])
 
-    def _allowing(self, one: Any, own: str = "") -> Any:
+    def _expand_allow(self, item: Any, excluded: str = "") -> Any:
         """An object with the names in `allow` expanded to those of all repetitions."""
-        if not any(name in self.objects for name in one.allow):
-            return one
-        names = (other for name in one.allow for other in self._all(name) if other != own)
-        return one.model_copy(update={"allow": tuple(names)})
+        if not any(name in self.objects for name in item.allow):
+            return item
+        names = (
+            body for name in item.allow for body in self._bodies_named(name) if body != excluded
+        )
+        return item.model_copy(update={"allow": tuple(names)})
 
     def _places(self, block: Repeat, where: Location) -> Iterator[str]:
         """The names of the frames of all repetitions; missing frames are made."""
         over = block.over
         if isinstance(over, str):
-            yield from self._of_grid(over, where)
+            yield from self._grid_frames(over, where)
         elif isinstance(over, PlacesFile):
             path = self.places.named_file(over.file, (*where, "file"))
             points, quaternions, normals = read_points(path, 1.0)
@@ -165,51 +173,55 @@ class _Expansion:
             for k, point in enumerate(points):
                 turn = {} if quaternions is None else {"quaternion_xyzw": quaternions[k].tolist()}
                 frame = Frame(position=point.tolist(), parent=over.parent, **turn)
-                yield self._made(frame, (*where, "file"))
+                yield self._add_place(frame, (*where, "file"))
         else:
-            for k, one in enumerate(over):
-                if isinstance(one, str) and one not in self.task.frames:
-                    raise self._unknown(one, (*where, k), list(self.task.frames))
-                if not isinstance(one, str):
-                    yield self._made(one, (*where, k))
-                elif self.task.frames[one].grid is not None:
-                    yield from self._of_grid(one, (*where, k))
+            for k, spot in enumerate(over):
+                if isinstance(spot, str) and spot not in self.task.frames:
+                    raise self._unknown_frame(spot, (*where, k), list(self.task.frames))
+                if not isinstance(spot, str):
+                    yield self._add_place(spot, (*where, k))
+                elif self.task.frames[spot].grid is not None:
+                    yield from self._grid_frames(spot, (*where, k))
                 else:
-                    yield one
+                    yield spot
 
-    def _of_grid(self, name: str, where: Location) -> Iterator[str]:
-        grids = {key: one.grid for key, one in self.task.frames.items() if one.grid is not None}
+    def _grid_frames(self, name: str, where: Location) -> Iterator[str]:
+        grids = {
+            key: frame.grid for key, frame in self.task.frames.items() if frame.grid is not None
+        }
         grid = grids.get(name)
         if grid is None:
-            raise self._unknown(name, where, list(grids))
+            raise self._unknown_frame(name, where, list(grids))
         counts = (*grid.counts, 1, 1)[:3]
         pitches = (*grid.pitches, 0.0, 0.0)[:3]
         steps = (step[::-1] for step in product(*map(range, counts[::-1])))
         for k, step in enumerate(steps, start=1):
             position = (np.multiply(step, pitches) + 0.0).tolist()
-            own = f"{name} {k}"
-            if own in self.task.frames:
+            numbered = f"{name} {k}"
+            if numbered in self.task.frames:
                 raise self.places.error(
-                    ("frames", own), f"is the name of a place of the grid in {name!r}", "another"
+                    ("frames", numbered),
+                    f"is the name of a place of the grid in {name!r}",
+                    "another",
                 )
-            self.frames[own] = Frame(position=position, parent=name)
-            self.origins["frames", own] = ("frames", name)
-            yield own
+            self.frames[numbered] = Frame(position=position, parent=name)
+            self.origins["frames", numbered] = ("frames", name)
+            yield numbered
 
-    def _made(self, frame: Frame, origin: Location) -> str:
+    def _add_place(self, frame: Frame, origin: Location) -> str:
         k = 1
-        while (name := f"{PLACE} {k}") in self.frames:
+        while (name := f"{PLACE_FRAME} {k}") in self.frames:
             k += 1
         self.frames[name] = frame
         self.origins["frames", name] = origin
         return name
 
-    def _unknown(self, name: str, where: Location, names: Sequence[str]) -> Exception:
+    def _unknown_frame(self, name: str, where: Location, names: Sequence[str]) -> Exception:
         if name in self.task.frames:
             return self.places.error(
                 where,
                 f"frame {name!r} has no grid",
                 "grid: {counts, pitches} in that frame, or a list of frames",
             )
-        found = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
-        return self.places.error(where, found, did_you_mean(name, names) if names else "")
+        fault = f"there is no frame {name!r}" + ("" if names else ", and none has a grid")
+        return self.places.error(where, fault, did_you_mean(name, names) if names else "")

@@ -99,9 +99,9 @@ class _Resolver:
             self.reader.frames.find(file.frame or "base", ("frame",))
         self._check_chosen()
         waypoints, paths = self.reader.waypoints()
-        free = read_free_times(file, self.places, self.reader.indices)
+        unknowns = read_free_times(file, self.places, self.reader.indices)
         if file.frames:
-            free = self.reader.carriers.mark_arrivals(free, self.reader.indices)
+            unknowns = self.reader.carriers.mark_arrivals(unknowns, self.reader.indices)
         units = Units(file.units.length, file.units.angle)
         events = EventReader(file, self.places, units, waypoints, paths, self.reader.indices)
         return Scenario(
@@ -116,8 +116,8 @@ class _Resolver:
             branch=self._branch(),
             planner=file.planner,
             knots=self._knots(),
-            events=events.events(timed=free is None),
-            free=free,
+            events=events.events(timed=unknowns is None),
+            free=unknowns,
             on=self.reader.carriers.link if file.frames else "",
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
@@ -188,17 +188,17 @@ class _Resolver:
         return ToolPlacement(tool.frame, offset, read_payload(tool, self.places, ("tool",)))
 
     def _motion_limits(self) -> Limits:
-        given = self.file.limits
+        limits = self.file.limits
         frames = [
-            limit.model_copy(update={"speed": given.margin * limit.speed})
-            for limit in given.frame_speeds
+            limit.model_copy(update={"speed": limits.margin * limit.speed})
+            for limit in limits.frame_speeds
         ]
         tool = {
-            key: given.margin * value
+            key: limits.margin * value
             for key in ("tool_speed", "tool_acceleration")
-            if (value := getattr(given, key)) is not None
+            if (value := getattr(limits, key)) is not None
         }
-        return given.model_copy(update={**tool, "frame_speed": tuple(frames)})
+        return limits.model_copy(update={**tool, "frame_speed": tuple(frames)})
 
     def _branch(self) -> str | dict[str, str]:
         branch = self.file.branch
@@ -232,10 +232,10 @@ class _Resolver:
                     )
 
     def _tolerances(self) -> ToleranceSet:
-        given = self.file.tolerances
+        tolerances = self.file.tolerances
         values: dict[str, Any] = {}
-        for name in type(given).model_fields:
-            value = getattr(given, name)
+        for name in type(tolerances).model_fields:
+            value = getattr(tolerances, name)
             if value is None:
                 continue
             if name.startswith("joint"):
@@ -243,10 +243,10 @@ class _Resolver:
                 continue
             values[name] = value
             if name.startswith("path") and value < SMALLEST_PATH_TOLERANCE:
-                found = getattr(self.task.tolerances, name)
+                given_value = getattr(self.task.tolerances, name)
                 raise self.places.error(
                     ("tolerances", name),
-                    f"is {found:g}, below the resolution of floating point",
-                    f"at least {SMALLEST_PATH_TOLERANCE * found / value:.4g}",
+                    f"is {given_value:g}, below the resolution of floating point",
+                    f"at least {SMALLEST_PATH_TOLERANCE * given_value / value:.4g}",
                 )
         return ToleranceSet(**values)

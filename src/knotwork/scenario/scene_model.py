@@ -151,11 +151,13 @@ class Scene:
     @property
     def moves(self) -> bool:
         """Whether anything that may collide moves independently of the robot."""
-        carriers = [one.carrier for one in self.objects if not one.visual]
-        carriers += [carrier for one in self.held for carrier in one.carriers]
-        return bool(self.robots) or any(one is not None and one.moves for one in carriers)
+        carriers = [item.carrier for item in self.objects if not item.visual]
+        carriers += [carrier for held in self.held for carrier in held.carriers]
+        return bool(self.robots) or any(
+            carrier is not None and carrier.moves for carrier in carriers
+        )
 
     def asks(self) -> bool:
         """Whether the scenario has anything to check besides the robot's own links."""
-        objects = any(not one.visual for one in self.objects)
+        objects = any(not item.visual for item in self.objects)
         return bool(self.tool or self.held or self.robots or objects)

@@ -55,103 +55,114 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
     objects = tuple(
         PlacedObject(
             name,
-            _shape(reader, one, ("scene", "objects", name), one.parent),
-            tuple(one.allow),
-            one.visual,
-            _object_carrier(reader, one, ("scene", "objects", name)),
-            _appears(reader, one, ("scene", "objects", name), waypoints),
+            _read_shape(reader, item, ("scene", "objects", name), item.parent),
+            tuple(item.allow),
+            item.visual,
+            _carrier_of_object(reader, item, ("scene", "objects", name)),
+            _read_appearance(reader, item, ("scene", "objects", name), waypoints),
         )
-        for name, one in scene.objects.items()
+        for name, item in scene.objects.items()
     )
     if TOOL in scene.objects:
         raise reader.places.error(
             ("scene", "objects", TOOL), "is a reserved name", "any other name for an object"
         )
-    given = tool.shape if tool is not None else None
-    one = isinstance(given, ToolShape)
-    shapes = (given,) if isinstance(given, ToolShape) else given or ()
+    tool_shape = tool.shape if tool is not None else None
+    is_single = isinstance(tool_shape, ToolShape)
+    shapes = (tool_shape,) if isinstance(tool_shape, ToolShape) else tool_shape or ()
     rules = file.collisions
     return Scene(
         objects=objects,
         tool=tuple(
-            _shape(reader, shape, ("tool", "shape", *(() if one else (i,))), moves=True)
+            _read_shape(reader, shape, ("tool", "shape", *(() if is_single else (i,))), moves=True)
             for i, shape in enumerate(shapes)
         ),
         held=tuple(
-            _held(reader, name, held, waypoints)
+            _read_held(reader, name, held, waypoints)
             for name, held in (tool.holds if tool is not None else {}).items()
         ),
-        robots=tuple(_robot(reader, name, one) for name, one in scene.robots.items()),
+        robots=tuple(_read_robot(reader, name, robot) for name, robot in scene.robots.items()),
         rules=CollisionRules(
             rules.itself,
             tuple((pair[0], pair[1]) for pair in rules.ignore),
             scene.margin,
             CollisionRules.resolution if rules.resolution is None else rules.resolution,
         ),
-        moving={k: frame for k in file.frames if (frame := _carrier(reader, k)) is not None},
+        moving={
+            k: frame for k in file.frames if (frame := _carrier_of_frame(reader, k)) is not None
+        },
     )
 
 
-def _held(
+def _read_held(
     reader: WaypointReader,
     name: str,
-    given: HeldObject,
+    held: HeldObject,
     waypoints: Sequence[ScenarioWaypoint],
 ) -> GraspedObject:
     place: Location = ("tool", "holds", name)
     if name == TOOL or name in reader.file.scene.objects:
         raise reader.places.error(place, f"{name!r} is the name of something else", "a unique name")
     names = [waypoint.name for waypoint in waypoints]
-    for key, waypoint in (("from", given.take), ("to", given.leave)):
-        _find(reader, waypoint, (*place, key), names)
+    for key, waypoint in (("from", held.take), ("to", held.leave)):
+        _check_waypoint(reader, waypoint, (*place, key), names)
         if getattr(waypoints[names.index(waypoint)], "freedom", None) is not None:
             raise reader.places.error(
                 (*place, key),
                 f"the pose at {waypoint!r} is free, so the grasp of the object is undefined",
                 "a pose with free: none",
             )
-    if names.index(given.leave) <= names.index(given.take):
+    if names.index(held.leave) <= names.index(held.take):
         raise reader.places.error(
-            (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"
+            (*place, "to"), f"{held.leave!r} is not after {held.take!r}", "a waypoint after it"
         )
-    appears = _appears(reader, given, place, waypoints)
-    if appears is not None and names.index(appears) > names.index(given.take):
+    appears = _read_appearance(reader, held, place, waypoints)
+    if appears is not None and names.index(appears) > names.index(held.take):
         raise reader.places.error(
-            (*place, "appears"), f"{appears!r} is after {given.take!r}", "a waypoint before it"
+            (*place, "appears"), f"{appears!r} is after {held.take!r}", "a waypoint before it"
         )
-    shape = _shape(reader, given, place, moves=True)
-    ends = (reader.indices[names.index(one)] for one in (given.take, given.leave))
+    shape = _read_shape(reader, held, place, moves=True)
+    ends = (reader.indices[names.index(waypoint)] for waypoint in (held.take, held.leave))
     still = replace(reader.frames.moving["base"], link=STANDING)
-    taken, left = (
+    taken_from, left_on = (
         still if reader.carriers.is_fixed(i) else reader.carriers.frame_of(i) for i in ends
     )
-    payload = read_payload(given, reader.places, place)
+    payload = read_payload(held, reader.places, place)
     return GraspedObject(
-        name, shape, given.take, given.leave, tuple(given.allow), (taken, left), appears, payload
+        name,
+        shape,
+        held.take,
+        held.leave,
+        tuple(held.allow),
+        (taken_from, left_on),
+        appears,
+        payload,
     )
 
 
-def _find(reader: WaypointReader, name: str, place: Location, names: Sequence[str]) -> None:
+def _check_waypoint(
+    reader: WaypointReader, name: str, place: Location, names: Sequence[str]
+) -> None:
     if name not in names:
         raise reader.places.error(
             place, f"there is no waypoint {name!r}", did_you_mean(name, names)
         )
 
 
-def _appears(
+def _read_appearance(
     reader: WaypointReader,
-    given: SceneObject | HeldObject,
+    item: SceneObject | HeldObject,
     place: Location,
     waypoints: Sequence[ScenarioWaypoint],
 ) -> str | None:
     """Name of the waypoint at which an object appears; `None` if it is always present."""
-    if given.appears is not None:
+    if item.appears is not None:
         names = [waypoint.name for waypoint in waypoints]
-        _find(reader, given.appears, (*place, "appears"), names)
-    return given.appears
+        _check_waypoint(reader, item.appears, (*place, "appears"), names)
+    return item.appears
 
 
-def _carrier(reader: WaypointReader, name: str) -> MovingFrame | None:
+def _carrier_of_frame(reader: WaypointReader, name: str) -> MovingFrame | None:
     """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
     frame = reader.frames.moving[name]
     if frame.link != reader.carriers.link:
@@ -159,85 +170,85 @@ def _carrier(reader: WaypointReader, name: str) -> MovingFrame | None:
     return replace(frame, link="") if frame.moves else None
 
 
-def _object_carrier(
-    reader: WaypointReader, given: SceneObject, place: Location
+def _carrier_of_object(
+    reader: WaypointReader, item: SceneObject, place: Location
 ) -> MovingFrame | None:
     """The moving frame of an object; `None` if it is fixed."""
-    frame = _carrier(reader, given.parent)
+    frame = _carrier_of_frame(reader, item.parent)
     if frame is None:
         return None
-    if given.half_space is not None:
+    if item.half_space is not None:
         raise reader.places.error(
             (*place, "half_space"),
-            f"moves with frame {given.parent!r} relative to the poses, which is not supported",
+            f"moves with frame {item.parent!r} relative to the poses, which is not supported",
             "a box",
         )
     return frame
 
 
-def _robot(reader: WaypointReader, name: str, given: OtherRobot) -> PlacedRobot:
+def _read_robot(reader: WaypointReader, name: str, robot: OtherRobot) -> PlacedRobot:
     place: Location = ("scene", "robots", name)
-    frame = reader.frames.find(given.parent, (*place, "in"))
-    found = reader.frames.moving[frame]
-    if found.moves or found.link:
+    frame = reader.frames.find(robot.parent, (*place, "in"))
+    base = reader.frames.moving[frame]
+    if base.moves or base.link:
         raise reader.places.error(
             (*place, "in"),
             f"frame {frame!r} moves; the robot's base must not",
             "a fixed frame",
         )
     folder = reader.places.file.parent if reader.places.file is not None else Path()
-    path = folder / os.path.expanduser(given.scenario)
+    path = folder / os.path.expanduser(robot.scenario)
     motion = None
-    if given.motion is not None:
-        motion = reader.places.named_file(given.motion, (*place, "motion"))
+    if robot.motion is not None:
+        motion = reader.places.named_file(robot.motion, (*place, "motion"))
     return PlacedRobot(
         name,
-        reader.frames[frame] * reader.placement(given, place),
-        path if path.is_file() else given.scenario,
+        reader.frames[frame] * reader.placement(robot, place),
+        path if path.is_file() else robot.scenario,
         motion,
-        given.delay,
-        _carrier(reader, frame),
+        robot.delay,
+        _carrier_of_frame(reader, frame),
     )
 
 
-def _shape(
+def _read_shape(
     reader: WaypointReader,
-    given: ToolShape | SceneObject | HeldObject,
+    item: ToolShape | SceneObject | HeldObject,
     place: Location,
     frame: str | None = None,
     *,
     moves: bool = False,
 ) -> PlacedShape:
     """A shape in SI, placed in the frame that carries it, or in the base if a frame is named."""
-    if moves and given.half_space is not None:
+    if moves and item.half_space is not None:
         raise reader.places.error(
             (*place, "half_space"), "moves with the tool, which a half space must not", "a box"
         )
-    placement = reader.placement(given, place)
+    placement = reader.placement(item, place)
     if frame is not None:
         placement = reader.frames[reader.frames.find(frame, (*place, "in"))] * placement
-    kind = next(name for name in SHAPES if getattr(given, name) is not None)
+    kind = next(name for name in SHAPES if getattr(item, name) is not None)
     path, scale, resolution = None, 1.0, 0.0
-    if given.points is not None:
-        path = reader.places.named_file(given.points.file, (*place, "points", "file"))
-        scale = given.points.scale * reader.length
-        resolution = given.points.resolution
-    if given.mesh is not None:
-        path = reader.places.named_file(given.mesh, (*place, "mesh"))
+    if item.points is not None:
+        path = reader.places.named_file(item.points.file, (*place, "points", "file"))
+        scale = item.points.scale * reader.length
+        resolution = item.points.resolution
+    if item.mesh is not None:
+        path = reader.places.named_file(item.mesh, (*place, "mesh"))
         own_unit = path.suffix.lower() == ".dae"
-        scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
+        scale = (item.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
-    exact = bool(given.exact)
-    size = _size(given)
+    exact = bool(item.exact)
+    size = _shape_size(item)
     return PlacedShape(kind, size, placement, path, scales, exact, resolution, place)
 
 
-def _size(given: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:
-    if given.half_space is not None:
-        normal = np.array(given.half_space.normal)
+def _shape_size(item: ToolShape | SceneObject | HeldObject) -> tuple[float, ...]:
+    if item.half_space is not None:
+        normal = np.array(item.half_space.normal)
         normal /= np.abs(normal).max()
-        return (*(normal / np.linalg.norm(normal)).tolist(), given.half_space.offset)
-    for turned in (given.cylinder, given.capsule, given.cone):
+        return (*(normal / np.linalg.norm(normal)).tolist(), item.half_space.offset)
+    for turned in (item.cylinder, item.capsule, item.cone):
         if isinstance(turned, SolidOfRevolution):
             return turned.radius, turned.length
-    return tuple(given.box or given.ellipsoid or (given.sphere or 0.0,))
+    return tuple(item.box or item.ellipsoid or (item.sphere or 0.0,))

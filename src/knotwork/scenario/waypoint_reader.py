@@ -70,9 +70,9 @@ class WaypointReader:
         Raises:
             DocumentError: A time, frame, pose or velocity is missing or wrong.
         """
-        given = self.file.waypoints
+        steps = self.file.waypoints
         names = self._names()
-        if len(given) + (self.file.start is not None) < 2:
+        if len(steps) + (self.file.start is not None) < 2:
             raise self.places.error(
                 ("waypoints",),
                 "a motion needs at least two waypoints, and there is one",
@@ -82,8 +82,8 @@ class WaypointReader:
         poses = self._poses()
         times, paths = self._times(poses)
         freedoms = read_freedoms(self.file, self.places, self._normals)
-        paths = [replace(one, freedom=freedom_of(one, freedoms, self.places)) for one in paths]
-        motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
+        paths = [replace(path, freedom=freedom_of(path, freedoms, self.places)) for path in paths]
+        motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
         held: list[ScenarioPath] = []
         last: dict[int, int] = {}
         indices: list[int] = []
@@ -92,26 +92,26 @@ class WaypointReader:
             where = self.places.where(("start",))
             waypoints.append(JointTarget(START, 0.0, self.file.start, {}, ("start",), where))
             indices.append(-1)
-        for i, waypoint in enumerate(given):
-            made = self._waypoint(i, names[i], poses, times, motions.get(i), freedoms[i])
-            waypoints.append(made)
+        for i, waypoint in enumerate(steps):
+            arrival = self._waypoint(i, names[i], poses, times, motions.get(i), freedoms[i])
+            waypoints.append(arrival)
             indices.append(i)
             if waypoint.wait is not None:
                 end = times[i] + waypoint.wait
-                over = replace(made, name=WAITED.format(names[i]), time=end)
+                over = replace(arrival, name=WAITED.format(names[i]), time=end)
                 carrier = self.carriers.frame_of(i)
-                if carrier is not None and isinstance(made, CartesianWaypoint):
+                if carrier is not None and isinstance(arrival, CartesianWaypoint):
                     from knotwork.scenario.path_reader import wait_on
 
-                    self.carriers.check_smooth(i, carrier, (made.time, end))
-                    held.append(wait_on(carrier, poses[i], len(waypoints) - 1, made, end))
+                    self.carriers.check_smooth(i, carrier, (arrival.time, end))
+                    held.append(wait_on(carrier, poses[i], len(waypoints) - 1, arrival, end))
                     motion = held[-1].motion
                     over = replace(over, pose=motion.pose(end), twist=motion.twist(end))
                 waypoints.append(over)
                 indices.append(i)
             last[i] = len(waypoints) - 1
         self.indices = tuple(indices)
-        held += [replace(one, first=last[one.first]) for one in paths]
+        held += [replace(path, first=last[path.first]) for path in paths]
         return tuple(waypoints), tuple(sorted(held, key=lambda one: one.first))
 
     def _waypoint(
@@ -176,18 +176,20 @@ class WaypointReader:
         return Carriers(self.file, self.places, self.frames, self.frame)
 
     def _names(self) -> list[str]:
-        given = self.file.waypoints
-        names = [one.name or nameless(i) for i, one in enumerate(given)]
-        taken = {START} if self.file.start is not None else set()
-        taken |= {WAITED.format(names[i]) for i, one in enumerate(given) if one.wait is not None}
+        steps = self.file.waypoints
+        names = [waypoint.name or nameless(i) for i, waypoint in enumerate(steps)]
+        used_names = {START} if self.file.start is not None else set()
+        used_names |= {
+            WAITED.format(names[i]) for i, waypoint in enumerate(steps) if waypoint.wait is not None
+        }
         for i, name in enumerate(names):
-            if name in taken:
+            if name in used_names:
                 raise self.places.error(
                     ("waypoints", i, "name"),
                     f"{name!r} is the name of another waypoint",
                     "a unique name",
                 )
-            taken.add(name)
+            used_names.add(name)
         return names
 
     def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[ScenarioPath]]:
@@ -243,8 +245,8 @@ class WaypointReader:
         from knotwork.scenario.path_reader import PathReader
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
-        own = self.file, self.places, self.length, frames, axes, poses
-        return PathReader(PathCurves(*own, normals=self._normals), self._stops, self.carriers)
+        arguments = self.file, self.places, self.length, frames, axes, poses
+        return PathReader(PathCurves(*arguments, normals=self._normals), self._stops, self.carriers)
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of the waypoints that have one."""
@@ -264,7 +266,8 @@ class WaypointReader:
         """Refuse a pose without orientation unless a path begins there that has one."""
         onward = self.file.waypoints[i + 1 : i + 2]
         if not waypoint.pose.turned and not any(
-            isinstance(one, PathWaypoint) and isinstance(one.orientation, Torch) for one in onward
+            isinstance(following, PathWaypoint) and isinstance(following.orientation, Torch)
+            for following in onward
         ):
             raise self.places.error(
                 ("waypoints", i, "pose"),
@@ -279,11 +282,11 @@ class WaypointReader:
         where: Location = ("waypoints", i, "orientation_in")
         return np.array(self.frames[self.frames.find(asked, where)].rotation)
 
-    def placement(self, given: Placement, location: Location) -> pin.SE3:
+    def placement(self, placement: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""
         from knotwork.scenario.geometry import placed
 
-        return placed(given, self.places, location)
+        return placed(placement, self.places, location)
 
     @cached_property
     def frames(self) -> Frames:

@@ -30,12 +30,12 @@ class WeaveReader:
     Attributes:
         curves: Content of the file, and curves of the paths.
         first: Index of the waypoint at the start of the path.
-        given: The other waypoints of the path.
+        steps: The other waypoints of the path.
     """
 
     curves: PathCurves
     first: int
-    given: Sequence[PathWaypoint]
+    steps: Sequence[PathWaypoint]
 
     def read(
         self, path: ToolPath, timing: Timing, start: float
@@ -52,7 +52,7 @@ class WeaveReader:
         Raises:
             DocumentError: A weave is too short, fast or narrow, or along the seam.
         """
-        weaves: list[WeavePattern | None] = [None] * len(self.given)
+        weaves: list[WeavePattern | None] = [None] * len(self.steps)
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
         for low, high, asked in self._runs():
             begin, end = (float(timing.times[k]) for k in (low, high))
@@ -64,62 +64,64 @@ class WeaveReader:
             times.append(t[skipped:])
             states.append(state[:, skipped:])
             breaks.append(begin + weave.breaks())
-        x, found = np.concatenate(times), np.concatenate(states, axis=1)
-        curve = PiecewisePolynomial(two_point_coefficients(x, (found[0], found[1], found[2])), x)
+        x, states_at_x = np.concatenate(times), np.concatenate(states, axis=1)
+        curve = PiecewisePolynomial(
+            two_point_coefficients(x, (states_at_x[0], states_at_x[1], states_at_x[2])), x
+        )
         return weaves, EndlessCurve(curve, delay=start), np.concatenate(breaks)
 
     def _runs(self) -> list[tuple[int, int, GivenWeave]]:
         """Ranges of consecutive stretches with one weave."""
         runs: list[tuple[int, int, GivenWeave]] = []
-        for k, one in enumerate(self.given):
-            if isinstance(one.speed, str | AtMost):
+        for k, step in enumerate(self.steps):
+            if isinstance(step.speed, str | AtMost):
                 raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
-            if one.weave is None:
+            if step.weave is None:
                 continue
-            goes_on = bool(runs) and runs[-1][1:] == (k, one.weave)
+            goes_on = bool(runs) and runs[-1][1:] == (k, step.weave)
             low = runs.pop()[0] if goes_on else k
-            runs.append((low, k + 1, one.weave))
+            runs.append((low, k + 1, step.weave))
         return runs
 
-    def _error(self, k: int, found: str, accepted: str, *key: str) -> DocumentError:
+    def _error(self, k: int, fault: str, accepted: str, *key: str) -> DocumentError:
         return self.curves.places.error(
-            ("waypoints", self.first + 1 + k, *(key or ("weave",))), found, accepted
+            ("waypoints", self.first + 1 + k, *(key or ("weave",))), fault, accepted
         )
 
     def _weave(
-        self, k: int, given: GivenWeave, duration: float
+        self, k: int, asked: GivenWeave, duration: float
     ) -> tuple[WeavePattern, FloatArray | None]:
         """The weave that begins on a stretch, by index, and its given normal."""
         text = self.curves.text
-        periods = duration * given.frequency
+        periods = duration * asked.frequency
         if not LEAST_PERIODS <= periods <= MOST_PERIODS:
             low, high = (count / duration for count in (LEAST_PERIODS, MOST_PERIODS))
             raise self._error(
                 k,
-                f"takes {duration:.4g} s at {given.frequency:g} Hz: {periods:.4g} periods",
+                f"takes {duration:.4g} s at {asked.frequency:g} Hz: {periods:.4g} periods",
                 f"{LEAST_PERIODS} to {MOST_PERIODS} periods: {low:.4g} to {high:.4g} Hz here",
                 "weave",
                 "frequency",
             )
         allowed = self.curves.file.tolerances.path or ToleranceSet.path
-        if given.width <= 2.0 * allowed:
+        if asked.width <= 2.0 * allowed:
             raise self._error(
                 k,
-                f"is {text(given.width)}, within the tolerance of the path on both sides",
+                f"is {text(asked.width)}, within the tolerance of the path on both sides",
                 f"more than {text(2.0 * allowed)}, or less in tolerances: {{path: …}}",
                 "weave",
                 "width",
             )
-        axes = given.axes or (("across", "along") if given.loop else ("across",))
+        axes = asked.axes or (("across", "along") if asked.loop else ("across",))
         weave = WeavePattern(
-            given.shape,
-            given.width,
-            given.frequency,
-            tuple(WEAVE_AXES.index(one) for one in axes),
-            given.dwell or 0.0,
-            given.rounding or allowed,
+            asked.shape,
+            asked.width,
+            asked.frequency,
+            tuple(WEAVE_AXES.index(axis) for axis in axes),
+            asked.dwell or 0.0,
+            asked.rounding or allowed,
             duration,
         )
-        if given.normal is None:
+        if asked.normal is None:
             return weave, None
-        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(given.normal)
+        return weave, self.curves.frames[self.first + 1 + k].rotation @ np.array(asked.normal)

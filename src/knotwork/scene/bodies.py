@@ -61,8 +61,8 @@ def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Itera
         origin: Origins of all joints [m], shape (n + 1, 3).
     """
     turn, shift = rotation[body.joint], origin[body.joint]
-    for one in body.solids:
-        yield Placed(one, turn @ one.rotation, turn @ one.translation + shift)
+    for part in body.solids:
+        yield Placed(part, turn @ part.rotation, turn @ part.translation + shift)
 
 
 class LinkBodies(NamedTuple):
@@ -110,8 +110,8 @@ def link_sources(robot: Robot) -> LinkSources:
     changed = tuple(file.path.stat().st_mtime_ns for file in files)
     known = _collision_meshes(files, changed, packages, ros)
     # Searching for a mesh takes much longer than checking that it is still in its place.
-    paths = ((name, path or _found(name, packages, ros)) for name, path in known)
-    meshes = tuple((name, _written(path)) for name, path in paths)
+    paths = ((name, path or _find_mesh_file(name, packages, ros)) for name, path in known)
+    meshes = tuple((name, _file_state(path)) for name, path in paths)
     return LinkSources(files, changed, placed_links(robot), packages, ros, meshes)
 
 
@@ -126,7 +126,7 @@ def _collision_meshes(
     given = _shapes(files, changed)
     shapes = (shape for link in given.links for shape in given.link_shapes(link, "collision")[0])
     names = dict.fromkeys((shape.urdf, shape.mesh) for shape in shapes if shape.kind == "mesh")
-    return tuple((name, _found(name, packages, ros)) for name in names)
+    return tuple((name, _find_mesh_file(name, packages, ros)) for name in names)
 
 
 @lru_cache(maxsize=1)
@@ -135,7 +135,9 @@ def _shapes(files: tuple[UrdfFile, ...], changed: tuple[int, ...]) -> UrdfShapes
     return UrdfShapes(files)
 
 
-def _found(name: _MeshName, packages: tuple[Path, ...], ros: tuple[Path, ...]) -> Path | None:
+def _find_mesh_file(
+    name: _MeshName, packages: tuple[Path, ...], ros: tuple[Path, ...]
+) -> Path | None:
     urdf, mesh = name
     try:
         return find_mesh(mesh, urdf, packages, ros)
@@ -143,7 +145,7 @@ def _found(name: _MeshName, packages: tuple[Path, ...], ros: tuple[Path, ...]) -
         return None
 
 
-def _written(path: Path | None) -> tuple[Path, int] | None:
+def _file_state(path: Path | None) -> tuple[Path, int] | None:
     try:
         return (path, path.stat().st_mtime_ns) if path is not None else None
     except OSError:
@@ -179,7 +181,7 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
         solids = []
         for shape in shapes:
             try:
-                placed = _placed(shape, sources)
+                placed = _place_shape(shape, sources)
             except InputError as error:
                 missing.append(f"link {link!r}: {error}")
                 continue
@@ -193,16 +195,16 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
     return LinkBodies(tuple(bodies), tuple(missing), tuple(bare))
 
 
-def _placed(given: UrdfShape, sources: LinkSources) -> PlacedShape:
+def _place_shape(shape: UrdfShape, sources: LinkSources) -> PlacedShape:
     """A link's shape in the URDF as a `PlacedShape`.
 
     Raises:
         InputError: The mesh is not in the permitted folders.
     """
-    placement, path = pin.SE3(given.rotation, given.translation), None
-    if given.kind == "mesh":
-        known = dict(sources.meshes).get((given.urdf, given.mesh))
-        look = given.mesh, given.urdf, sources.packages, sources.ros
+    placement, path = pin.SE3(shape.rotation, shape.translation), None
+    if shape.kind == "mesh":
+        known = dict(sources.meshes).get((shape.urdf, shape.mesh))
+        look = shape.mesh, shape.urdf, sources.packages, sources.ros
         path = known[0] if known is not None else find_mesh(*look)
-    x, y, z = (float(factor) for factor in given.scale)
-    return PlacedShape(given.kind, given.size, placement, path, (x, y, z))
+    x, y, z = (float(factor) for factor in shape.scale)
+    return PlacedShape(shape.kind, shape.size, placement, path, (x, y, z))

@@ -21,7 +21,7 @@ from knotwork.robot.joint_tree import JointTree, inverse_chain, join_trees, seri
 from knotwork.scenario import GraspedObject, PlacedObject, PlacedRobot, PlacedShape, Scenario, Scene
 from knotwork.scenario.scene_model import STANDING
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL, CollisionModel, NoteKind, riding
+from knotwork.scene.collision_model import TOOL, CollisionModel, NoteKind, joint_of_frame
 from knotwork.scene.other_robots import in_one_cell, other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.robot_geometry import robot_geometry
@@ -29,16 +29,16 @@ from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
 from knotwork.tool_paths.moving_frame import KnownJoints, MovingFrame
 
-FAR_OFF = 20.0
+WRONG_UNIT_RATIO = 20.0
 """Ratio of mesh size and reach of the arm above which, or a thousand times below which, the
 unit is plausibly wrong."""
 
-TINY = np.finfo(float).tiny
+SMALLEST_FLOAT = np.finfo(float).tiny
 
-SAME_PLACE = 1e-6
+SAME_TCP_PLACE = 1e-6
 """Waypoints with TCPs this near one another [m] are at one place."""
 
-DOUBTFUL = 4.0
+DOUBTFUL_UNIT_RATIO = 4.0
 """Ratio of mesh size and reach of the arm above which, or fifty times below which, the
 unit may be wrong."""
 
@@ -94,10 +94,12 @@ def hold_between(
         standing: Whether each pose is in the axes of the fixed frame instead; by default none.
     """
 
-    def elsewhere(k: int, other: int) -> bool:
-        if standing and standing[k] != standing[other]:
+    def elsewhere(k: int, waypoint: int) -> bool:
+        if standing and standing[k] != standing[waypoint]:
             return True
-        return bool(np.abs(poses[k].translation - poses[other].translation).max() > SAME_PLACE)
+        return bool(
+            np.abs(poses[k].translation - poses[waypoint].translation).max() > SAME_TCP_PLACE
+        )
 
     coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
     gone = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
@@ -119,11 +121,16 @@ def collision_model(
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    scene, place = scenario.scene, {one.name: i for i, one in enumerate(scenario.waypoints)}
-    seen = times, poses, [one.standing for one in scenario.waypoints]
-    holds = {one.name: hold_between(place[one.take], place[one.leave], *seen) for one in scene.held}
-    things: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
-    since = {one.name: times[place[one.appears]] for one in things if one.appears is not None}
+    scene, place = (
+        scenario.scene,
+        {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)},
+    )
+    seen = times, poses, [waypoint.standing for waypoint in scenario.waypoints]
+    holds = {
+        held.name: hold_between(place[held.take], place[held.leave], *seen) for held in scene.held
+    }
+    items: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
+    since = {item.name: times[place[item.appears]] for item in items if item.appears is not None}
     return _Builder(robot, scene, scenario.places, holds, since).model()
 
 
@@ -152,22 +159,22 @@ class _Builder:
         scene = self.scene
         bodies = list(self.links.bodies)
         if scene.tool:
-            bodies.append(self._tool(scene.tool))
+            bodies.append(self._tool_body(scene.tool))
         for frame in scene.moving.values():
-            self._carrier(frame)  # for drawing
-        for one in scene.objects:
-            if not one.visual:
-                bodies.append(self._object(one.name, one.shape, one.carrier))
+            self._add_carrier(frame)  # for drawing
+        for item in scene.objects:
+            if not item.visual:
+                bodies.append(self._object_body(item.name, item.shape, item.carrier))
         for held in scene.held:
-            bodies += self._held(held)
+            bodies += self._held_bodies(held)
         for robot in scene.robots:
-            bodies += self._other(robot)
+            bodies += self._robot_bodies(robot)
         # of arms with one URDF, each would also be in the other's model, at rest
         bodies = [replace(x, start=math.inf) if x.link in self.moved else x for x in bodies]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
-        given = given_rules(scene, self.robot, bodies, self.places)
-        pairing = Pairing(self.robot, self.joints, scene, self.geometry, given.reasons)
+        rules = given_rules(scene, self.robot, bodies, self.places)
+        pairing = Pairing(self.robot, self.joints, scene, self.geometry, rules.reasons)
         pairs, ignored = pairing.pairs(bodies)
         return CollisionModel(
             self.joints,
@@ -176,70 +183,74 @@ class _Builder:
             tuple(ignored),
             self.links.missing,
             self.links.bare,
-            tuple(dict.fromkeys([*self.notes, *given.notes, *pairing.notes])),
+            tuple(dict.fromkeys([*self.notes, *rules.notes, *pairing.notes])),
             tuple(self.known),
             self.carriers,
             self.robots,
         )
 
-    def _object(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
+    def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
         """A fixed object, or one that moves with a frame; placed with its carrier at rest."""
-        joint, carrier = self._riding(frame)
+        joint, carrier = self._joint_of_frame(frame)
         start = self.since.get(name, -math.inf)
         return Body(name, "object", joint, (self._solid(shape, carrier),), start)
 
-    def _other(self, given: PlacedRobot) -> Iterator[Body]:
+    def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
         """Links, tool and held objects of another robot, moving with it."""
-        own = self.robot
+        robot = self.robot
         try:
-            other = other_motion(given)
-            theirs = other.robot
-            one_cell = in_one_cell(own, theirs)
+            motion = other_motion(placed)
+            theirs = motion.robot
+            one_cell = in_one_cell(robot, theirs)
         except InputError as error:
-            place = ("scene", "robots", given.name, "scenario")
+            place = ("scene", "robots", placed.name, "scenario")
             raise self.places.error(place, str(error)) from error
         if one_cell:
-            link = own.standing_frame
-            standing, placement = _carried(own, link)
+            link = robot.standing_frame
+            standing, placement = _joint_of_link(robot, link)
         else:
             link = theirs.standing_frame
-            standing, placement = self._riding(given.carrier)
-            placement = placement * given.placement
-        back, columns = inverse_chain(other.model.joints, *(base := _carried(theirs, link)))
-        known = [replace(one, delay=one.delay + given.delay) for one in other.known]
+            standing, placement = self._joint_of_frame(placed.carrier)
+            placement = placement * placed.placement
+        inverse, columns = inverse_chain(
+            motion.model.joints, *(base := _joint_of_link(theirs, link))
+        )
+        known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
         moved = known[0].curve
         still = EndlessCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
-        way = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
-        turned = [replace(known[0], curve=way)] if columns else []
-        root = self._put(back, placement, [*turned, still], standing)
-        self.joints = join_trees(self.joints, other.model.joints, pin.SE3.Identity(), root)
+        turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
+        turned = [replace(known[0], curve=turned_curve)] if columns else []
+        root = self._add_joints(inverse, placement, [*turned, still], standing)
+        self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
         self.known += known
-        self.robots[given.name] = other.robot, root
-        for body in other.model.bodies:
+        self.robots[placed.name] = motion.robot, root
+        for body in motion.model.bodies:
             if one_cell and body.joint == base[0]:
                 continue
             if one_cell and body.link:
                 self.moved.add(body.link)
-            if body.kind != "object" or body.name in other.held:
+            if body.kind != "object" or body.name in motion.held:
                 yield replace(
                     body,
-                    name=f"{given.name}/{body.name}",
+                    name=f"{placed.name}/{body.name}",
                     kind="object",
                     joint=root + body.joint,
-                    start=body.start + given.delay,
-                    end=body.end + given.delay,
+                    start=body.start + placed.delay,
+                    end=body.end + placed.delay,
                     apart=False,
                     link="",
                 )
 
-    def _riding(self, frame: MovingFrame | None, time: float | None = None) -> tuple[int, Any]:
-        """Joint that carries a frame and its placement, as from `riding`; by default the base."""
+    def _joint_of_frame(
+        self, frame: MovingFrame | None, time: float | None = None
+    ) -> tuple[int, Any]:
+        """`joint_of_frame`; without a frame, of the base."""
         if frame is None:
             return 0, self.robot.base_placement
-        self._carrier(frame)
-        return riding(self.carriers, frame, time)
+        self._add_carrier(frame)
+        return joint_of_frame(self.carriers, frame, time)
 
-    def _carrier(self, frame: MovingFrame) -> None:
+    def _add_carrier(self, frame: MovingFrame) -> None:
         """Add the joints of a moving frame to the tree if they are missing."""
         key = frame.link, frame.joints
         if key in self.carriers:
@@ -247,20 +258,20 @@ class _Builder:
         joint, placement = 0, self.robot.base_placement
         if frame.link:
             link = self.robot.standing_frame if frame.link == STANDING else frame.link
-            joint, placement = _carried(self.robot, link)
+            joint, placement = _joint_of_link(self.robot, link)
         if frame.joints:
             placements: list[Any] = []
             axes, turns = [], list[bool]()
-            for one in frame.joints:
-                placements += [one.placement, *[pin.SE3.Identity()] * (len(one.turns) - 1)]
-                axes.append(one.axis)
-                turns += one.turns
+            for joints in frame.joints:
+                placements += [joints.placement, *[pin.SE3.Identity()] * (len(joints.turns) - 1)]
+                axes.append(joints.axis)
+                turns += joints.turns
             chain = serial(placements, np.concatenate(axes), turns)
-            known = [one.curve for one in frame.joints]
-            joint, placement = self._put(chain, placement, known, joint), pin.SE3.Identity()
+            known = [joints.curve for joints in frame.joints]
+            joint, placement = self._add_joints(chain, placement, known, joint), pin.SE3.Identity()
         self.carriers[key] = joint, placement
 
-    def _put(
+    def _add_joints(
         self, tree: JointTree, placement: Any, known: Sequence[EndlessCurve], carrier: int = 0
     ) -> int:
         """Add joints with known positions, and give the index of the last."""
@@ -268,62 +279,60 @@ class _Builder:
         self.known += known
         return len(self.joints.parent) - 1
 
-    def _tool(self, shapes: Sequence[PlacedShape]) -> Body:
+    def _tool_body(self, shapes: Sequence[PlacedShape]) -> Body:
         robot = self.robot
         robot.require_tool()
         frame = robot.model.frames[robot.frame_index(robot.tool_frame or "")]
         solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
         return Body(TOOL, "tool", int(frame.parentJoint), solids)
 
-    def _held(self, held: GraspedObject) -> list[Body]:
+    def _held_bodies(self, held: GraspedObject) -> list[Body]:
         """A held object: at the place where it is taken, in the tool, and where it is released."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
+        lying = []
         ends = ((hold.taken, hold.start), (hold.left, hold.end))
-        (before, here), (after, there) = (
-            self._lying(shape, frame, *end) for frame, end in zip(held.carriers, ends, strict=True)
-        )
+        for carrier, (pose, time) in zip(held.carriers, ends, strict=True):
+            joint, placement = self._joint_of_frame(carrier, time)
+            lying.append((joint, (self._solid(shape, placement * pose),)))
+        (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)
         since = self.since.get(name, -math.inf)
         bodies = [
-            Body(name, "object", before, here, since, hold.coming, apart=True),
-            Body(name, "object", before, here, max(since, hold.coming), hold.start),
+            Body(name, "object", joint_before, solids_before, since, hold.coming, apart=True),
+            Body(name, "object", joint_before, solids_before, max(since, hold.coming), hold.start),
             Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", after, there, hold.end, hold.gone),
-            Body(name, "object", after, there, start=hold.gone, apart=True),
+            Body(name, "object", joint_after, solids_after, hold.end, hold.gone),
+            Body(name, "object", joint_after, solids_after, start=hold.gone, apart=True),
         ]
         return [body for body in bodies if body.start < body.end]
-
-    def _lying(
-        self, shape: PlacedShape, frame: MovingFrame | None, pose: Any, time: float
-    ) -> tuple[int, tuple[Solid, ...]]:
-        """The carrier of an object that the tool takes or releases, and its solids."""
-        joint, placement = self._riding(frame, time)
-        return joint, (self._solid(shape, placement * pose),)
 
     def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors name its place in the file."""
         try:
-            made = solid(shape, carrier)
+            placed = solid(shape, carrier)
             if shape.path is not None:
-                self._check_size(made, shape)
+                self._check_size(placed, shape)
         except InputError as error:
             raise self.places.error((*shape.place, shape.kind), str(error)) from error
-        return made
+        return placed
 
-    def _check_size(self, made: Solid, shape: PlacedShape) -> None:
+    def _check_size(self, solid: Solid, shape: PlacedShape) -> None:
         """Refuse a file that is plausibly in another unit; warn if it may be."""
-        size, reach = 2.0 * made.radius, self._reach
-        excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, TINY), 1e3))
-        if excess <= DOUBTFUL or not reach / 200 <= size * factor <= FAR_OFF * reach:
+        size, reach = 2.0 * solid.radius, self._reach
+        excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, SMALLEST_FLOAT), 1e3))
+        if (
+            excess <= DOUBTFUL_UNIT_RATIO
+            or not reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
+        ):
             return
         text = (
             f"{'mesh' if shape.kind == 'mesh' else 'point cloud'} {shape.path} is {size:.4g} m "
             f"across, and the arm reaches {reach:.2g} m: it "
-            f"{'is plausibly' if excess > FAR_OFF else 'may be'} in another unit; a scale "
+            f"{'is plausibly' if excess > WRONG_UNIT_RATIO else 'may be'} in another unit; a scale "
             f"{factor:g} times as large makes it {size * factor:.4g} m"
         )
-        if excess > FAR_OFF:
+        if excess > WRONG_UNIT_RATIO:
             raise InputError(text)
         self.notes.append(("warning", text))
 
@@ -333,7 +342,7 @@ class _Builder:
         return float(np.linalg.norm(self.geometry.joints.translation, axis=1).sum()) + 0.1
 
 
-def _carried(robot: Robot, link: str) -> tuple[int, Any]:
+def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:
     """The joint that carries a link of a robot, and the link's placement in its axes, `pin.SE3`."""
-    found = robot.model.frames[robot.frame_index(link)]
-    return int(found.parentJoint), found.placement.copy()
+    frame = robot.model.frames[robot.frame_index(link)]
+    return int(frame.parentJoint), frame.placement.copy()

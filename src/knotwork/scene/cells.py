@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
-MOST_CELLS = 100_000
+MOST_CLOUD_CELLS = 100_000
 """A distance to this many cells takes some 10 ms."""
 
 FARTHEST_CELL = 2**15
 """Coal silently drops cells this many or more edges from the origin."""
 
-_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+CUBE_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Cells:
             row = np.delete(kept, axis, axis=1)
             first = np.append(True, (row[1:] != row[:-1]).any(axis=1))
             kept = kept[first | np.append(first[1:], True)]
-        corners = np.unique((kept[:, None] + _CORNERS).reshape(-1, 3), axis=0)
+        corners = np.unique((kept[:, None] + CUBE_CORNERS).reshape(-1, 3), axis=0)
         return np.asarray(corners * self.edge)
 
     @cached_property
@@ -107,9 +107,9 @@ def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
             f"move the points to their origin, {larger}"
         )
     index = np.unique(np.floor(points / edge).astype(np.int64), axis=0)
-    if len(index) > MOST_CELLS:
+    if len(index) > MOST_CLOUD_CELLS:
         raise InputError(
             f"point cloud {path} fills {len(index)} cells of {edge:.3g} m, and at most "
-            f"{MOST_CELLS} are accepted; {larger}"
+            f"{MOST_CLOUD_CELLS} are accepted; {larger}"
         )
     return Cells(index, edge)

@@ -58,7 +58,9 @@ class Pair(NamedTuple):
 Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
 
 
-def riding(carriers: Carriers, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
+def joint_of_frame(
+    carriers: Carriers, frame: MovingFrame, time: float | None = None
+) -> tuple[int, Any]:
     """The joint that carries a frame, and the transform of base poses into its axes.
 
     Args:
@@ -103,48 +105,48 @@ class CollisionModel:
     carriers: Carriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
-    def whole(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
+    def all_positions(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """Positions of all joints over the time of the robot's motion, trailing shape (d,)."""
         if not self.known:
             return curve
         span = curve.x[[0, -1]].tolist()
-        return side_by_side(curve, *(one.between(*span) for one in self.known))
+        return side_by_side(curve, *(known.between(*span) for known in self.known))
 
-    def placed(self, q: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def joint_placements(self, q: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of all joints, as for `place_joints`.
 
         Args:
             q: Positions of the robot's joints [rad or m], shape (k, d).
             time: Times [s], shape (k,).
         """
-        return place_joints(self.joints, np.hstack((q, *(one(time) for one in self.known))))
+        return place_joints(self.joints, np.hstack((q, *(known(time) for known in self.known))))
 
-    def riding(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
+    def joint_of_frame(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
         """The joint that carries a moving frame, and the transform of base poses into its axes.
 
         Args:
             frame: Frame that carries an object of the scene.
             time: Time of the poses [s]; by default with the frame's joints at 0.
         """
-        return riding(self.carriers, frame, time)
+        return joint_of_frame(self.carriers, frame, time)
 
     @property
     def bare_links_note(self) -> str:
         """A sentence on links without collision shapes, or an empty one."""
-        *others, last = self.bare or ("",)
-        if not others:
+        *first, last = self.bare or ("",)
+        if not first:
             text = f"link {last} has no collision shapes and is not checked for collisions"
             return text if last else ""
-        listed = f"{', '.join(others)} and {last}"
+        listed = f"{', '.join(first)} and {last}"
         return f"links {listed} have no collision shapes and are not checked for collisions"
 
     @property
     def ignored_pairs_notes(self) -> list[str]:
         """A sentence for each reason of excluding pairs that move relative to each other."""
         pairs: dict[str, list[str]] = {}
-        for one in self.ignored:
-            if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
-                pairs.setdefault(one.reason, []).append(f"{one.first} and {one.second}")
+        for pair in self.ignored:
+            if pair.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
+                pairs.setdefault(pair.reason, []).append(f"{pair.first} and {pair.second}")
         return [f"not checked, as {reason}: {'; '.join(named)}" for reason, named in pairs.items()]
 
     @cached_property

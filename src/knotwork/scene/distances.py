@@ -15,14 +15,14 @@ from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
-TOLERANCE = 1e-9
+NEAREST_POINT_TOLERANCE = 1e-9
 """Tolerance of the search for the nearest points."""
 
-ROUNDING = 1e-6
+DISTANCE_ERROR = 1e-6
 """Largest error of distances [m]: 1.4e-7 or less from the search for the nearest points, in
 120 000 random pairs, plus the rounding of corners and placements."""
 
-ON_SURFACE = 1e-7
+SURFACE_TOLERANCE = 1e-7
 """Points within this distance of a mesh [m] are on it."""
 
 
@@ -63,7 +63,7 @@ class DistanceMeter:
     def __init__(self) -> None:
         self._request = coal.DistanceRequest()
         self._request.enable_signed_distance = True
-        self._request.gjk_tolerance = TOLERANCE
+        self._request.gjk_tolerance = NEAREST_POINT_TOLERANCE
         self._result, self._spot = coal.DistanceResult(), coal.DistanceResult()
         self._first, self._second = coal.Transform3s(), coal.Transform3s()
         self._here, self._point = coal.Transform3s(), coal.Sphere(0.0)
@@ -87,20 +87,20 @@ class DistanceMeter:
         if a.around is not None or b.around is not None:
             # Triangles and cells are many. The hull is never farther away, and where it is nearest,
             # they are not far either.
-            near = self._between(a.around or a.geometry, b.around or b.geometry)
-            most = max(most, ROUNDING)  # Coal skips the measurement if 0 is known already
+            near = self._coal_distance(a.around or a.geometry, b.around or b.geometry)
+            most = max(most, DISTANCE_ERROR)  # Coal skips the measurement if 0 is known already
             if near >= most:
                 return near
-            if near > ROUNDING:
+            if near > DISTANCE_ERROR:
                 points = self._result.getNearestPoint1(), self._result.getNearestPoint2()
                 off = self._off(a, self._first, points[0]) + self._off(b, self._second, points[1])
-                if off <= ON_SURFACE:
+                if off <= SURFACE_TOLERANCE:
                     return near
-                most = min(most, near + off + ROUNDING)
-            return self._between(a.geometry, b.geometry, most)
-        return self._between(a.geometry, b.geometry)
+                most = min(most, near + off + DISTANCE_ERROR)
+            return self._coal_distance(a.geometry, b.geometry, most)
+        return self._coal_distance(a.geometry, b.geometry)
 
-    def _between(self, first: Any, second: Any, most: float = math.inf) -> float:
+    def _coal_distance(self, first: Any, second: Any, most: float = math.inf) -> float:
         """Coal's distance between two geometries [m], or `most` if that is less."""
         result = self._result
         result.clear()
@@ -126,8 +126,8 @@ class DistanceMeter:
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids; arguments as for `distance`."""
         if _cells_second(first, second):
-            found = self.nearest(second, first)
-            return Nearest(found.distance, found.points[::-1], -found.normal)
+            swapped = self.nearest(second, first)
+            return Nearest(swapped.distance, swapped.points[::-1], -swapped.normal)
         distance = self.distance(first, second)
         points = np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
         normal = self.normal
@@ -135,7 +135,7 @@ class DistanceMeter:
             points = points @ second.rotation.T + second.origin
             normal = second.rotation @ normal
         apart = points[0] - points[1]
-        if distance > ROUNDING and np.linalg.norm(apart) > ROUNDING:
+        if distance > DISTANCE_ERROR and np.linalg.norm(apart) > DISTANCE_ERROR:
             normal = apart / np.linalg.norm(apart)
         return Nearest(distance, points, normal)
 
@@ -145,10 +145,10 @@ def _cells_second(first: Placed, second: Placed) -> bool:
     return second.solid.cells is not None and first.solid.cells is None
 
 
-def _in_axes_of(other: Placed, one: Placed) -> Placed:
+def _in_axes_of(frame: Placed, solid: Placed) -> Placed:
     """A solid in the axes of another: Coal's bounds of rotated ellipsoids are too small."""
-    turn = other.rotation.T
-    return Placed(one.solid, turn @ one.rotation, turn @ (one.origin - other.origin))
+    turn = frame.rotation.T
+    return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))
 
 
 def nearest_of_bodies(
@@ -190,7 +190,7 @@ def nearer_than(
         margin: Required clearance [m].
     """
     return any(
-        meter.distance(a, b, margin + ROUNDING) <= margin or one_inside_the_other(a, b)
+        meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or one_inside_the_other(a, b)
         for a, b in _pairs(first, second, rotation, origin)
     )
 

@@ -19,10 +19,10 @@ from knotwork.scenario import PlacedRobot, load_scenario
 if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
 
-SAME_PLACE = 1e-9
+SAME_JOINT_POSITION = 1e-9
 """Joints [rad or m] and robots that are so near are at one place."""
 
-_PACKAGE = __package__.partition(".")[0]
+_ROOT_PACKAGE = __package__.partition(".")[0]
 
 _under_way: list[str] = []
 """Scenarios being planned, each needed by the one before."""
@@ -45,21 +45,21 @@ class OtherMotion:
     held: frozenset[str]
 
 
-def other_motion(given: PlacedRobot) -> OtherMotion:
+def other_motion(other: PlacedRobot) -> OtherMotion:
     """Plan or read the motion of another robot; cached.
 
     Raises:
         InputError: Its scenario is wrong, fails its own check, or needs itself.
     """
-    source = str(given.scenario)
+    source = str(other.scenario)
     if source in _under_way:
         circle = " needs ".join((*_under_way[_under_way.index(source) :], source))
         raise InputError(f"robots need one another: {circle}; accepted: an independent one")
-    files = (Path(given.scenario), given.motion) if given.motion else (Path(given.scenario),)
-    changed = tuple(one.stat().st_mtime_ns for one in files if one.is_file())
+    files = (Path(other.scenario), other.motion) if other.motion else (Path(other.scenario),)
+    changed = tuple(file.stat().st_mtime_ns for file in files if file.is_file())
     _under_way.append(source)
     try:
-        return _motion(source, given.motion, changed)
+        return _motion(source, other.motion, changed)
     finally:
         _under_way.pop()
 
@@ -70,7 +70,7 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
     if scenario.task.robot is None:
         raise InputError(f"{source}: names no robot")
     if motion is None:
-        plan = _called("pipeline", "plan")(scenario)
+        plan = _load_callable("pipeline", "plan")(scenario)
         if not plan.report.ok:
             raise InputError(
                 f"{source}: its motion fails its own check: {plan.report.failures[0].message}; "
@@ -78,46 +78,46 @@ def _motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> Other
             )
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
     else:
-        space = _called("scenario.joint_space", "joint_space")(scenario)
-        read = _called("foreign.trajectory_files", "read_trajectory")
+        space = _load_callable("scenario.joint_space", "joint_space")(scenario)
+        read = _load_callable("foreign.trajectory_files", "read_trajectory")
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moved = _called("verification.motion", "Motion")(trajectory, space)
-    model = _called("verification.collisions", "motion_model")(moved, scenario, space.robot)
-    held = frozenset(one.name for one in scenario.scene.held)
+    moved = _load_callable("verification.checked_motion", "Motion")(trajectory, space)
+    model = _load_callable("verification.collisions", "motion_model")(moved, scenario, space.robot)
+    held = frozenset(held.name for held in scenario.scene.held)
     known = (EndlessCurve(moved.curve), *model.known)
     return OtherMotion(space.robot, model, known, held)
 
 
-def in_one_cell(own: Robot, theirs: Robot) -> bool:
+def in_one_cell(robot: Robot, second: Robot) -> bool:
     """Whether two robots are arms of one URDF, which defines their relative placement.
 
     Raises:
         InputError: A joint carries an arm but only moves in the other one's motion, or is at two
             places.
     """
-    if own.urdf != theirs.urdf or {*own.joint_names} & {*theirs.joint_names}:
+    if robot.urdf != second.urdf or {*robot.joint_names} & {*second.joint_names}:
         return False
-    for one, other in ((own, theirs), (theirs, own)):
-        carriers = other.carrying_joints
-        carrying = frozenset().union(*(carriers[name] for name in other.joint_names))
-        for joint in sorted(carrying & {*one.joint_names, *one.followers}):
+    for arm, carrier in ((robot, second), (second, robot)):
+        carriers = carrier.carrying_joints
+        carrying = frozenset().union(*(carriers[name] for name in carrier.joint_names))
+        for joint in sorted(carrying & {*arm.joint_names, *arm.followers}):
             raise InputError(
-                f"joint {joint!r} is moved by the motion of {one.name!r} and carries the arm of "
-                f"{other.name!r}, whose motion keeps it fixed; accepted: arms of one URDF on a "
+                f"joint {joint!r} is moved by the motion of {arm.name!r} and carries the arm of "
+                f"{carrier.name!r}, whose motion keeps it fixed; accepted: arms of one URDF on a "
                 f"fixed base, {joint!r} locked in both robot files"
             )
-        for joint in sorted(carrying & own.locked.keys() & theirs.locked.keys()):
-            places = own.locked[joint], theirs.locked[joint]
-            if abs(places[0] - places[1]) > SAME_PLACE:
+        for joint in sorted(carrying & robot.locked.keys() & second.locked.keys()):
+            places = robot.locked[joint], second.locked[joint]
+            if abs(places[0] - places[1]) > SAME_JOINT_POSITION:
                 raise InputError(
-                    f"joint {joint!r} is at {places[0]:.6g} for {own.name!r} and at "
-                    f"{places[1]:.6g} for {theirs.name!r}, and carries the arm of {other.name!r}; "
-                    "accepted: one place, in the `locked` of both robot files"
+                    f"joint {joint!r} is at {places[0]:.6g} for {robot.name!r} and at "
+                    f"{places[1]:.6g} for {second.name!r}, and carries the arm of "
+                    f"{carrier.name!r}; accepted: one place, in the `locked` of both robot files"
                 )
     return True
 
 
-def _called(module: str, name: str) -> Any:
-    return getattr(importlib.import_module(f"{_PACKAGE}.{module}"), name)
+def _load_callable(module: str, name: str) -> Any:
+    return getattr(importlib.import_module(f"{_ROOT_PACKAGE}.{module}"), name)

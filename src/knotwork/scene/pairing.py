@@ -22,7 +22,7 @@ from knotwork.scene.srdf import disabled_pairs
 ADJACENT = "a joint joins them"
 CARRIED = "the tool carries it"
 BY_ROBOT = "the robot's file ignores it"
-OBJECT = "object"
+OBJECT_KIND = "object"
 NOT_ITSELF = "the scenario says `self: false`"
 NOT_OURS = "no joint of the robot moves one of them to the other"
 
@@ -53,12 +53,12 @@ class Pairing:
         self.own = joints.carriers[:, : len(geometry.joints.parent)]
         self.notes: list[tuple[NoteKind, str]] = []
         self.joined = robot.joined_links
-        self.held = {one.name for one in scene.held}
+        self.held = {item.name for item in scene.held}
 
     def pairs(self, bodies: Sequence[Body]) -> tuple[list[Pair], list[IgnoredPair]]:
         """Give the checked pairs, and the excluded ones with the reason."""
         pairs, ignored = [], []
-        touching, by_files = self._touching(bodies), self._reasons_of_files()
+        touching, by_files = self._touching_pairs(bodies), self._reasons_of_files()
         for i, first in enumerate(bodies):
             for j in range(i + 1, len(bodies)):
                 second = bodies[j]
@@ -73,16 +73,18 @@ class Pairing:
                 if reason is not None:
                     ignored.append(IgnoredPair(self._whose(first), self._whose(second), reason))
                     continue
-                around = OBJECT in (first.kind, second.kind)
-                own = second.kind != OBJECT if around else bool(second.joint)
-                order = (i, j) if own else (j, i)
+                around = OBJECT_KIND in (first.kind, second.kind)
+                second_moves = second.kind != OBJECT_KIND if around else bool(second.joint)
+                order = (i, j) if second_moves else (j, i)
                 pairs.append(Pair(*order, self.scene.rules.margin if around else 0.0, around))
-        return pairs, [one for one in dict.fromkeys(ignored) if one.first != one.second]
+        return pairs, [pair for pair in dict.fromkeys(ignored) if pair.first != pair.second]
 
     def _whose(self, body: Body) -> str:
         """The name of a body, or of the other robot whose body it is."""
-        others = (one.name for one in self.scene.robots if body.name.startswith(f"{one.name}/"))
-        return next(others, body.name) if body.kind == OBJECT else body.name
+        robots = (
+            robot.name for robot in self.scene.robots if body.name.startswith(f"{robot.name}/")
+        )
+        return next(robots, body.name) if body.kind == OBJECT_KIND else body.name
 
     def _reason(self, first: Body, second: Body, by_files: Reasons) -> str | None:
         """Reason why two bodies are excluded, whatever they touch."""
@@ -95,7 +97,7 @@ class Pairing:
         apart = first.apart or second.apart
         if reason is not None and not (reason == ALLOWED and apart):
             return reason  # an object may be touched only by its gripper and only then
-        if kinds == {OBJECT} and (self.own[first.joint] == self.own[second.joint]).all():
+        if kinds == {OBJECT_KIND} and (self.own[first.joint] == self.own[second.joint]).all():
             return NOT_OURS
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))
@@ -123,7 +125,7 @@ class Pairing:
             disabled = disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns)
             links = {link for link, *_ in placed_links(robot)}
             unknown = dict.fromkeys(
-                name for one in disabled for name in one[:2] if name not in links
+                name for pair in disabled for name in pair[:2] if name not in links
             )
             if unknown:
                 fault = f"{robot.srdf} disables pairs of links that {robot.name!r} does not have"
@@ -139,7 +141,7 @@ class Pairing:
             self.notes.append(("warning", f"{fault}, which changes nothing: {named}"))
         return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
 
-    def _touching(self, bodies: Sequence[Body]) -> Touching:
+    def _touching_pairs(self, bodies: Sequence[Body]) -> Touching:
         """Pairs of the robot's links and its tool that touch at its home, by their indices."""
         tools = [i for i, body in enumerate(bodies) if body.kind == "tool"]
         pairs = [(i, j) for i in range(len(self.geometry.links.bodies)) for j in tools]

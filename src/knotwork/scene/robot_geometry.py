@@ -16,7 +16,7 @@ from knotwork.scene.bodies import Body, LinkBodies, LinkSources, link_bodies, li
 from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.waypoints import FloatArray
 
-NEAR = CollisionRules.resolution
+TOUCHING_DISTANCE = CollisionRules.resolution
 """Bodies nearer to one another than this [m] touch: no check finds them clear."""
 
 Touching = dict[tuple[int, int], float]
@@ -48,11 +48,11 @@ class _Key:
 
 def robot_geometry(robot: Robot) -> RobotGeometry:
     """The geometry of a robot, common to all its scenarios; cached."""
-    return _made(_Key(link_sources(robot), tuple(home_of(robot).tolist()), robot))
+    return _build_geometry(_Key(link_sources(robot), tuple(home_of(robot).tolist()), robot))
 
 
 @lru_cache(maxsize=32)
-def _made(key: _Key) -> RobotGeometry:
+def _build_geometry(key: _Key) -> RobotGeometry:
     joints, links = joint_tree(key.robot.model), link_bodies(key.sources)
     n = len(links.bodies)
     pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
@@ -72,13 +72,13 @@ def touching_pairs(
     robot: Robot,
 ) -> Touching:
     """Pairs of bodies that move relative to each other and touch at home."""
-    rotation, origin = (one[0] for one in place_joints(joints, home_of(robot)[None]))
+    rotation, origin = (poses[0] for poses in place_joints(joints, home_of(robot)[None]))
     meter = DistanceMeter()
     touching = {}
     for i, j in pairs:
         if bodies[i].joint == bodies[j].joint:
             continue
-        found = nearest_of_bodies(meter, bodies[i], bodies[j], rotation, origin).distance
-        if found < NEAR:
-            touching[i, j] = -found
+        distance = nearest_of_bodies(meter, bodies[i], bodies[j], rotation, origin).distance
+        if distance < TOUCHING_DISTANCE:
+            touching[i, j] = -distance
     return touching

@@ -39,17 +39,17 @@ def given_rules(scene: Scene, robot: Robot, bodies: Sequence[Body], places: Plac
     """
     names = _Names(robot, bodies, places)
     reasons: Reasons = {}
-    given = [(("scene", "objects", one.name), one.name, one.allow) for one in scene.objects]
-    given += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
-    for place, name, others in given:
+    items = [(("scene", "objects", item.name), item.name, item.allow) for item in scene.objects]
+    items += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
+    for place, name, allowed in items:
         if name in robot.frame_names:
             raise names.wrong(place, "is the name of a link of the robot", "any other name")
-        own = f"scenario:{name}"
-        for found in names.meant(others, (*place, "allow"), TOOL):
-            if found == own:
+        identity = f"scenario:{name}"
+        for other in names.meant(allowed, (*place, "allow"), TOOL):
+            if other == identity:
                 fault = f"names {name!r} itself"
                 raise names.wrong((*place, "allow"), fault, "names of bodies that may touch it")
-            reasons[frozenset((own, found))] = ALLOWED
+            reasons[frozenset((identity, other))] = ALLOWED
     for i, pair in enumerate(scene.rules.ignore):
         at = ("collisions", "ignore", i)
         meant = names.meant(pair, at)
@@ -73,29 +73,29 @@ class _Names:
         self.bare = {name for link in robot.frame_names for name in (link, f"link:{link}")}
         self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
 
-    def meant(self, given: Sequence[str], place: Place, also: str = "") -> list[str]:
+    def meant(self, named: Sequence[str], place: Place, also: str = "") -> list[str]:
         """Identities of the named bodies; warns of bodies without shapes.
 
         Args:
-            given: The names.
+            named: The names.
             place: Location of the names.
             also: One more accepted name, with or without shapes.
         """
-        found = []
+        identities = []
         where = self.places.where(place)
-        for name in given:
+        for name in named:
             meanings = sorted(self.meanings.get(name, ()))
             if len(meanings) > 1:
                 fault = f"{name!r} is a link of the robot and something of the scenario"
                 raise self.wrong(place, fault, " or ".join(map(repr, meanings)))
-            found += meanings
+            identities += meanings
             if not meanings and name in self.bare:
                 fault = f"{name!r} has no collision shapes, so naming it has no effect"
                 self.notes.append(("warning", f"{where}: {fault}" if where else fault))
             elif not meanings and name != also:
                 names = dict.fromkeys([*self.listed, also] if also else self.listed)
                 raise UnknownNameError("link or object", name, list(names), where=where)
-        return found
+        return identities
 
     def wrong(self, place: Place, fault: str, accepted: str) -> InputError:
         """The error for a field of the scenario."""

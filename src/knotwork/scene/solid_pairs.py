@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import one_inside_the_other
-from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solids import Placed, support
 from knotwork.waypoints import FloatArray, IndexArray
 
@@ -31,7 +31,7 @@ class SolidPairs:
 
     def __init__(self, model: CollisionModel) -> None:
         self.model = model
-        self.solids = [one for body in model.bodies for one in body.solids]
+        self.solids = [solid for body in model.bodies for solid in body.solids]
         place = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
         self.joint = np.array([body.joint for body in model.bodies for _ in body.solids])
         combos = [
@@ -43,23 +43,23 @@ class SolidPairs:
         self.first, self.second, self.pair = np.array(combos).T
         self._both = list(zip(self.first.tolist(), self.second.tolist(), strict=True))
         self.margin = np.array([model.pairs[k].margin for k in self.pair])
-        exact = np.array([one.triangles is not None for one in self.solids])
+        exact = np.array([solid.triangles is not None for solid in self.solids])
         self.exact = exact[self.first] | exact[self.second]
-        convex = np.array([one.around is None for one in self.solids])
+        convex = np.array([solid.around is None for solid in self.solids])
         self.convex = convex[self.first] & convex[self.second]
         bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
         self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
-        corners = np.array([one.corners for one in self.solids])
+        corners = np.array([solid.corners for solid in self.solids])
         corners[~np.isfinite(corners)] = 0.0  # half spaces are fixed
         self._corners = corners.swapaxes(1, 2)
-        self._turn = np.array([one.rotation for one in self.solids])
-        self._shift = np.array([one.translation for one in self.solids])
+        self._turn = np.array([solid.rotation for solid in self.solids])
+        self._shift = np.array([solid.translation for solid in self.solids])
         self._centre = (corners[:, 0] + corners[:, -1]) / 2
         self._radius = np.linalg.norm(corners[:, -1] - corners[:, 0], axis=1) / 2
         self._planes = [
-            (np.flatnonzero(self.first == s), one.plane)
-            for s, one in enumerate(self.solids)
-            if one.plane is not None
+            (np.flatnonzero(self.first == s), solid.plane)
+            for s, solid in enumerate(self.solids)
+            if solid.plane is not None
         ]
         self._meter = DistanceMeter()
 
@@ -98,9 +98,9 @@ class SolidPairs:
         gap = centre[:, self.first] - centre[:, self.second]
         least = np.linalg.norm(gap, axis=2) - self._radius[self.first] - self._radius[self.second]
         for columns, plane in self._planes:
-            others = self.second[columns]
-            height = centre[:, others] @ plane[:3] - plane[3]
-            least[:, columns] = height - self._radius[others]
+            seconds = self.second[columns]
+            height = centre[:, seconds] @ plane[:3] - plane[3]
+            least[:, columns] = height - self._radius[seconds]
         return np.asarray(least)
 
     @property
@@ -108,7 +108,7 @@ class SolidPairs:
         """Unit vector from the second solid to the first, of the pair measured last, shape (3,)."""
         return self._meter.normal
 
-    def measured(
+    def measure(
         self, combo: int, turn: FloatArray, shift: FloatArray, most: float = math.inf
     ) -> float:
         """Distance of a pair of solids [m]; not above 0 where they overlap.
@@ -119,7 +119,7 @@ class SolidPairs:
             shift: Their origins [m], shape (s, 3).
             most: Upper bound of distances of interest [m], as in `DistanceMeter.distance`.
         """
-        return self._meter.distance(*self.placed(combo, turn, shift), most)
+        return self._meter.distance(*self.placed_pair(combo, turn, shift), most)
 
     def gaps(
         self,
@@ -143,21 +143,23 @@ class SolidPairs:
             normal[np.isin(combo, columns)] = -plane[:3]
         result = np.zeros(len(item))
         for solids, direction in ((self.first[combo], -normal), (self.second[combo], normal)):
-            own = np.einsum("mji,mj->mi", turn[item, solids], direction)
+            local = np.einsum("mji,mj->mi", turn[item, solids], direction)
             result -= np.einsum("mi,mi->m", direction, shift[item, solids])
             for s in set(solids.tolist()):
                 rows = np.flatnonzero(solids == s)
-                result[rows] -= support(self.solids[s], own[rows])
+                result[rows] -= support(self.solids[s], local[rows])
         return result
 
-    def placed(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
-        """The two placed solids of a pair; arguments as in `measured`."""
+    def placed_pair(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
+        """The two placed solids of a pair; arguments as in `measure`."""
         a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
     def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
         """Whether a solid of a pair is inside the other, whose surface it does not meet."""
-        return bool(self.exact[combo]) and one_inside_the_other(*self.placed(combo, turn, shift))
+        return bool(self.exact[combo]) and one_inside_the_other(
+            *self.placed_pair(combo, turn, shift)
+        )
 
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
@@ -182,18 +184,20 @@ class SolidPairs:
     ) -> Iterator[tuple[float, int]]:
         """`clearances`, each with its pair of solids, or -1 if none is nearer."""
         low, high = self.windows[self.pair].T
-        there = (low <= time[:, None]) & (time[:, None] <= high)
-        rotation, origin = self.model.placed(np.asarray(q, dtype=float), time)
+        is_present = (low <= time[:, None]) & (time[:, None] <= high)
+        rotation, origin = self.model.joint_placements(np.asarray(q, dtype=float), time)
 
         least = self.least(rotation, origin) - self.margin
         turn, shift = self.axes(rotation, origin)
-        for i, row in enumerate(np.where(there, least, np.inf)):
+        for i, row in enumerate(np.where(is_present, least, np.inf)):
             result, nearest = most, -1
             for c in np.argsort(row).tolist():
                 if row[c] > result or (most == 0.0 and result < 0.0):
                     break
                 margin = float(self.margin[c])
-                apart = self.measured(c, turn[i], shift[i], result + margin + ROUNDING) - margin
+                apart = (
+                    self.measure(c, turn[i], shift[i], result + margin + DISTANCE_ERROR) - margin
+                )
                 if apart > 0.0 and self._inside(c, turn[i], shift[i]):
                     apart = -apart
                 apart = apart if apart > 0.0 else min(apart, -1e-300)

@@ -17,53 +17,29 @@ from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import Event, JointTrajectory, Load, Segment
-from knotwork.trajectory.motion_events import SegmentKind
 from knotwork.waypoints import FloatArray
 
 # Stored knots and coefficients agree within this, relative to the scale of the values: both are
 # written with all their digits.
 KNOT_AGREEMENT = 1e-9
 # A hundred thousand waypoints of seven joints have half of this.
-MOST_BYTES = 500_000_000
-MOST_VALUES = 25_000_000
+MOST_TRAJECTORY_BYTES = 500_000_000
+MOST_STORED_VALUES = 25_000_000
 
 _Row = list[Finite]
 _Table = list[_Row]
 
 
-class _Units(StrictModel):
+class _JointUnits(StrictModel):
     time: Literal["s"] = "s"
     joints: list[Literal["rad", "m"]]
 
 
-class _Knots(StrictModel):
+class _KnotTable(StrictModel):
     time: _Row
     position: _Table
     velocity: _Table
     acceleration: _Table
-
-
-class _Event(StrictModel):
-    time: Finite
-    name: Text
-    value: bool | Finite | Text
-    waypoint: Text
-    output: int | None = None
-
-
-class _Load(StrictModel):
-    time: Finite
-    mass: Finite
-    centre_of_mass: tuple[Finite, Finite, Finite]
-    frame: Text
-    inertia: tuple[Finite, Finite, Finite, Finite, Finite, Finite] = (0.0,) * 6
-
-
-class _Segment(StrictModel):
-    name: Text
-    start: Finite
-    end: Finite
-    kind: SegmentKind
 
 
 class _TrajectoryFile(StrictModel):
@@ -73,14 +49,14 @@ class _TrajectoryFile(StrictModel):
     version: Literal[1]
     planner: str = ""
     joint_names: Annotated[list[Text], Field(min_length=1)]
-    units: _Units
+    units: _JointUnits
     waypoint_times: _Row | None = None
-    events: tuple[_Event, ...] = ()
-    loads: tuple[_Load, ...] = ()
-    segments: tuple[_Segment, ...] = ()
+    events: tuple[Event, ...] = ()
+    loads: tuple[Load, ...] = ()
+    segments: tuple[Segment, ...] = ()
     breaks: Annotated[_Row, Field(min_length=2)]
     coefficients: Annotated[list[_Table], Field(min_length=1)]
-    knots: _Knots | None = None
+    knots: _KnotTable | None = None
 
 
 def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
@@ -130,9 +106,9 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             joint_units=tuple(units),
             planner=content.planner,
             waypoint_times=times,
-            events=tuple(Event(**one.model_dump()) for one in content.events),
-            loads=tuple(Load(**one.model_dump()) for one in content.loads),
-            segments=tuple(Segment(**one.model_dump()) for one in content.segments),
+            events=content.events,
+            loads=content.loads,
+            segments=content.segments,
         )
     except InputError as error:
         raise document.error((field,), str(error)) from error
@@ -169,16 +145,16 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
     knots = trajectory.knots
     for name in KNOT_FIELDS:
         true = np.asarray(getattr(knots, name))
-        given = _array(data, ("knots", name), stated[name], true.ndim)
-        if given.shape != true.shape:
-            raise data.error(("knots", name), f"has shape {given.shape}", f"{true.shape}")
+        values = _array(data, ("knots", name), stated[name], true.ndim)
+        if values.shape != true.shape:
+            raise data.error(("knots", name), f"has shape {values.shape}", f"{true.shape}")
         scale = max(float(np.abs(true).max()), np.finfo(float).tiny)
-        error = np.abs(given - true)
+        error = np.abs(values - true)
         if error.max() > KNOT_AGREEMENT * scale:
             index = np.unravel_index(int(error.argmax()), error.shape)
             at = documents.field_path(("knots", name, *(int(i) for i in index)))
             return (
-                f"{at} is {given[index]:.9g}, but the coefficients make it {true[index]:.9g}; "
+                f"{at} is {values[index]:.9g}, but the coefficients make it {true[index]:.9g}; "
                 "the check is of the coefficients"
             )
     return None
@@ -200,7 +176,7 @@ def read_trajectory_document(path: Path | str) -> Document:
     if path.is_dir():
         path = path / "trajectory.json"
 
-    def mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    def read_mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         data = dict(pairs)
         if len(data) < len(pairs):
             keys = [key for key, _ in pairs]
@@ -208,23 +184,25 @@ def read_trajectory_document(path: Path | str) -> Document:
             raise DocumentError(path, [Problem(None, twice, "is given twice")])
         return data
 
-    def refused(message: str, line: int | None = None) -> DocumentError:
+    def fault(message: str, line: int | None = None) -> DocumentError:
         return DocumentError(path, [Problem(line, "", message)])
 
-    text = documents.read_text(path, most=MOST_BYTES)
-    if text.count(",") + text.count("[") > MOST_VALUES:
-        raise refused(f"has more than {MOST_VALUES} values")
+    text = documents.read_text(path, most=MOST_TRAJECTORY_BYTES)
+    if text.count(",") + text.count("[") > MOST_STORED_VALUES:
+        raise fault(f"has more than {MOST_STORED_VALUES} values")
     try:
-        data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused later, with its place
+        data = json.loads(
+            text, object_pairs_hook=read_mapping
+        )  # NaN is refused later, with its place
     except json.JSONDecodeError as error:
         message = f"is not valid JSON: {error.msg} (column {error.colno})"
-        raise refused(message, error.lineno) from error
+        raise fault(message, error.lineno) from error
     except RecursionError:
-        raise refused("is nested too deep") from None
+        raise fault("is nested too deep") from None
     except DocumentError:
         raise
     except ValueError as error:  # Python reads integers of at most some thousands of digits
-        raise refused("has an integer with too many digits") from error
+        raise fault("has an integer with too many digits") from error
     return Document(data, path)
 
 

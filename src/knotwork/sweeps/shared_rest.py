@@ -21,10 +21,10 @@ from knotwork.polynomial.refined import part
 from knotwork.scenario import ScenarioWaypoint
 from knotwork.sweeps.figures import FIGURES, RowFigure
 from knotwork.verification.bounds.clearance import PARTS
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import collisions
-from knotwork.verification.dynamics import effort_limits
+from knotwork.verification.effort_checks import effort_limits
 from knotwork.verification.limits import joint_limits
-from knotwork.verification.motion import Motion
 from knotwork.verification.tool_motion import singularity
 from knotwork.waypoints import CartesianWaypoint
 

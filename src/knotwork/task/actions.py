@@ -13,16 +13,16 @@ from pydantic import (
     model_validator,
 )
 
-from knotwork.documents.values import LARGEST, Forms, Number, Positive, Several, optional
+from knotwork.documents.values import LARGEST_NUMBER, Forms, Number, Positive, Several, optional
 from knotwork.task.task_part import TaskPart
 
 # Shorter waits are indistinguishable from rounding of times.
 Wait = Annotated[Positive, Field(ge=1e-3)]
 
 
-def _a_value(value: Any) -> Any:
+def _check_value(value: Any) -> Any:
     fine = isinstance(value, str) and value
-    if not fine and not (isinstance(value, int | float) and abs(value) <= LARGEST):
+    if not fine and not (isinstance(value, int | float) and abs(value) <= LARGEST_NUMBER):
         raise ValueError("must be true, false (or on, off), a number or text")
     return value
 
@@ -54,7 +54,7 @@ Switched = Annotated[
     BeforeValidator(switched),
     WithJsonSchema({"anyOf": [{"type": "boolean"}, {"enum": ["on", "off"]}]}),
 ]
-Value = Annotated[Any, AfterValidator(_a_value)]
+Value = Annotated[Any, AfterValidator(_check_value)]
 
 
 class Action(TaskPart):

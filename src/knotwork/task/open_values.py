@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import (
-    LARGEST,
+    LARGEST_NUMBER,
     Forms,
     Interval,
     Items,
@@ -114,7 +114,7 @@ Way = Annotated[
 ]
 
 
-Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 
 
 class Weights(TaskPart):

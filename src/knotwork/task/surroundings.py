@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.documents import Text
 from knotwork.documents.values import (
-    LARGEST,
+    LARGEST_NUMBER,
     Forms,
     Items,
     Number,
@@ -23,7 +23,7 @@ from knotwork.task.task_part import TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
-Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 
 SHAPES = (
     *("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid"),
@@ -41,7 +41,7 @@ class SolidOfRevolution(TaskPart):
     )
 
 
-def _a_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
+def _check_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
     if not any(vector):
         raise ValueError("must not be zero: it is the outward normal of the solid")
     return vector
@@ -50,7 +50,7 @@ def _a_direction(vector: tuple[float, ...]) -> tuple[float, ...]:
 class HalfSpace(TaskPart):
     """Everything behind a plane: a floor, a wall."""
 
-    normal: Annotated[Vector3, AfterValidator(_a_direction)] = Field(
+    normal: Annotated[Vector3, AfterValidator(_check_direction)] = Field(
         description="Outward normal, of any length"
     )
     offset: Number = optional("Distance from the origin along the normal [length]", 0.0)

@@ -144,7 +144,8 @@ class Obstacles:
         from knotwork.scene.distances import nearest_of_bodies
 
         rotation, origin = (
-            x[0] for x in self.model.placed(self._arm_positions(q[None]), np.array([time]))
+            x[0]
+            for x in self.model.joint_placements(self._arm_positions(q[None]), np.array([time]))
         )
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]

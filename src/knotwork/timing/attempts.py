@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.timing.budget import Budget
-from knotwork.timing.exact_curve import ExactCurve, rebuilt
+from knotwork.timing.exact_curve import MotionKnots
 from knotwork.timing.initial_guess import (
     Guess,
     plain_guess,
@@ -33,20 +33,20 @@ class Attempt:
     """A motion that keeps every limit.
 
     Attributes:
-        found: The motion.
+        knots: The motion.
         status: Status, see `TimedMotion`.
     """
 
-    found: ExactCurve
+    knots: MotionKnots
     status: Status
 
 
-def solved_section(problem: TimingProblem, watch: Budget) -> Attempt | None:
+def solved_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """Solve a section from the first start that converges.
 
     Args:
         problem: The section.
-        watch: Progress and budget.
+        budget: Progress and budget.
 
     Returns:
         The motion; if no start converges within the budget, one that rests in each interval;
@@ -55,14 +55,14 @@ def solved_section(problem: TimingProblem, watch: Budget) -> Attempt | None:
     given = float(np.nansum(problem.duration))
     if problem.objective.only_time and problem.free.any() and given:
         rests = resting(problem, "resting")
-        if rests is not None and rests.found.curve.x[-1] <= NEARLY * given:
+        if rests is not None and rests.knots.time[-1] <= NEARLY * given:
             return rests  # the free time is negligible against the given one
-    rests = None if watch.budget is None else resting(problem, "stopped")
+    rests = None if budget.seconds is None else resting(problem, "stopped")
     for start in _starts(problem):
-        found = _run(start, problem, watch, found=rests is not None)
+        found = _run(start, problem, budget, found=rests is not None)
         if found is not None:
             return found
-    return rests if watch.late(found=rests is not None) else resting(problem, "resting")
+    return rests if budget.late(found=rests is not None) else resting(problem, "resting")
 
 
 def _starts(problem: TimingProblem) -> Iterator[Guess]:
@@ -81,31 +81,30 @@ def resting(problem: TimingProblem, status: Status) -> Attempt | None:
             knots = resting_knots(problem, slower, braking)
             if knots is None:
                 return None
-            curve = rebuilt(knots)
-            if keeps_limits(problem, curve):
-                return Attempt(ExactCurve(knots, curve), status)
+            if keeps_limits(problem, knots.curve):
+                return Attempt(knots, status)
     return None
 
 
-def _run(guess: Guess, problem: TimingProblem, watch: Budget, *, found: bool) -> Attempt | None:
+def _run(guess: Guess, problem: TimingProblem, budget: Budget, *, found: bool) -> Attempt | None:
     """Solve from one start, with more tightening whenever the exact check finds an excess.
 
     Args:
         guess: The start.
         problem: The section.
-        watch: Progress and budget.
+        budget: Progress and budget.
         found: Whether there is already a motion.
     """
     tightening = first_tightening(problem)
     last: Solution | None = None
     again = False
     for _ in range(MOST_TIMES):
-        seconds = watch.left(found=found)
+        seconds = budget.left(found=found)
         if seconds <= 0.0:
             return None
         section = Section(problem, guess, tightening)
         solution = section.solve(last, seconds)
-        watch.step(solution.iterations)
+        budget.step(solution.iterations)
         if not solution.solved:
             if last is None or again:
                 return None

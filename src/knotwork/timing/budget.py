@@ -25,7 +25,7 @@ class Budget:
 
     Attributes:
         progress: Called after each run of the solver, or `None`.
-        budget: Time for all parts [s], or `None`.
+        seconds: Time for all parts [s], or `None`.
         work: Number of intervals of all parts.
         now: The clock [s].
         begun: Start of the solution by this clock [s].
@@ -34,7 +34,7 @@ class Budget:
     """
 
     progress: Callable[[Progress], None] | None = None
-    budget: float | None = None
+    seconds: float | None = None
     work: int = 1
     now: Callable[[], float] = clock.perf_counter
     iterations: int = 0
@@ -43,8 +43,8 @@ class Budget:
     _turn: float = field(init=False, default=np.inf)
 
     def __post_init__(self) -> None:
-        if self.budget is not None:
-            self.budget = finite_number(self.budget, "budget", "s", positive=True)
+        if self.seconds is not None:
+            self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
         self.begun = self.now()
 
     def left(self, *, found: bool = False) -> float:
@@ -53,16 +53,16 @@ class Budget:
         Args:
             found: Whether there is a motion.
         """
-        if self.budget is None:
+        if self.seconds is None:
             return np.inf
-        end = self.begun + self.budget
+        end = self.begun + self.seconds
         return (min(end, self._turn) if found else end) - self.now()
 
     @contextmanager
     def part(self, intervals: int) -> Iterator[None]:
         """Give a part its share of the remaining budget, by its intervals."""
         before = self._turn
-        if self.budget is not None:
+        if self.seconds is not None:
             self._turn = self.now() + self.left() * intervals / max(
                 self.work - self.solved, intervals
             )

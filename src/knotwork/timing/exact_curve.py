@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +22,7 @@ from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Knots:
+class MotionKnots:
     """Data of a curve.
 
     Attributes:
@@ -39,50 +40,37 @@ class Knots:
     velocity: FloatArray
     acceleration: FloatArray
 
+    @cached_property
+    def curve(self) -> PiecewisePolynomial:
+        """The C2 cubic curve that meets all positions and velocities to rounding.
 
-@dataclass(frozen=True, eq=False)
-class ExactCurve:
-    """A curve that meets positions and velocities to rounding, with its knots.
+        Accelerations at the waypoints are kept; those between get the minimum-norm change.
+        """
+        breaks, span = _breaks(self)
+        ends = self.position, self.velocity
+        a = corrected_accelerations(span, self.acceleration, *ends)
+        return PiecewisePolynomial(cubics_from_accelerations(span, a, *ends), breaks)
 
-    Attributes:
-        knots: Data of the curve.
-        curve: The curve.
-    """
-
-    knots: Knots
-    curve: PiecewisePolynomial
-
-
-def rebuilt(knots: Knots) -> PiecewisePolynomial:
-    """Make the C2 cubic curve that meets all positions and velocities to rounding.
-
-    Accelerations at the waypoints are kept; those between get the minimum-norm change.
-    """
-    breaks, span = _breaks(knots)
-    ends = knots.position, knots.velocity
-    a = corrected_accelerations(span, knots.acceleration, *ends)
-    return PiecewisePolynomial(cubics_from_accelerations(span, a, *ends), breaks)
+    def first_intervals(self, count: int) -> MotionKnots:
+        """The data of the first intervals."""
+        points, intervals = slice(count + 1), slice(count)
+        return MotionKnots(
+            self.time[points],
+            self.share[intervals],
+            self.position[points],
+            self.velocity[points],
+            self.acceleration[intervals],
+        )
 
 
-def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
-    """Shift parts of a motion to follow one another, from time 0 on."""
-    durations = np.concatenate([np.diff(one.time) for one in parts])
-    time = np.concatenate(([0.0], np.cumsum(durations)))
-    ends = np.cumsum([0, *(len(one.share) for one in parts)])
-    return [
-        replace(one, time=time[first : last + 1])
-        for one, (first, last) in zip(parts, pairwise(ends), strict=True)
-    ]
-
-
-def corrected(knots: Knots) -> Knots:
+def correct_accelerations(knots: MotionKnots) -> MotionKnots:
     """The knots with the accelerations that meet all positions and velocities."""
     span = _breaks(knots)[1]
-    found = corrected_accelerations(span, knots.acceleration, knots.position, knots.velocity)
-    return replace(knots, acceleration=found)
+    a = corrected_accelerations(span, knots.acceleration, knots.position, knots.velocity)
+    return replace(knots, acceleration=a)
 
 
-def divided(knots: Knots, pieces: int) -> Knots:
+def divide_pieces(knots: MotionKnots, pieces: int) -> MotionKnots:
     """Divide the longest pieces of each interval, up to n pieces or more."""
     share, a = knots.share, knots.acceleration
     rows = np.arange(len(share))
@@ -99,38 +87,42 @@ def divided(knots: Knots, pieces: int) -> Knots:
     return replace(knots, share=share, acceleration=a)
 
 
-def joined(parts: Sequence[Knots]) -> Knots:
-    """Concatenate parts that agree where they meet."""
+def concatenate_knots(parts: Sequence[MotionKnots]) -> MotionKnots:
+    """Concatenate parts that agree where they meet, from time 0 on."""
     if len(parts) == 1:
         return parts[0]
-    pieces = max(one.share.shape[1] for one in parts)
+    pieces = max(part.share.shape[1] for part in parts)
     # correction after division would give another curve
-    parts = [divided(corrected(one), pieces) for one in parts]
-    durations = np.concatenate([np.diff(one.time) for one in parts])
-
-    def points(name: str) -> FloatArray:
-        arrays = [getattr(one, name) for one in parts]
-        return np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]])
-
-    return Knots(
-        np.concatenate(([0.0], np.cumsum(durations))),
-        np.concatenate([one.share for one in parts]),
-        points("position"),
-        points("velocity"),
-        np.concatenate([one.acceleration for one in parts]),
+    parts = [divide_pieces(correct_accelerations(part), pieces) for part in parts]
+    return MotionKnots(
+        _concatenate_times(parts),
+        np.concatenate([part.share for part in parts]),
+        np.concatenate([parts[0].position[:1], *(part.position[1:] for part in parts)]),
+        np.concatenate([parts[0].velocity[:1], *(part.velocity[1:] for part in parts)]),
+        np.concatenate([part.acceleration for part in parts]),
     )
 
 
-def rebuilt_row(parts: Sequence[Knots]) -> PiecewisePolynomial:
-    """Make one curve of consecutive parts."""
-    curves = [rebuilt(one) for one in parts]
-    return PiecewisePolynomial(
-        np.concatenate([one.c for one in curves], axis=1),
-        np.concatenate([curves[0].x[:1], *(one.x[1:] for one in curves)]),
+def concatenate_curves(parts: Sequence[MotionKnots]) -> tuple[FloatArray, PiecewisePolynomial]:
+    """Times of all waypoints from 0 on, and one curve of consecutive parts."""
+    time = _concatenate_times(parts)
+    ends = pairwise(np.cumsum([0, *(len(part.share) for part in parts)]))
+    curves = [
+        replace(part, time=time[first : last + 1]).curve
+        for part, (first, last) in zip(parts, ends, strict=True)
+    ]
+    return time, PiecewisePolynomial(
+        np.concatenate([curve.c for curve in curves], axis=1),
+        np.concatenate([curves[0].x[:1], *(curve.x[1:] for curve in curves)]),
     )
 
 
-def _breaks(knots: Knots) -> tuple[FloatArray, FloatArray]:
+def _concatenate_times(parts: Sequence[MotionKnots]) -> FloatArray:
+    durations = np.concatenate([np.diff(part.time) for part in parts])
+    return np.concatenate(([0.0], np.cumsum(durations)))
+
+
+def _breaks(knots: MotionKnots) -> tuple[FloatArray, FloatArray]:
     """Times of all breaks, and their exact floating-point differences."""
     time, share = knots.time, knots.share
     inner = np.cumsum(share[:, :-1], axis=1) * np.diff(time)[:, None]

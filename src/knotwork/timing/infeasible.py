@@ -163,7 +163,7 @@ def _resting_durations(problem: TimingProblem) -> FloatArray:
     rest = resting(with_longer(problem), "resting")
     if rest is None:
         return np.full(problem.duration.shape, np.inf)
-    return np.diff(rest.found.knots.time)
+    return np.diff(rest.knots.time)
 
 
 def _given_durations(

@@ -77,7 +77,6 @@ class TimedMotion(ReadOnlyArrays):
         objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
             weight.
         iterations: Number of solver steps.
-        seconds: Computation time [s].
         line: Corners of the polyline from which a collision-free motion was made, shape (m, d);
             otherwise `None`.
         tries: Number of tries of a collision-free motion.
@@ -93,7 +92,6 @@ class TimedMotion(ReadOnlyArrays):
     binding: Sequence[Binding] = ()
     objective: Mapping[str, float] = field(default_factory=dict)
     iterations: int = 0
-    seconds: float = 0.0
     line: FloatArray | None = None
     tries: int = 0
     room: float | None = None

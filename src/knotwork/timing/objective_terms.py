@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
@@ -31,6 +29,7 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
     return found
 
 
-def weighted(problem: TimingProblem, values: Mapping[str, float]) -> float:
+def objective_value(problem: TimingProblem, curve: PiecewisePolynomial) -> float:
     """The objective that is minimised."""
+    values = terms(problem, curve)
     return float(sum(getattr(problem.objective, name) * value for name, value in values.items()))

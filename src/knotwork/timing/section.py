@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
+from knotwork.timing.exact_curve import MotionKnots
 from knotwork.timing.held_limits import PARTS, held_blocks, held_bounds, held_parameters
 from knotwork.timing.initial_guess import Guess
 from knotwork.timing.problem import BoolArray, TimingProblem
@@ -266,8 +266,8 @@ class Section:
         steady[1:] |= idle
         return steady & ~problem.acceleration_known[:, None]
 
-    def rebuild(self, x: FloatArray) -> ExactCurve:
-        """Make the exact curve of the variables; it starts at time 0."""
+    def rebuild(self, x: FloatArray) -> MotionKnots:
+        """Make the knots of the variables, from time 0 on."""
         problem, form = self.problem, self.form
         at, scale = layout(form), self.scale
         v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
@@ -285,14 +285,13 @@ class Section:
         a[:: form.each][known] = problem.acceleration[known]
         a[:: form.each][self._steady()] = 0.0
         ends = np.arange(form.intervals)[:, None] * form.each + np.arange(form.each + 1)
-        knots = Knots(
+        return MotionKnots(
             np.concatenate(([0.0], np.cumsum(duration))),
             parts / parts.sum(axis=1)[:, None],
             problem.position,
             velocity,
             a[ends],
         )
-        return ExactCurve(knots, rebuilt(knots))
 
 
 def _scale(problem: TimingProblem, guess: Guess) -> Scale:

@@ -9,17 +9,19 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.errors import TimingError, together
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.budget import Budget
-from knotwork.timing.exact_curve import in_a_row, rebuilt_row
+from knotwork.timing.exact_curve import concatenate_curves
 from knotwork.timing.infeasible import impossible, unsolved
-from knotwork.timing.motion import Progress, TimedMotion, status_of
+from knotwork.timing.motion import Progress, Status, TimedMotion, status_of
 from knotwork.timing.objective_terms import terms
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
 
 
 def solve(
@@ -71,82 +73,85 @@ class NoMotionError(Exception):
         self.causes = list(causes)
 
 
-def solved(problem: TimingProblem, watch: Budget) -> TimedMotion:
+def solved(problem: TimingProblem, budget: Budget) -> TimedMotion:
     """Solve one of several problems that share a budget, see `solve`.
 
     Args:
         problem: The waypoints and the limits.
-        watch: Progress and budget of all problems.
+        budget: Progress and budget of all problems.
 
     Raises:
         NoMotionError: No motion within the limits was found.
     """
-    begun, iterations = watch.now(), watch.iterations
+    iterations = budget.iterations
     wrong = impossible(problem)
     if wrong:
         raise NoMotionError(wrong)
-    motion = _solved_sections(problem, watch)
-    return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
+    motion = _solved_sections(problem, budget)
+    return replace(motion, iterations=budget.iterations - iterations)
 
 
-def _solved_sections(problem: TimingProblem, watch: Budget) -> TimedMotion:
-    found: list[Attempt] = []
-    failed: list[tuple[TimingProblem, int]] = []
-    for first, last in sections(problem):
-        part = part_of(problem, first, last)
-        attempt = solved_windows(part, watch)
+def _solved_sections(problem: TimingProblem, budget: Budget) -> TimedMotion:
+    attempts: list[Attempt] = []
+    causes: list[TimingError] = []
+    for start, end in sections(problem):
+        section = part_of(problem, start, end)
+        attempt = solved_windows(section, budget)
         if attempt is not None:
-            found.append(attempt)
-        elif watch.late(found=False):
-            raise NoMotionError([_out_of_time(watch)])
+            attempts.append(attempt)
+        elif budget.late(found=False):
+            message = (
+                "no motion that keeps every limit was found within the budget of "
+                f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
+            )
+            raise NoMotionError([TimingError(message, limit="budget")])
         else:
-            failed.append((part, first))
-    if failed:
-        raise NoMotionError([one for part in failed for one in _causes(*part)])
-    return _motion(problem, found)
-
-
-def _causes(part: TimingProblem, before: int) -> list[TimingError]:
-    """Causes of a section without a motion, with waypoints counted from the first of all."""
-    found = unsolved(part)
-    for one in found:
-        if one.waypoint is not None:
-            one.waypoint += before
-    return found
-
-
-def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
-    """Concatenate sections."""
-    parts = in_a_row([one.found.knots for one in found])
-    curve = rebuilt_row(parts)
-    time = np.concatenate(([0.0], *(one.time[1:] for one in parts)))
-    velocity = np.concatenate((parts[0].velocity[:1], *(one.velocity[1:] for one in parts)))
+            for error in unsolved(section):
+                if error.waypoint is not None:
+                    error.waypoint += start
+                causes.append(error)
+    if causes:
+        raise NoMotionError(causes)
+    parts = [attempt.knots for attempt in attempts]
+    time, curve = concatenate_curves(parts)
+    velocity = np.concatenate((parts[0].velocity[:1], *(part.velocity[1:] for part in parts)))
     first = parts[0].acceleration[:1, 0]
-    acceleration = np.concatenate((first, *(one.acceleration[:, -1] for one in parts)))
-    return TimedMotion(
-        JointTrajectory(
-            problem.joint_names,
-            curve,
-            joint_units=problem.joint_units,
-            planner="fastest",
-            waypoint_times=time,
-        ),
-        time,
-        velocity,
-        acceleration,
-        lower_bound(problem),
-        status=status_of(one.status for one in found),
-        binding=binding_limits(problem, time, curve),
-        objective=terms(problem, curve),
-    )
+    acceleration = np.concatenate((first, *(part.acceleration[:, -1] for part in parts)))
+    status, least = status_of(attempt.status for attempt in attempts), lower_bound(problem)
+    return timed_motion(problem, curve, time, velocity, acceleration, status, least, "fastest")
 
 
-def _out_of_time(watch: Budget) -> TimingError:
-    return TimingError(
-        "no motion that keeps every limit was found within the budget of "
-        f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",
-        limit="budget",
+def timed_motion(
+    problem: TimingProblem,
+    curve: PiecewisePolynomial,
+    time: FloatArray,
+    velocity: FloatArray,
+    acceleration: FloatArray,
+    status: Status,
+    least: float,
+    planner: str,
+) -> TimedMotion:
+    """The motion of a curve that keeps the limits of a problem; see `TimedMotion`.
+
+    Args:
+        problem: The waypoints and the limits.
+        curve: Joint positions from time 0 on.
+        time: Times of the waypoints [s], shape (n,).
+        velocity: Velocities there, shape (n, d).
+        acceleration: Accelerations there, shape (n, d).
+        status: Status.
+        least: Lower bound on the duration [s].
+        planner: Name of the planner.
+    """
+    trajectory = JointTrajectory(
+        problem.joint_names,
+        curve,
+        joint_units=problem.joint_units,
+        planner=planner,
+        waypoint_times=time,
     )
+    binding, objective = binding_limits(problem, time, curve), terms(problem, curve)
+    return TimedMotion(trajectory, time, velocity, acceleration, least, status, binding, objective)
 
 
 def sections(problem: TimingProblem) -> list[tuple[int, int]]:

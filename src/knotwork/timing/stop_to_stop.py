@@ -6,7 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.timing.exact_curve import Knots, corrected, divided, joined
+from knotwork.timing.exact_curve import (
+    MotionKnots,
+    concatenate_knots,
+    correct_accelerations,
+    divide_pieces,
+)
 from knotwork.timing.problem import Objective, TimingLimits, TimingProblem, part_of
 from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
@@ -35,7 +40,9 @@ SLOWER = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 """Factors by which a motion is slowed down for efforts and tool speed, tried in turn."""
 
 
-def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -> Knots | None:
+def resting_knots(
+    problem: TimingProblem, slower: float, braking: float = 1.0
+) -> MotionKnots | None:
     """A motion that stops at every waypoint if possible, or else just after it and before the next.
 
     Between rests all joints move in proportion.
@@ -63,7 +70,7 @@ def resting_knots(problem: TimingProblem, slower: float, braking: float = 1.0) -
         if part is None:
             return None
         parts.append(part)
-    found = joined(parts)
+    found = concatenate_knots(parts)
     left = 0.0 if problem.total is None else problem.total - float(found.time[-1])
     if problem.total is None or abs(left) <= 1e-12 * problem.total:
         return found
@@ -85,7 +92,7 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
     )
 
 
-def _with_rest(problem: TimingProblem, slower: float, braking: float) -> Knots | None:
+def _with_rest(problem: TimingProblem, slower: float, braking: float) -> MotionKnots | None:
     """The motion over one interval with known ends."""
     q, v, a = problem.position, problem.velocity, problem.acceleration
     before = _to_rest(v[0], a[0], problem.limits, braking)
@@ -103,7 +110,7 @@ def _with_rest(problem: TimingProblem, slower: float, braking: float) -> Knots |
     span = np.concatenate((before.span, middle.span, after.span[::-1]))
     rows = (before.acceleration[:-1], middle.acceleration[:-1], after.acceleration[::-1])
     total = float(span.sum())
-    return Knots(np.array([0.0, total]), span[None] / total, q, v, np.concatenate(rows)[None])
+    return MotionKnots(np.array([0.0, total]), span[None] / total, q, v, np.concatenate(rows)[None])
 
 
 def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phases | None:
@@ -115,7 +122,7 @@ def _between_rests(problem: TimingProblem, ends: float, slower: float) -> _Phase
     span = max(slower * least, at_least) if np.isnan(given) else given
     if moving is not None and span > 0.0:
         # the phases before and after must not change with the rounding of this one
-        slowed = corrected(moving).acceleration[0] * (least / span) ** 2
+        slowed = correct_accelerations(moving).acceleration[0] * (least / span) ** 2
         return _Phases(span * moving.share[0], slowed, move)
     if moving is not None or span < 0.0 or not span + ends:
         return None
@@ -134,7 +141,7 @@ def braking_move(v: FloatArray, a: FloatArray, limits: TimingLimits) -> FloatArr
     return _to_rest(v, a, limits, 1.0).move
 
 
-def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
+def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> MotionKnots:
     """The minimum-time proportional motion: ramps up to one velocity and down from it.
 
     In each ramp the acceleration rises, stays at its limit if it reaches it, and falls.
@@ -156,14 +163,14 @@ def _fastest_between_rests(problem: TimingProblem, move: FloatArray) -> Knots:
     span = np.array([rise, hold, rise, cruise, rise, hold, rise])
     span = np.maximum(span, LEAST_PHASE * span.sum())
     a = J * rise * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    found = Knots(
+    found = MotionKnots(
         np.array([0.0, span.sum()]),
         span[None] / span.sum(),
         problem.position,
         np.zeros_like(problem.velocity),
         (a[:, None] * move)[None],
     )
-    return divided(found, pieces_each(1))  # corrections are smaller over more pieces
+    return divide_pieces(found, pieces_each(1))  # corrections are smaller over more pieces
 
 
 def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:

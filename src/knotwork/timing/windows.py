@@ -13,9 +13,9 @@ import numpy as np
 
 from knotwork.timing.attempts import Attempt, resting, solved_section
 from knotwork.timing.budget import Budget
-from knotwork.timing.exact_curve import ExactCurve, Knots, joined, rebuilt
+from knotwork.timing.exact_curve import concatenate_knots
 from knotwork.timing.motion import status_of
-from knotwork.timing.objective_terms import terms, weighted
+from knotwork.timing.objective_terms import objective_value
 from knotwork.timing.problem import TimingProblem, part_of
 
 KEPT = 8
@@ -28,20 +28,20 @@ LONGEST = 24
 """Maximum number of intervals of a motion that is solved at once."""
 
 
-def solved_windows(problem: TimingProblem, watch: Budget) -> Attempt | None:
+def solved_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """Solve a section, window by window if it is long.
 
     Args:
         problem: The section.
-        watch: Progress and budget.
+        budget: Progress and budget.
 
     Returns:
         The motion, or `None` if there is none.
     """
     last = len(problem.position) - 1
     if last <= LONGEST or problem.total is not None:
-        with watch.part(last):
-            return solved_section(problem, watch)
+        with budget.part(last):
+            return solved_section(problem, budget)
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
     kept: list[Attempt] = []
@@ -50,36 +50,23 @@ def solved_windows(problem: TimingProblem, watch: Budget) -> Attempt | None:
         end = last if last - first <= KEPT + 2 * AHEAD else first + KEPT + AHEAD
         given = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if end == last else KEPT
-        with watch.part(count):
-            found = solved_section(part_of(given, first, end), watch)
+        with budget.part(count):
+            found = solved_section(part_of(given, first, end), budget)
         if found is None:
             # the start state may be the reason
-            watch.solved -= first + count
-            with watch.part(last):
-                return solved_section(problem, watch)
-        kept.append(replace(found, found=_first_part(found.found, count)))
-        knots = kept[-1].found.knots
+            budget.solved -= first + count
+            with budget.part(last):
+                return solved_section(problem, budget)
+        kept.append(replace(found, knots=found.knots.first_intervals(count)))
+        knots = kept[-1].knots
         first += count
         velocity[first], along[first] = knots.velocity[-1], False
         acceleration[first] = knots.acceleration[-1, -1]
-    knots = joined([one.found.knots for one in kept])
-    curve = rebuilt(knots)
-    status = status_of(one.status for one in kept)
-    found = Attempt(ExactCurve(knots, curve), status)
+    knots = concatenate_knots([attempt.knots for attempt in kept])
+    status = status_of(attempt.status for attempt in kept)
+    found = Attempt(knots, status)
     # one motion with rests may be far faster than its parts
     rests = resting(problem, status) if status != "optimal" else None
     if rests is None:
         return found
-    return min((found, rests), key=lambda one: weighted(problem, terms(problem, one.found.curve)))
-
-
-def _first_part(found: ExactCurve, count: int) -> ExactCurve:
-    knots = found.knots
-    part = Knots(
-        knots.time[: count + 1],
-        knots.share[:count],
-        knots.position[: count + 1],
-        knots.velocity[: count + 1],
-        knots.acceleration[:count],
-    )
-    return ExactCurve(part, found.curve)
+    return min((found, rests), key=lambda attempt: objective_value(problem, attempt.knots.curve))

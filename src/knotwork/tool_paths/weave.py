@@ -79,7 +79,7 @@ class WeavePattern:
         part = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
         return min(part, MAX_TURN_SHARE) * self.crossing
 
-    def lower_frequency(self, factor: float, order: int) -> float:
+    def eased_frequency(self, factor: float, order: int) -> float:
         """Frequency that reduces a derivative of the offset by about a factor [Hz].
 
         Args:

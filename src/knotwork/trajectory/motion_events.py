@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from knotwork.errors.renamed import old_property
 
 SegmentKind = Literal["free motion", "way", "tool path", "wait"]
 
 
+class MotionPart:
+    """Base class of parts of a motion, which are stored with it."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid", "allow_inf_nan": False}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as plain data, ready for JSON."""
+        return asdict(self)  # type: ignore[call-overload,no-any-return]  # of a dataclass
+
+
 @dataclass(frozen=True)
-class Event:
+class Event(MotionPart):
     """A signal or output switched during a motion.
 
     Attributes:
@@ -46,10 +56,6 @@ class Event:
 
     said = old_property("knotwork.trajectory.Event.said")
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as plain data, ready for JSON."""
-        return asdict(self)
-
 
 def on_at(events: Iterable[Event], time: float) -> list[Event]:
     """Signals that are on at a time [s]: the last event of each, unless it is off, 0 or a text.
@@ -57,12 +63,12 @@ def on_at(events: Iterable[Event], time: float) -> list[Event]:
     >>> on_at([Event(1, "arc", True, "a"), Event(2, "arc", False, "b")], 1.5)[0].text
     'arc on'
     """
-    state = {one.signal: one for one in events if one.time <= time}
-    return [one for one in state.values() if one.value and not isinstance(one.value, str)]
+    state = {event.signal: event for event in events if event.time <= time}
+    return [event for event in state.values() if event.value and not isinstance(event.value, str)]
 
 
 @dataclass(frozen=True)
-class Load:
+class Load(MotionPart):
     """Load of the arm from a time on: the tool, and the objects that it holds.
 
     Attributes:
@@ -79,13 +85,9 @@ class Load:
     frame: str
     inertia: tuple[float, float, float, float, float, float] = (0.0,) * 6
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as plain data, ready for JSON."""
-        return asdict(self)
-
 
 @dataclass(frozen=True)
-class Segment:
+class Segment(MotionPart):
     """A part of a motion, from one waypoint to the next.
 
     Attributes:
@@ -106,7 +108,3 @@ class Segment:
         return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"
 
     said = old_property("knotwork.trajectory.Segment.said")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as plain data, ready for JSON."""
-        return asdict(self)

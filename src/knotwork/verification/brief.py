@@ -10,15 +10,17 @@ from typing import NamedTuple
 from knotwork.errors.plain_text import one_line
 from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
-from knotwork.verification.worst import alike, and_more, with_limits, without_use
+from knotwork.verification.worst import and_more, group_alike, with_limits, without_use
 
-MOST_ROWS = 4
-"""Maximum lines of a group; its first finding is printed whole."""
-MOST_LINES = 9
-"""Maximum lines; above it, each group has fewer."""
-NOTABLE = 0.01
+MOST_GROUP_LINES = 9
+"""Approximate number of lines of all groups, shared evenly."""
+MOST_GROUP_TEXTS = 4
+"""Maximum number of texts of a group."""
+WHOLE_MESSAGES = 2
+"""Number of kinds of findings with the whole message; others are shortened."""
+NOTABLE_USE = 0.01
 """Minimum use of a limit that gets its own row."""
-NARROWEST = 20
+NARROWEST_LINE = 20
 INDENT = "  "
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
@@ -42,109 +44,80 @@ class BriefLine(NamedTuple):
 
 
 def group_lines(
-    findings: Mapping[str, list[Finding]], units: Units, width: int, *, ok: bool
+    groups: Mapping[str, list[Finding]], units: Units, width: int, *, ok: bool
 ) -> list[BriefLine]:
     """A row for each notable group, and one row with the names of the others.
 
     Args:
-        findings: Findings by group.
+        groups: Findings by group.
         units: Units of values.
         width: Width of the lines in characters.
         ok: Whether nothing fails; otherwise only rows that explain the failure are printed.
     """
-    groups = {name: found for name, found in findings.items() if _has_numbers(found)}
-    if ok:
-        rest = "far below what is allowed"
-        listed = {name: found for name, found in groups.items() if _far_from_limits(found)}
-        rows = {name: found for name, found in groups.items() if name not in listed}
-    else:
-        rest = "met"
-        listed = {name: found for name, found in groups.items() if _met(found)}
-        rows = {name: found for name, found in groups.items() if _without_requirements(found)}
-    for most in range(MOST_ROWS, 0, -1):
-        lines = _rows(rows, units, width, most)
-        if len(lines) <= MOST_LINES:
-            break
+    is_listed = _far_from_limits if ok else _meets_requirements
+    rows: dict[str, list[str]] = {}
+    listed = []
+    for name, findings in groups.items():
+        texts, required = brief_texts(findings), sum(finding.required for finding in findings)
+        if not texts and all(finding.value is None for finding in findings):
+            continue
+        heading = f"{name} ({required})" if required else name
+        if is_listed(findings):
+            listed.append(heading)
+        elif ok or (texts and not required):
+            rows[heading] = texts or _tightest(findings, units)
+    most = min(MOST_GROUP_TEXTS, max(MOST_GROUP_LINES // max(len(rows), 1), 1))
+    indent = max(map(len, rows), default=0) + len(INDENT) + 2
+    lines: list[BriefLine] = []
+    for heading, texts in rows.items():
+        if len(texts) > most:
+            texts = [*texts[:most], f"and {len(texts) - most} more"]
+        head = f"{INDENT}{heading}"
+        for text in texts:
+            lines += wrap("group", text, width, " " * indent, f"{head:<{indent}}")
+            head = ""
     if listed:
-        names = ", ".join(_counted(name, found) for name, found in listed.items())
-        lines += wrapped("group", f"{INDENT}{rest}: {names}", width, 2 * INDENT)
+        text = f"{INDENT}{'well within limits' if ok else 'met'}: {', '.join(listed)}"
+        lines += wrap("group", text, width, 2 * INDENT)
     return lines
 
 
 def worst_lines(
     kind: str, mark: str, findings: Sequence[Finding], most: int, units: Units, width: int
 ) -> list[BriefLine]:
-    """The worst finding of each kind, in some lines, and the number of others.
-
-    The first is printed whole. Others are shortened to leave lines for those after them.
+    """The worst finding of each kind, and the number of others.
 
     Args:
         kind: Kind of the lines.
         mark: Text before each line.
         findings: The findings.
-        most: Maximum number of lines; the first finding may take more.
+        most: Maximum number of kinds.
         units: Units of values.
         width: Width of the lines in characters.
     """
-    kinds = alike(findings)
-    forms = [
-        [
-            wrapped(kind, f"{mark}{text}{and_more(len(others))}", width, " " * len(mark))
-            for text in _forms(worst, units)
-        ]
-        for worst, *others in kinds
-    ]
-    shortest = [len(some[-1]) for some in forms]
+    kinds, indent = group_alike(findings), " " * len(mark)
     lines: list[BriefLine] = []
-    for i, some in enumerate(forms):
-        left = most - len(lines)
-        if lines and shortest[i] > left - (i + 1 < len(forms)):
-            more = sum(map(len, kinds[i:]))
-            return [*lines, BriefLine("more", f"{' ' * len(mark)}and {more} more")]
-        free = left - sum(shortest[i + 1 :])
-        lines += next((form for form in some if not lines or len(form) <= free), some[-1])
+    for i, (worst, *others) in enumerate(kinds[:most]):
+        is_whole = i < WHOLE_MESSAGES or worst.value is None
+        text = worst.message if is_whole else describe(worst, units)
+        lines += wrap(kind, f"{mark}{text}{and_more(len(others))}", width, indent)
+    if remaining := sum(map(len, kinds[most:])):
+        lines.append(BriefLine("more", f"{indent}and {remaining} more"))
     return lines
 
 
-def _forms(found: Finding, units: Units) -> list[str]:
-    """Texts of a finding, from the longest to the shortest."""
-    words = [found.message, found.fact]
-    return words if found.value is None else [*words, described(found, units)]
-
-
-def _rows(
-    groups: Mapping[str, list[Finding]], units: Units, width: int, most: int
-) -> list[BriefLine]:
-    """A row for each group: the short texts of its findings, or its tightest case."""
-    heads = {name: f"{INDENT}{_counted(name, found)}" for name, found in groups.items()}
-    indent = max(map(len, heads.values()), default=0) + 2
-    lines = []
-    for name, found in groups.items():
-        texts = own_words(found) or _tightest(found, units)
-        own: list[BriefLine] = []
-        for i, text in enumerate(texts):
-            head = f"{'' if own else heads[name]:<{indent}}"
-            row = wrapped("group", text, width, " " * indent, head)
-            if own and len(own) + len(row) > most - (i + 1 < len(texts)):
-                own.append(BriefLine("group", f"{'':<{indent}}and {len(texts) - i} more"))
-                break
-            own += row
-        lines += own
-    return lines
-
-
-def own_words(findings: Sequence[Finding]) -> list[str]:
+def brief_texts(findings: Sequence[Finding]) -> list[str]:
     """Short texts of findings, printed even if nothing fails."""
     return [
-        f"{one.brief}: undecided" if one.verdict == "undecided" else one.brief
-        for one in findings
-        if one.brief
+        f"{finding.brief}: undecided" if finding.verdict == "undecided" else finding.brief
+        for finding in findings
+        if finding.brief
     ]
 
 
-def facts(groups: Mapping[str, list[Finding]]) -> dict[str, list[str]]:
+def brief_texts_by_group(groups: Mapping[str, list[Finding]]) -> dict[str, list[str]]:
     """Short texts of findings, by group."""
-    return {name: words for name, found in groups.items() if (words := own_words(found))}
+    return {name: texts for name, findings in groups.items() if (texts := brief_texts(findings))}
 
 
 def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
@@ -152,96 +125,82 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
 
     Without limits, the largest value of each quantity.
     """
-    numbers = [one for one in findings if one.value is not None]
-    undecided = [one for one in numbers if one.verdict == "undecided"]
+    numbers = [finding for finding in findings if finding.value is not None]
+    undecided = [finding for finding in numbers if finding.verdict == "undecided"]
     if undecided:
-        worst = max(undecided, key=lambda one: one.use or 0.0)
-        return [f"{len(undecided)} undecided: {described(worst, units)}"]
+        worst = max(undecided, key=lambda finding: finding.use or 0.0)
+        return [f"{len(undecided)} undecided: {describe(worst, units)}"]
     if others := without_use(findings):
-        return [described(one, units) for one in others]
-    limited = with_limits(numbers)
-    if not limited:
-        return ["sampled only" if any(one.only_sampled for one in numbers) else "not judged"]
-    return [used(max(limited, key=lambda one: one.use or 0.0), units)]
+        return [describe(finding, units) for finding in others]
+    if limited := with_limits(numbers):
+        return [use_text(max(limited, key=lambda finding: finding.use or 0.0), units)]
+    return ["sampled only" if any(finding.only_sampled for finding in numbers) else "not judged"]
 
 
-def used(found: Finding, units: Units) -> str:
+def use_text(finding: Finding, units: Units) -> str:
     """Text of a finding's use of its limit, and its subject."""
-    return f"{100.0 * (found.use or 0.0):.0f} %: {described(found, units)}"
+    return f"{100.0 * (finding.use or 0.0):.0f} %: {describe(finding, units)}"
 
 
-def described(found: Finding, units: Units) -> str:
+def describe(finding: Finding, units: Units) -> str:
     """Text of a finding's subject, value, limit and time."""
-    value, limit = found.value or 0.0, found.limit
-    number = units.text(value, found.unit, ".4g")
+    value, limit = finding.value or 0.0, finding.limit
+    number = units.text(value, finding.unit, ".4g")
     if limit:
-        allowed = units.text(limit, found.unit, ".4g")
-        from_below = (found.margin or 0.0) > 0.0 and abs(value) > abs(limit)
-        bare = readable(units.shown(value, found.unit)[0])
+        allowed = units.text(limit, finding.unit, ".4g")
+        from_below = (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit)
+        bare = readable(units.shown(value, finding.unit)[0])
         number = f"{number}, at least {allowed}," if from_below else f"{bare} of {allowed}"
-    return " ".join(filter(None, (one_line(found.name), found.title, number, _moment(found))))
+    parts = one_line(finding.name), finding.title, number, _moment(finding)
+    return " ".join(filter(None, parts))
 
 
-def in_short(found: Finding, units: Units) -> str:
+def short_text(finding: Finding, units: Units) -> str:
     """A failure in one short line: quantity, place, excess."""
-    if found.label:
-        return f"{found.label} {_moment(found)}".strip()
-    return found.message if found.value is None else described(found, units)
+    if finding.label:
+        return f"{finding.label} {_moment(finding)}".strip()
+    return finding.message if finding.value is None else describe(finding, units)
 
 
-def _moment(found: Finding) -> str:
+def _moment(finding: Finding) -> str:
     """Text of the worst time, or of the interval."""
-    if not found.when:
+    if not finding.when:
         return ""
-    return f"{'from' if found.time is None else 'at'} {found.when} s"
+    return f"{'from' if finding.time is None else 'at'} {finding.when} s"
 
 
-def worst_in_short(findings: Sequence[Finding], units: Units) -> str:
+def worst_short_text(findings: Sequence[Finding], units: Units) -> str:
     """The first kind of failure in one short line, and the number of others; empty if none."""
-    kinds = alike(findings)
+    kinds = group_alike(findings)
     if not kinds:
         return ""
     count = len(findings) - 1
-    return in_short(kinds[0][0], units) + (f", and {count} more" if count else "")
+    return short_text(kinds[0][0], units) + (f", and {count} more" if count else "")
 
 
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
-    """Whether all findings have limits and use less than `NOTABLE` of them."""
-    numbers = [one for one in findings if one.value is not None]
-    if not numbers or any(one.brief for one in findings):
+    """Whether all findings have limits and use less than `NOTABLE_USE` of them."""
+    if any(finding.brief for finding in findings):
         return False
-    uses = (0.0 if one.value == one.limit == 0.0 else one.use for one in numbers if one.required)
-    return all(one.required for one in numbers) and all(
-        use is not None and use < NOTABLE for use in uses
+    numbers = [finding for finding in findings if finding.value is not None]
+    uses = [0.0 if finding.value == finding.limit == 0.0 else finding.use for finding in numbers]
+    return all(finding.required for finding in numbers) and all(
+        use is not None and use < NOTABLE_USE for use in uses
     )
 
 
-def _counted(name: str, findings: Sequence[Finding]) -> str:
-    """The name of a group, with the number of its requirements, if any."""
-    required = sum(one.required for one in findings)
-    return f"{name} ({required})" if required else name
+def _meets_requirements(findings: Sequence[Finding]) -> bool:
+    return all(finding.ok for finding in findings) and any(finding.required for finding in findings)
 
 
-def _has_numbers(findings: Sequence[Finding]) -> bool:
-    return any(one.value is not None or one.brief for one in findings)
-
-
-def _without_requirements(findings: Sequence[Finding]) -> bool:
-    return any(one.brief for one in findings) and not any(one.required for one in findings)
-
-
-def _met(findings: Sequence[Finding]) -> bool:
-    return all(one.ok for one in findings) and any(one.required for one in findings)
-
-
-def wrapped(kind: str, text: str, width: int, indent: str, head: str = "") -> list[BriefLine]:
+def wrap(kind: str, text: str, width: int, indent: str, head: str = "") -> list[BriefLine]:
     """Lines of a text; the first begins with a head, the others are indented."""
-    found = textwrap.wrap(
+    lines = textwrap.wrap(
         _SPACE_BEFORE_UNIT.sub(_NO_BREAK, one_line(text)),
-        max(width, len(indent) + NARROWEST),
+        max(width, len(indent) + NARROWEST_LINE),
         initial_indent=head,
         subsequent_indent=indent,
         break_long_words=False,
         break_on_hyphens=False,
     )
-    return [BriefLine(kind, line.replace(_NO_BREAK, " ")) for line in found or [head]]
+    return [BriefLine(kind, line.replace(_NO_BREAK, " ")) for line in lines or [head]]

@@ -6,21 +6,21 @@ from collections.abc import Callable, Iterable
 
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, resolution
 from knotwork.verification.cycles import cycles
-from knotwork.verification.dynamics import effort_limits
-from knotwork.verification.events import events, parts
+from knotwork.verification.effort_checks import effort_limits
+from knotwork.verification.event_checks import events, parts
 from knotwork.verification.finding import Finding
-from knotwork.verification.freedoms import freedoms_used
+from knotwork.verification.freedom_use import freedoms_used
 from knotwork.verification.limits import joint_limits
-from knotwork.verification.motion import Motion
-from knotwork.verification.paths import tool_paths
+from knotwork.verification.path_checks import tool_paths
 from knotwork.verification.plausibility import plausibility
 from knotwork.verification.tool_motion import singularity, tool_limits
 from knotwork.verification.unlimited import missing_limits, spikes
-from knotwork.verification.waits import waits
-from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
+from knotwork.verification.wait_checks import waits
+from knotwork.verification.waypoint_checks import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
 """Function that gives the findings on a motion of a scenario's joints."""

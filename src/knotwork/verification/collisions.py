@@ -12,9 +12,9 @@ from knotwork.errors.plain_text import called
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import absurdity
-from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
     from knotwork.verification.bounds.clearance import Clearance
 
-GROUP = "Collisions"
-QUANTITY = "clearance"
+COLLISIONS = "Collisions"
+CLEARANCE = "clearance"
 
-MOST_CONTACTS = 5
+MOST_LISTED_CONTACTS = 5
 """Maximum number of contacts of a pair that are reported with their times."""
 
-MARGIN_PRECISION = 2e-4
+MINIMUM_PRECISION = 2e-4
 """Precision of the minimum clearance of a motion, by which motions are ranked [m]."""
 
 
@@ -38,16 +38,19 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     if robot is None or not (scene.rules.itself or scene.asks()):
         return
     if absurd := absurdity(motion.curve, space):
-        yield motion_finding("clearances", f"collisions are not examined: {absurd}", "failed")
+        yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
         return
     from knotwork.verification.bounds.clearance import clearances
 
     model = motion_model(motion, scenario, robot)
-    yield from _missing(model, scenario, robot)
-    found = clearances(model, motion.curve, scene.rules.resolution)
-    nearest = _nearest_of_each(found)
-    for one in sorted(found, key=lambda one: one.distance - one.margin):
-        yield _finding(one, scenario, robot, detail=one not in nearest)
+    yield from _shape_findings(model, scenario, robot)
+    clearances_found = clearances(model, motion.curve, scene.rules.resolution)
+    # the nearest pair of each object, and of the robot with itself, for tables
+    nearest: dict[str | None, Clearance] = {}
+    for pair in sorted(clearances_found, key=lambda pair: pair.distance)[::-1]:
+        nearest[pair.first.name if pair.around else None] = pair
+    for pair in sorted(clearances_found, key=lambda pair: pair.distance - pair.margin):
+        yield _pair_finding(pair, scenario, robot, detail=pair not in nearest.values())
 
 
 def nearest_to(
@@ -58,15 +61,15 @@ def nearest_to(
     if robot is None:
         return None
     if absurd := absurdity(motion.curve, space):
-        return motion_finding("clearances", f"collisions are not examined: {absurd}", "failed")
+        return collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
     from knotwork.verification.bounds.clearance import least_clearance
 
     model = motion_model(motion, scenario, robot)
-    other = [body.name.startswith(f"{name}/") for body in model.bodies]
-    pairs = tuple(pair for pair in model.pairs if other[pair.first] or other[pair.second])
+    is_other = [body.name.startswith(f"{name}/") for body in model.bodies]
+    pairs = tuple(pair for pair in model.pairs if is_other[pair.first] or is_other[pair.second])
     model, resolution = replace(model, pairs=pairs), scenario.scene.rules.resolution
-    found = least_clearance(model, motion.curve, resolution, MARGIN_PRECISION)
-    return None if found is None else _finding(found, scenario, robot, detail=False)
+    nearest = least_clearance(model, motion.curve, resolution, MINIMUM_PRECISION)
+    return None if nearest is None else _pair_finding(nearest, scenario, robot, detail=False)
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
@@ -80,84 +83,73 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
     held = bool(scenario.scene.held)
     stops = zip(times, scenario.waypoints, strict=True) if held else ()
-    poses = [robot.tool_seen(motion.curve(t), standing=one.standing) for t, one in stops]
+    poses = [robot.tool_seen(motion.curve(t), standing=stop.standing) for t, stop in stops]
     return collision_model(scenario, robot, times, poses)
 
 
-def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
+def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, pairs that are not checked, and plausible mistakes."""
-    missing = [f"{one}; it is not checked for collisions" for one in model.missing]
-    notes = [*(("warning", one) for one in missing), *model.notes]
+    notes = [("warning", f"{name}; it is not checked for collisions") for name in model.missing]
+    notes += model.notes
     asks = scenario.scene.asks()
     if asks and not any(body.kind == "link" for body in model.bodies):
-        notes.append(
-            (
-                "warning",
-                f"the links of robot {robot.name!r} have no collision shapes: only its tool and "
-                "what it holds are checked for collisions",
-            )
+        message = (
+            f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
+            "it holds are checked for collisions"
         )
+        notes.append(("warning", message))
     elif model.bare:
         notes.append(("warning" if asks else "information", model.bare_links_note))
     for verdict, message in notes:
-        yield motion_finding("collision_shapes", message, verdict)
+        yield collision_note("collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
-        yield motion_finding("pairs_not_checked", message)
+        yield collision_note("pairs_not_checked", message)
 
 
-def motion_finding(quantity: str, message: str, verdict: Any = "information") -> Finding:
+def collision_note(quantity: str, message: str, verdict: Any = "information") -> Finding:
     """Make a finding about the collisions of a whole motion, without a value."""
-    return Finding(GROUP, "motion", "", quantity, verdict, message)
+    return Finding(COLLISIONS, "motion", "", quantity, verdict, message)
 
 
-def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
-    """The nearest pair of each object, and of the robot with itself, for tables."""
-    nearest: dict[str | None, Clearance] = {}
-    for one in found:
-        key = one.first.name if one.around else None
-        if key not in nearest or one.distance < nearest[key].distance:
-            nearest[key] = one
-    return list(nearest.values())
-
-
-def _finding(found: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:
-    clear = found.verdict == "clear"
+def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:
+    clear = pair.verdict == "clear"
     world = robot.base_placement.inverse()
-    points = [world.act(point) for point in found.nearest.points]
+    points = [world.act(point) for point in pair.nearest.points]
     return Finding(
-        group=GROUP,
+        group=COLLISIONS,
         subject="pair",
-        name=f"{found.second.name}, {found.first.name}",
-        quantity=QUANTITY,
+        name=f"{pair.second.name}, {pair.first.name}",
+        quantity=CLEARANCE,
         verdict="met" if clear else "failed",
-        message=_message(found, points, scenario),
-        value=found.distance,
-        limit=found.margin,
-        margin=(found.bound if clear else found.distance) - found.margin,
+        fact=_message(pair, points, scenario),
+        value=pair.distance,
+        limit=pair.margin,
+        margin=(pair.bound if clear else pair.distance) - pair.margin,
         unit="m",
-        time=found.time,
-        interval=found.interval,
-        intervals=found.contacts,
+        time=pair.time,
+        interval=pair.interval,
+        intervals=pair.contacts,
         proof="bounded",
-        excess=max(found.distance - found.bound, 0.0) if np.isfinite(found.bound) else 0.0,
+        excess=max(pair.distance - pair.bound, 0.0) if np.isfinite(pair.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),
-        label=("undecided: " if found.verdict == "undecided" else "") + _pair_text(found, scenario),
+        label=("undecided: " if pair.verdict == "undecided" else "") + _pair_text(pair, scenario),
         detail=detail and clear,
-        around=found.around,
-        bodies=(found.second.name, found.first.name),
-    ).with_remedy(_why_no_detour(found, scenario))
+        around=pair.around,
+        bodies=(pair.second.name, pair.first.name),
+        remedy=_why_no_detour(pair, scenario),
+    )
 
 
-def _why_no_detour(found: Clearance, scenario: Scenario) -> str:
+def _why_no_detour(pair: Clearance, scenario: Scenario) -> str:
     """Text of why no detour helps: the object may appear later, or a waypoint itself collides."""
-    if found.verdict != "collides" or found.interval is None:
+    if pair.verdict != "collides" or pair.interval is None:
         return ""
-    held = {one.name: one for one in scenario.scene.held}
-    for body, other in ((found.first, found.second), (found.second, found.first)):
+    held = {grasped.name: grasped for grasped in scenario.scene.held}
+    for body, other in ((pair.first, pair.second), (pair.second, pair.first)):
         waits = body.name in held and held[body.name].appears is None and np.isinf(body.start)
         if waits and body.kind == "object" and other.name in held:
             return f"{body.name} is there from the start; appears: NAME has it come at a waypoint"
-    spans = found.contacts or (found.interval,)
+    spans = pair.contacts or (pair.interval,)
     inside = [
         called(waypoint.name)
         for waypoint in scenario.waypoints
@@ -167,52 +159,52 @@ def _why_no_detour(found: Clearance, scenario: Scenario) -> str:
     return f"{', '.join(inside)} {several}" if inside else ""
 
 
-def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
+def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
     """Message: distance, time and place."""
     scale, unit = scenario.shown_length
-    second, first = (body.name for body in (found.second, found.first))
-    at = f"at {found.time:.3f} s"
-    keep = f", required {scale * found.margin:.4g} {unit}" if found.margin else ""
-    if found.verdict == "clear":
+    second, first = (body.name for body in (pair.second, pair.first))
+    at = f"at {pair.time:.3f} s"
+    keep = f", required {scale * pair.margin:.4g} {unit}" if pair.margin else ""
+    if pair.verdict == "clear":
         return (
-            f"{second} comes within {scale * found.distance:.4g} {unit} of {first} {at}{keep}; "
-            f"never nearer than {scale * found.bound:.4g} {unit}"
+            f"{second} comes within {scale * pair.distance:.4g} {unit} of {first} {at}{keep}; "
+            f"never nearer than {scale * pair.bound:.4g} {unit}"
         )
-    start, end = found.interval or (found.time, found.time)
-    where = f"{at}, {between(scenario, found.time)}{keep}"
-    if found.verdict == "undecided":
+    start, end = pair.interval or (pair.time, pair.time)
+    where = f"{at}, {between(scenario, pair.time)}{keep}"
+    if pair.verdict == "undecided":
         return (
             f"it is not decided whether {second} comes too near to {first}: "
-            f"{scale * found.distance:.4g} {unit} apart {where}, from {start:.3f} s to "
+            f"{scale * pair.distance:.4g} {unit} apart {where}, from {start:.3f} s to "
             f"{end:.3f} s within {scale * scenario.scene.rules.resolution:.3g} {unit}, the "
             "resolution"
         )
-    both = " and ".join(_shown(scale * point) for point in points)
+    ends = " and ".join(_vector_text(scale * point) for point in points)
     return (
-        f"{_pair_text(found, scenario)} {where} (too near {_when(found)}; nearest points {both} "
-        f"{unit})"
+        f"{_pair_text(pair, scenario)} {where} (too near {_contact_times(pair)}; nearest points "
+        f"{ends} {unit})"
     )
 
 
-def _pair_text(found: Clearance, scenario: Scenario) -> str:
+def _pair_text(pair: Clearance, scenario: Scenario) -> str:
     """Text of the distance or the penetration of two bodies."""
     scale, unit = scenario.shown_length
-    how = f"comes within {scale * found.distance:.4g} {unit} of"
-    if found.distance <= 0:
-        how = f"is {-scale * found.distance:.4g} {unit} deep in"
-    return f"{found.second.name} {how} {found.first.name}"
+    how = f"comes within {scale * pair.distance:.4g} {unit} of"
+    if pair.distance <= 0:
+        how = f"is {-scale * pair.distance:.4g} {unit} deep in"
+    return f"{pair.second.name} {how} {pair.first.name}"
 
 
-def _when(found: Clearance) -> str:
+def _contact_times(pair: Clearance) -> str:
     """Text of the contact intervals."""
-    times = [f"from {start:.3f} s to {end:.3f} s" for start, end in found.contacts]
-    if len(times) > MOST_CONTACTS:
-        more = len(times) - MOST_CONTACTS
-        times = [*times[:MOST_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
+    times = [f"from {start:.3f} s to {end:.3f} s" for start, end in pair.contacts]
+    if len(times) > MOST_LISTED_CONTACTS:
+        more = len(times) - MOST_LISTED_CONTACTS
+        times = [*times[:MOST_LISTED_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
     return " and ".join([", ".join(times[:-1]), times[-1]] if len(times) > 1 else times)
 
 
-def _shown(vector: FloatArray) -> str:
+def _vector_text(vector: FloatArray) -> str:
     """Text of a vector."""
     return "[" + ", ".join(f"{value:.4g}" for value in np.round(vector, 4) + 0.0) + "]"
 
@@ -220,7 +212,7 @@ def _shown(vector: FloatArray) -> str:
 def failed_pairs(findings: Iterable[Finding]) -> list[Finding]:
     """Findings of pairs that collide or are undecided."""
     return [
-        found
-        for found in findings
-        if found.group == GROUP and found.quantity == QUANTITY and not found.ok
+        finding
+        for finding in findings
+        if finding.group == COLLISIONS and finding.quantity == CLEARANCE and not finding.ok
     ]

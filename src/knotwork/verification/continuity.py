@@ -10,13 +10,13 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
+from knotwork.verification.checked_motion import Motion
+from knotwork.verification.finding import Finding
 from knotwork.verification.remedies import rounded_corner
 
-ORDERS = 3
+JUMP_ORDERS = 3
 
-FASTEST = (1e3, 1e5, 1e6)
+FASTEST_CHANGES = (1e3, 1e5, 1e6)
 """Faster changes count as jumps: velocity, acceleration, jerk [rad/s, rad/s², rad/s³, or m].
 
 No drive follows them, even if a tiny piece connects the two values. The limits of arms are 100
@@ -27,10 +27,11 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     Every joint that jumps is named; if none does, the one with the largest change. The scenario's
-    `continuity` is the highest derivative of which a jump fails. A change faster than `FASTEST`
-    is a jump, too.
+    `continuity` is the highest derivative of which a jump fails. A change faster than
+    `FASTEST_CHANGES` is a jump, too.
     """
-    for order, quantity in enumerate(DERIVATIVES[:ORDERS]):
+    for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
+        required = order <= scenario.task.continuity
         sizes, allowed = measured_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))
@@ -38,29 +39,29 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
         share[~(sizes <= allowed)] = np.inf
         jumping = np.flatnonzero(np.isinf(share).any(axis=0))
         for joint in jumping if jumping.size else [share.max(axis=0).argmax()]:
-            beyond = np.where(sizes[:, joint] <= allowed[:, joint], -1.0, sizes[:, joint])
-            where = int((beyond if jumping.size else share[:, joint]).argmax())
-            time = float(motion.curve.x[min(where + 1, len(motion.curve.x) - 1)])
-            value = float(sizes[where, joint])
+            worst = max(range(len(sizes)), key=lambda k: (share[k, joint], sizes[k, joint]))
+            time = float(motion.curve.x[min(worst + 1, len(motion.curve.x) - 1)])
+            value, limit = float(sizes[worst, joint]), float(allowed[worst, joint])
             unit = rate_unit(space.joint_units[joint], order)
-            yield _finding(
-                "Continuity", space.joint_names[joint], f"{quantity}_jump",
-                value, float(allowed[where, joint]), unit, time,
-                f"{quantity} jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s",
-                required=order <= scenario.task.continuity,
+            text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
+            yield Finding.at_most(
+                "Continuity", "joint", space.joint_names[joint], f"{quantity}_jump",
+                f"joint {space.joint_names[joint]!r}: {quantity} {text}", value, limit,
+                required=required, unit=unit, time=time,
             )  # fmt: skip
-        rates = motion.curve.extrema(order + 1)
-        for i in np.flatnonzero(~(rates.peak <= FASTEST[order])):
-            value, time = float(rates.peak[i]), float(rates.peak_time[i])
-            unit = rate_unit(space.joint_units[i], order + 1)
-            yield _finding(
-                "Continuity", space.joint_names[i], f"{quantity}_jump",
-                value, FASTEST[order], unit, time,
-                f"{quantity} changes by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s, "
-                "which is a jump for any drive (at most "
-                f"{scenario.units.text(FASTEST[order], unit, 'g')})",
-                required=order <= scenario.task.continuity,
-            ).with_remedy(rounded_corner(time, scenario))  # fmt: skip
+        rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
+        for joint in np.flatnonzero(~(rates.peak <= limit)):
+            value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
+            unit = rate_unit(space.joint_units[joint], order + 1)
+            shown, allowed_text = (
+                scenario.units.text(number, unit, ".3g") for number in (value, limit)
+            )
+            yield Finding.at_most(
+                "Continuity", "joint", space.joint_names[joint], f"{quantity}_jump",
+                f"joint {space.joint_names[joint]!r}: {quantity} changes by {shown} at {time:.6g} "
+                f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
+                required=required, unit=unit, time=time, remedy=rounded_corner(time, scenario),
+            )  # fmt: skip
 
 
 def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -69,41 +70,14 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     Large terms of opposite signs cancel, and their rounding errors remain. All other checks assume
     that these are negligible.
     """
-    noise = evaluation_noise(motion.curve, ORDERS)
-    for order, quantity in enumerate(DERIVATIVES[:ORDERS]):
-        for i in np.flatnonzero(~(noise[order] <= NEGLIGIBLE[order])):
-            value, limit = float(noise[order, i]), NEGLIGIBLE[order]
-            unit = rate_unit(space.joint_units[i], order)
-            yield _finding(
-                "Motion", space.joint_names[i], f"{quantity}_rounding", value, limit, unit, None,
-                f"the coefficients cancel one another so far that {quantity} is known to "
-                f"{scenario.units.text(value, unit, '.3g')} only, not to "
-                f"{scenario.units.text(limit, unit, 'g')}",
+    noise = evaluation_noise(motion.curve, JUMP_ORDERS)
+    for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
+        for joint in np.flatnonzero(~(noise[order] <= NEGLIGIBLE[order])):
+            name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
+            value, limit = float(noise[order, joint]), NEGLIGIBLE[order]
+            yield Finding.at_most(
+                "Motion", "joint", name, f"{quantity}_rounding",
+                f"joint {name!r}: the coefficients cancel one another so far that {quantity} is "
+                f"known to {scenario.units.text(value, unit, '.3g')} only, not to "
+                f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,
             )  # fmt: skip
-
-
-def _finding(
-    group: str,
-    joint: str,
-    quantity: str,
-    value: float,
-    limit: float,
-    unit: str,
-    time: float | None,
-    text: str,
-    *,
-    required: bool = True,
-) -> Finding:
-    return Finding(
-        group=group,
-        subject="joint",
-        name=joint,
-        quantity=quantity,
-        verdict=judged(value <= limit, required=required),
-        message=f"joint {joint!r}: {text}",
-        value=value,
-        limit=limit,
-        margin=limit - value,
-        unit=unit,
-        time=time,
-    )

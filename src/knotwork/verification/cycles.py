@@ -9,8 +9,8 @@ import numpy as np
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.scenario.repetitions import turns
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
 
 
 def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -19,19 +19,12 @@ def cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
         starts = scenario.times[rows]
         if len(rows) < 2:
             continue
-        each = np.diff(starts)
-        mean, least, most = float(each.mean()), float(each.min()), float(each.max())
+        durations = np.diff(starts)
         first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
-        said = f"{len(rows)} turns, {mean:.4g} s from one to the next"
-        if most - least > 1e-3:
-            said += f" in the mean, {least:.4g} to {most:.4g} s"
+        text = f"{len(rows)} turns, {durations.mean():.4g} s from one to the next"
+        if np.ptp(durations) > 1e-3:
+            text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
         yield Finding(
-            "Cycles",
-            "cycle",
-            first,
-            "cycle",
-            "information",
-            f"{said}, from {first!r} to {last!r}",
-            brief=said,
-            interval=(float(starts[0]), float(starts[-1])),
-        )
+            "Cycles", "cycle", first, "cycle", "information", f"{text}, from {first!r} to {last!r}",
+            brief=text, interval=(float(starts[0]), float(starts[-1])),
+        )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from knotwork.errors import InputError
@@ -14,7 +14,7 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
 """Quantity of findings that list remedies already tried."""
-NOT_IN_DATA = ("around", "bodies", "brief", "label", "remedy")
+NOT_IN_DATA = ("around", "bodies", "brief", "fact", "label", "remedy")
 """Fields left out of JSON, because name and message contain them."""
 
 
@@ -39,7 +39,7 @@ class Finding:
         verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that a
             noisy log can't decide; `"warning"` for a plausible mistake; `"information"` without
             a requirement. Only `"failed"` fails a report.
-        message: The finding as one sentence.
+        fact: The finding as one sentence, without the remedy.
         value: Value, or error of a requested value; infinite at a jump, `None` without a number.
         limit: The limit or tolerance, with the sign of that side; `None` without one.
         margin: Distance to the limit, proved; negative beyond the limit, `None` without one or if
@@ -55,12 +55,11 @@ class Finding:
         achieved: Achieved vector, in the same form.
         points: Points of the finding in the base frame [m].
         label: Label in pictures, if not made of quantity, value and limit.
-        remedy: Remedy, if known; the message ends with it.
+        remedy: Remedy, if known.
         brief: Text in short reports even if nothing fails, if any.
         detail: Left out of tables, because another finding is more informative; in JSON.
         around: Whether one body of a pair is an object of the scene.
         bodies: Names of the bodies of a pair.
-        form: Unit of requested and achieved, if not that of the value.
     """
 
     group: str
@@ -68,7 +67,7 @@ class Finding:
     name: str
     quantity: str
     verdict: Verdict
-    message: str
+    fact: str
     value: float | None = None
     limit: float | None = None
     margin: float | None = None
@@ -80,7 +79,6 @@ class Finding:
     excess: float = 0.0
     requested: tuple[float, ...] | None = None
     achieved: tuple[float, ...] | None = None
-    form: str = ""
     points: tuple[tuple[float, ...], ...] = ()
     label: str = ""
     remedy: str = ""
@@ -104,6 +102,36 @@ class Finding:
                 f"a finding on {self.quantity!r} of {self.subject} {self.name!r} has the value "
                 "NaN; accepted: a number, infinity for a jump, or None"
             )
+
+    @classmethod
+    def at_most(
+        cls,
+        group: str,
+        subject: str,
+        name: str,
+        quantity: str,
+        fact: str,
+        value: float,
+        limit: float,
+        *,
+        required: bool = True,
+        **more: Any,
+    ) -> Finding:
+        """Compare the size of a value with its upper limit.
+
+        Args:
+            group: Heading in the report.
+            subject: Kind of subject.
+            name: Name of the subject.
+            quantity: Quantity.
+            fact: The finding as one sentence.
+            value: The value.
+            limit: The limit.
+            required: Whether a larger value fails; otherwise the finding is information.
+            more: Other attributes.
+        """
+        margin, verdict = limit - abs(value), judged(abs(value) <= limit, required=required)
+        return cls(group, subject, name, quantity, verdict, fact, value, limit, margin, **more)
 
     @property
     def ok(self) -> bool:
@@ -159,33 +187,35 @@ class Finding:
         from_below = self.margin is not None and (share - 1.0) * self.margin > 0.0
         return 1.0 / share if from_below and share else share
 
-    def with_remedy(self, text: str) -> Finding:
-        """The finding with a remedy at the end of its message, unless that is empty."""
-        return replace(self, message=f"{self.message}; {text}", remedy=text) if text else self
+    @property
+    def message(self) -> str:
+        """The finding as one sentence, with the remedy at its end."""
+        return f"{self.fact}; {self.remedy}" if self.remedy else self.fact
 
     @property
-    def fact(self) -> str:
-        """The message without the remedy."""
-        return self.message.removesuffix(f"; {self.remedy}") if self.remedy else self.message
+    def form(self) -> str:
+        """Form of requested and achieved, if they have not the unit of the value."""
+        return "x, y, z, w" if self.requested and self.quantity == "orientation" else ""
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON; infinite numbers are `None`."""
-        data = {key: _plain(value) for key, value in asdict(self).items() if key not in NOT_IN_DATA}
-        return {"ok": self.ok, **data}
+        data = {key: value for key, value in asdict(self).items() if key not in NOT_IN_DATA}
+        data |= {"ok": self.ok, "message": self.message, "form": self.form}
+        return {key: _plain(value) for key, value in data.items()}
 
     def __str__(self) -> str:
         return self.message
 
 
-def united(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+def unite_intervals(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
     """Merge overlapping time intervals, in order."""
-    found: list[tuple[float, float]] = []
+    merged: list[tuple[float, float]] = []
     for start, end in sorted(spans):
-        if found and start <= found[-1][1]:
-            found[-1] = found[-1][0], max(found[-1][1], end)
+        if merged and start <= merged[-1][1]:
+            merged[-1] = merged[-1][0], max(merged[-1][1], end)
         else:
-            found.append((start, end))
-    return found
+            merged.append((start, end))
+    return merged
 
 
 def judged(ok: bool, *, required: bool = True) -> Verdict:

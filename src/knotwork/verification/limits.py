@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,8 +15,8 @@ from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.units import Units
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Proof, judged
-from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 
@@ -23,18 +24,18 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and links", "Singularity")
-# Rounding tolerance of limits, relative to the limit (or to 1 in SI).
 LIMIT_SLACK = 1e-9
+"""Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
 
-ABSURD = 10.0
+ABSURD_FACTOR = 10.0
 """A motion is absurd if a joint velocity exceeds its limit by this factor, or if a joint leaves its
 range by more than the width of the range and by more than this [rad or m]."""
 
 
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
-    for found in derivative_limits(space, motion.curve):
-        yield found.with_remedy(joint_remedy(found, motion, scenario, space))
+    for finding in derivative_limits(space, motion.curve):
+        yield replace(finding, remedy=joint_remedy(finding, motion, scenario, space))
 
 
 def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
@@ -49,19 +50,20 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
         jumps = _jumps_below(curve, order)
         lower, upper = space.bounds(quantity)
         for i in range(len(space.joint_names)):
-            low = (float(extrema.minimum[i]), float(extrema.minimum_time[i]), float(lower[i]))
-            high = (float(extrema.maximum[i]), float(extrema.maximum_time[i]), float(upper[i]))
-            below, above = low[0] - low[2], high[2] - high[0]
+            low, high = float(extrema.minimum[i]), float(extrema.maximum[i])
+            below, above = low - float(lower[i]), float(upper[i]) - high
+            at_low = below < above
             if np.isinf(below) and np.isinf(above):
-                at_low = quantity != "position" and abs(low[0]) > abs(high[0])
+                at_low = quantity != "position" and abs(low) > abs(high)
+            if at_low:
+                worst, limit = WorstValue(low, float(extrema.minimum_time[i])), float(lower[i])
             else:
-                at_low = below < above
-            value, time, limit = low if at_low else high
+                worst, limit = WorstValue(high, float(extrema.maximum_time[i])), float(upper[i])
             margin = below if at_low else above
             if i in jumps and np.isfinite(limit):
                 time, sign = jumps[i]
-                value, limit, margin = sign * np.inf, sign * float(upper[i]), -np.inf
-            yield limit_finding(space, i, quantity, Reached(value, time), limit, margin)
+                worst, limit, margin = WorstValue(sign * np.inf, time), sign * upper[i], -np.inf
+            yield limit_finding(space, i, quantity, worst, float(limit), margin)
 
 
 def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -76,16 +78,16 @@ def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
     """
     lower, upper = space.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
-    beyond = np.maximum(lower - position.minimum, position.maximum - upper)
-    out = beyond > np.maximum(upper - lower, ABSURD)
-    fast = ~(velocity.peak <= ABSURD * space.bounds("velocity")[1])
-    for quantity, broken in (("velocity", fast), ("position", out)):
-        for i in np.flatnonzero(broken).tolist():
+    excess = np.maximum(lower - position.minimum, position.maximum - upper)
+    outside = excess > np.maximum(upper - lower, ABSURD_FACTOR)
+    fast = ~(velocity.peak <= ABSURD_FACTOR * space.bounds("velocity")[1])
+    for quantity, exceeded in (("velocity", fast), ("position", outside)):
+        for i in np.flatnonzero(exceeded).tolist():
             return f"the {quantity} of joint {space.joint_names[i]!r} is far beyond its limit"
     return ""
 
 
-class Reached(NamedTuple):
+class WorstValue(NamedTuple):
     """The value with the smallest margin to a limit.
 
     Attributes:
@@ -101,42 +103,42 @@ class Reached(NamedTuple):
     excess: float = 0.0
 
 
-def bounded(found: Bound) -> Reached:
+def bounded_value(bound: Bound) -> WorstValue:
     """Convert a bound to a value with its excess, if that is proved."""
-    if not found.proved:
-        return Reached(found.value, found.time, "sampled")
-    return Reached(found.value, found.time, "bounded", found.excess)
+    if not bound.proved:
+        return WorstValue(bound.value, bound.time, "sampled")
+    return WorstValue(bound.value, bound.time, "bounded", bound.excess)
 
 
-def with_slack(limit: ArrayLike) -> FloatArray:
+def add_slack(limit: ArrayLike) -> FloatArray:
     """A limit increased by rounding."""
-    given = np.asarray(limit, dtype=float)
-    return np.asarray(given + LIMIT_SLACK * np.maximum(1.0, np.abs(given)))
+    limits = np.asarray(limit, dtype=float)
+    return np.asarray(limits + LIMIT_SLACK * np.maximum(1.0, np.abs(limits)))
 
 
-def kept(margin: float, limit: float) -> bool:
+def keeps_limit(margin: float, limit: float) -> bool:
     """Whether a limit is kept, within rounding."""
     return bool(margin >= -LIMIT_SLACK * max(1.0, abs(limit)))
 
 
-def in_words(reached: Reached, limit: float, unit: str, units: Units) -> str:
+def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> str:
     """Text that compares a value with a limit, and names what is not proved.
 
     Args:
-        reached: The value.
+        worst: The value.
         limit: The limit, in SI.
         unit: SI unit of both.
         units: Units of the text.
     """
     allowed = f"limit {units.text(limit, unit)}"
-    if limit and 1.0 < reached.value / limit < np.inf:
-        percent = 100.0 * reached.value / limit
+    if limit and 1.0 < worst.value / limit < np.inf:
+        percent = 100.0 * worst.value / limit
         allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""
-    if np.isinf(reached.value):
-        text = f"is infinite at the jump at {reached.time:.6g} s, {allowed}"
+    if np.isinf(worst.value):
+        text = f"is infinite at the jump at {worst.time:.6g} s, {allowed}"
     else:
-        text = f"reaches {units.text(reached.value, unit)} at {reached.time:.6g} s, {allowed}"
-    if reached.proof != "sampled":
+        text = f"reaches {units.text(worst.value, unit)} at {worst.time:.6g} s, {allowed}"
+    if worst.proof != "sampled":
         return text
     from knotwork.verification.bounds.adaptive import BUDGET
 
@@ -144,7 +146,7 @@ def in_words(reached: Reached, limit: float, unit: str, units: Units) -> str:
 
 
 def limit_finding(
-    space: JointSpace, i: int, quantity: str, reached: Reached, limit: float, margin: float
+    space: JointSpace, i: int, quantity: str, worst: WorstValue, limit: float, margin: float
 ) -> Finding:
     """Make the finding of the worst value of one quantity of one joint.
 
@@ -152,25 +154,25 @@ def limit_finding(
         space: The joints.
         i: Index of the joint.
         quantity: A name in `JOINT_QUANTITIES`.
-        reached: The worst value.
+        worst: The worst value.
         limit: The limit with the sign of that side; infinite if none is given.
         margin: Distance to the limit, negative beyond it.
     """
     joint = space.joint_names[i]
     unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
-    given = bool(np.isfinite(limit))
-    text = in_words(reached, limit, unit, space.shown_in) if given else "has no limit given"
+    required = bool(np.isfinite(limit))
+    text = compare_text(worst, limit, unit, space.shown_in) if required else "has no limit given"
     return Finding(
         group=JOINT_LIMITS,
         subject="joint",
         name=joint,
         quantity=quantity,
-        verdict=judged(kept(margin, limit), required=given),
-        message=f"joint {joint!r}: {quantity} {text}",
-        limit=limit if given else None,
-        margin=margin if given else None,
+        verdict=judged(keeps_limit(margin, limit), required=required),
+        fact=f"joint {joint!r}: {quantity} {text}",
+        limit=limit if required else None,
+        margin=margin if required else None,
         unit=unit,
-        **reached._asdict(),
+        **worst._asdict(),
     )
 
 
@@ -184,11 +186,11 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
     signed = curve.jumps(order - 1)
     sizes, allowed = measured_jumps(curve, order - 1)
     excess = sizes - allowed
-    found = {}
+    jumps = {}
     for i in np.flatnonzero((excess > 0).any(axis=0)):
         k = int(excess[:, i].argmax())
-        found[int(i)] = float(curve.x[k + 1]), float(np.copysign(1.0, signed[k, i]))
-    return found
+        jumps[int(i)] = float(curve.x[k + 1]), float(np.copysign(1.0, signed[k, i]))
+    return jumps
 
 
 def velocity_jumps(curve: PiecewisePolynomial) -> Iterator[tuple[float, FloatArray, FloatArray]]:

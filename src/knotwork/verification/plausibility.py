@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from knotwork.scenario import Scenario, ScenarioWaypoint
+from knotwork.scenario import Scenario
 from knotwork.scenario.angle_slips import angle_slips
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
 
 if TYPE_CHECKING:
     from knotwork.tool_paths import ThroughPoints
 
-SAME_PLACE = 1e-9
+SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""
-HEAVY = 100.0
+LARGEST_GRAVITY = 100.0
 """Gravity above this [m/s²] is probably in mm/s²."""
-BULGE = 0.2
+LARGEST_BULGE = 0.2
 """Maximum deviation of a plausible curve from the chord between two points, relative to the chord:
 even a circle through five points is below it."""
 
@@ -32,7 +32,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
         yield _warning("angle_unit", message)
     yield from _not_from_home(motion, scenario, space)
     gravity = 0.0 if scenario.task.gravity is None else float(np.linalg.norm(scenario.task.gravity))
-    if gravity > HEAVY:
+    if gravity > LARGEST_GRAVITY:
         yield _warning(
             "gravity_unit",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
@@ -40,16 +40,8 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
     yield from _far_from_points(scenario)
 
 
-def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = None) -> Finding:
-    return Finding(
-        group="Warnings",
-        subject="waypoint" if waypoint is not None else "motion",
-        name=waypoint.name if waypoint is not None else "",
-        quantity=quantity,
-        verdict="warning",
-        message=message,
-        time=waypoint.time if waypoint is not None else None,
-    )
+def _warning(quantity: str, message: str) -> Finding:
+    return Finding("Warnings", "motion", "", quantity, "warning", message)
 
 
 def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -57,21 +49,15 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
     if space.robot is None or scenario.task.start is not None:
         return
     home = space.robot.configurations.get("home")
-    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_PLACE):
+    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_JOINTS):
         return
-    first = scenario.waypoints[0].name
-    what, why = f"the approach to {first!r}", "the file has no start"
-    if np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_PLACE):
-        what, why = f"the approach to {first!r}", "the motion begins at speed"
+    at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_JOINTS)
+    cause = "the motion begins at speed" if at_speed else "the file has no start"
+    approach = f"the approach to {scenario.waypoints[0].name!r}"
     yield Finding(
-        group="Not planned",
-        subject="motion",
-        name="",
-        quantity="no_start",
-        verdict="information",
-        message=f"{what} is neither planned nor checked: {why}",
-        brief=f"{what}: {why}",
-    )
+        "Not planned", "motion", "", "no_start", "information",
+        f"{approach} is neither planned nor checked: {cause}", brief=f"{approach}: {cause}",
+    )  # fmt: skip
 
 
 def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
@@ -82,21 +68,20 @@ def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
             if not hasattr(any_curve, "arc_lengths"):  # its class is not loaded for lines and arcs
                 continue
             curve = cast("ThroughPoints", any_curve)
-            lengths, parts = np.diff(curve.arc_lengths), np.linspace(0.0, 1.0, 17)
-            s = curve.arc_lengths[:-1, None] + lengths[:, None] * parts
+            lengths, fractions = np.diff(curve.arc_lengths), np.linspace(0.0, 1.0, 17)
+            s = curve.arc_lengths[:-1, None] + lengths[:, None] * fractions
             start, chord = curve.points[:-1, None], np.diff(curve.points, axis=0)[:, None]
-            way = curve.position(s.ravel()).reshape(*s.shape, 3) - start
+            offset = curve.position(s.ravel()).reshape(*s.shape, 3) - start
             size = np.linalg.norm(chord, axis=2)
-            along = np.clip((way * chord).sum(axis=2) / size**2, 0.0, 1.0)
-            off = np.linalg.norm(way - along[:, :, None] * chord, axis=2).max(axis=1)
-            i = int((off / size[:, 0]).argmax())
-            if off[i] > BULGE * size[i, 0]:
-                last, apart = scenario.waypoints[path.last], scale * size[i, 0]
-                yield _warning(
-                    "curve_between_points",
+            along = np.clip((offset * chord).sum(axis=2) / size**2, 0.0, 1.0)
+            bulge = np.linalg.norm(offset - along[:, :, None] * chord, axis=2).max(axis=1)
+            i = int((bulge / size[:, 0]).argmax())
+            if bulge[i] > LARGEST_BULGE * size[i, 0]:
+                last = scenario.waypoints[path.last]
+                yield Finding(
+                    "Warnings", "waypoint", last.name, "curve_between_points", "warning",
                     f"the curve through points to {last.name!r} leaves the straight line between "
-                    f"points {i} and {i + 1}, {apart:.4g} {unit} apart, by {scale * off[i]:.4g} "
-                    f"{unit}: add points there, or leave out points that are much nearer to one "
-                    "another",
-                    last,
-                )
+                    f"points {i} and {i + 1}, {scale * size[i, 0]:.4g} {unit} apart, by "
+                    f"{scale * bulge[i]:.4g} {unit}: add points there, or leave out points that "
+                    "are much nearer to one another", time=last.time,
+                )  # fmt: skip

@@ -9,21 +9,21 @@ from knotwork.errors import CheckFailedError
 from knotwork.units import Units
 from knotwork.verification.brief import (
     INDENT,
-    NOTABLE,
+    NOTABLE_USE,
     BriefLine,
     group_lines,
-    used,
+    use_text,
     worst_lines,
-    wrapped,
+    wrap,
 )
 from knotwork.verification.finding import TRIED, Finding
 
-VERSION = 2
+REPORT_VERSION = 2
 """Version of `report.json`. Version 1 had no number, and a list for each kind of check."""
 
-WIDTH = 80
-MOST_FAILURE_LINES = 8
-MOST_WARNING_LINES = 4
+LINE_WIDTH = 80
+MOST_FAILURE_KINDS = 5
+MOST_WARNING_KINDS = 3
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,7 +34,7 @@ class Report:
     >>> report = kw.plan("paper_case").report
     >>> report.ok, len(report.failures)
     (True, 0)
-    >>> [found.name for found in report.select(quantity="joint_position")][:2]
+    >>> [finding.name for finding in report.select(quantity="joint_position")][:2]
     ['A', 'B']
 
     Attributes:
@@ -69,66 +69,66 @@ class Report:
     @property
     def ok(self) -> bool:
         """Whether nothing fails."""
-        return all(found.ok for found in self.findings)
+        return all(finding.ok for finding in self.findings)
 
     @property
     def failures(self) -> tuple[Finding, ...]:
         """Findings that fail, in the order of the report."""
-        return tuple(found for found in self.findings if not found.ok)
+        return tuple(finding for finding in self.findings if not finding.ok)
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
         """Warnings of plausible mistakes; they never fail."""
-        return tuple(found for found in self.findings if found.verdict == "warning")
+        return tuple(finding for finding in self.findings if finding.verdict == "warning")
 
     @property
     def sampled(self) -> tuple[Finding, ...]:
         """Findings that are met at samples only."""
-        return tuple(found for found in self.findings if found.only_sampled)
+        return tuple(finding for finding in self.findings if finding.only_sampled)
 
     @property
     def tried(self) -> tuple[Finding, ...]:
         """Findings that list remedies already tried."""
-        return tuple(found for found in self.findings if found.quantity == TRIED)
+        return tuple(finding for finding in self.findings if finding.quantity == TRIED)
 
     @property
     def groups(self) -> dict[str, list[Finding]]:
         """Findings by their group, in the order of the report."""
         groups: dict[str, list[Finding]] = {}
-        for found in self.findings:
-            groups.setdefault(found.group, []).append(found)
+        for finding in self.findings:
+            groups.setdefault(finding.group, []).append(finding)
         return groups
 
     @property
     def counts(self) -> tuple[int, int]:
         """Numbers of requirements met, and of requirements."""
-        required = [found for found in self.findings if found.required]
-        return sum(found.ok for found in required), len(required)
+        required = [finding for finding in self.findings if finding.required]
+        return sum(finding.ok for finding in required), len(required)
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
         """The finding with the largest use of its limit for each requirement met, largest first.
 
         >>> report = kw.plan("ur5_deburring").report
-        >>> [f"{found.title} {found.use:.0%}" for found in report.tightest[:2]]
+        >>> [f"{finding.title} {finding.use:.0%}" for finding in report.tightest[:2]]
         ['tool speed 81%', 'position 77%']
         """
         worst: dict[tuple[str, str], tuple[float, Finding]] = {}
-        for found in self.findings:
-            key, use = (found.subject, found.quantity), found.use
-            if found.verdict != "met" or use is None or found.detail:
+        for finding in self.findings:
+            key, use = (finding.subject, finding.quantity), finding.use
+            if finding.verdict != "met" or use is None or finding.detail:
                 continue
             if key not in worst or use > worst[key][0]:
-                worst[key] = use, found
+                worst[key] = use, finding
         order = sorted(worst.values(), key=lambda pair: -pair[0])
-        return tuple(found for _, found in order)
+        return tuple(finding for _, finding in order)
 
     @property
     def reservations(self) -> str:
         """Text of the numbers of undecided and only sampled requirements; mostly empty."""
-        undecided = sum(found.verdict == "undecided" for found in self.findings)
+        undecided = sum(finding.verdict == "undecided" for finding in self.findings)
         counted = {"undecided": undecided, "sampled only": len(self.sampled)}
-        return "".join(f", {count} {what}" for what, count in counted.items() if count)
+        return "".join(f", {count} {word}" for word, count in counted.items() if count)
 
     @property
     def summary(self) -> str:
@@ -138,11 +138,11 @@ class Report:
         '102 of 102 met; tightest 81 %: ...'
         """
         met, required = self.counts
-        tight = [one for one in self.tightest if (one.use or 0.0) >= NOTABLE]
-        tightest = f"; tightest {used(tight[0], self.units)}" if tight and self.ok else ""
+        tight = [item for item in self.tightest if (item.use or 0.0) >= NOTABLE_USE]
+        tightest = f"; tightest {use_text(tight[0], self.units)}" if tight and self.ok else ""
         return f"{met} of {required} met{self.reservations}{tightest}"
 
-    def brief(self, width: int = WIDTH) -> list[BriefLine]:
+    def brief(self, width: int = LINE_WIDTH) -> list[BriefLine]:
         """The report in some 15 lines: the verdict, failures, the tightest case of each group.
 
         Args:
@@ -154,12 +154,12 @@ class Report:
             f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {met} of {required} "
             f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
         )
-        lines = wrapped("passed" if self.ok else "failed", verdict, width, INDENT)
+        lines = wrap("passed" if self.ok else "failed", verdict, width, INDENT)
         for kind, mark, findings, most in (
-            ("failure", "FAIL ", self.failures, MOST_FAILURE_LINES),
-            ("tried", "", self.tried, MOST_FAILURE_LINES),
-            ("sampled", "not proved: ", self.sampled, MOST_WARNING_LINES),
-            ("warning", "warning: ", self.warnings, MOST_WARNING_LINES),
+            ("failure", "FAIL ", self.failures, MOST_FAILURE_KINDS),
+            ("tried", "", self.tried, MOST_FAILURE_KINDS),
+            ("sampled", "not proved: ", self.sampled, MOST_WARNING_KINDS),
+            ("warning", "warning: ", self.warnings, MOST_WARNING_KINDS),
         ):
             lines += worst_lines(kind, mark, findings, most, self.units, width)
         return [*lines, *group_lines(self.groups, self.units, width, ok=self.ok)]
@@ -171,26 +171,26 @@ class Report:
             AttributeError: A finding has no such attribute.
         """
         return tuple(
-            found
-            for found in self.findings
-            if all(getattr(found, key) == value for key, value in wanted.items())
+            finding
+            for finding in self.findings
+            if all(getattr(finding, key) == value for key, value in wanted.items())
         )
 
     def to_dict(self) -> dict[str, Any]:
         """Give the report as plain data, ready for JSON."""
         return {
-            "version": VERSION,
+            "version": REPORT_VERSION,
             "ok": self.ok,
-            "failures": [str(found) for found in self.failures],
-            "warnings": [str(found) for found in self.warnings],
-            "sampled": [str(found) for found in self.sampled],
-            "tried": [str(found) for found in self.tried],
+            "failures": [str(finding) for finding in self.failures],
+            "warnings": [str(finding) for finding in self.warnings],
+            "sampled": [str(finding) for finding in self.sampled],
+            "tried": [str(finding) for finding in self.tried],
             "scenario": self.scenario,
             "robot": self.robot,
             "planner": self.planner,
             "start_time": self.start_time,
             "end_time": self.end_time,
-            "findings": [found.to_dict() for found in self.findings],
+            "findings": [finding.to_dict() for finding in self.findings],
         }
 
     def raise_if_failed(self) -> None:

@@ -13,26 +13,26 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.distinct import distinct
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.verification.remedies import rounded_corner
 from knotwork.waypoints import FloatArray
 
 NO_LIMIT = "No limit known"
-PROPORTION = 20.0
+SPIKE_RATIO = 20.0
 """Minimum ratio of a spike to the largest sustained value of all joints."""
-FEEBLE = {2: 1.0, 3: 100.0}
+SMALLEST_SPIKE = {2: 1.0, 3: 100.0}
 """Minimum of a spike by order [rad/s², rad/s³ or m]: drives follow smaller ones."""
-HARMFUL = {2: 1e3, 3: np.inf}
+HARMFUL_SPIKE = {2: 1e3, 3: np.inf}
 """A spike above this fails [rad/s², rad/s³ or m], because no arm reaches it. Jerk has no such
 bound below that of a jump of acceleration."""
-WINDOW = 0.1
+SUSTAINED_TIME = 0.1
 """Duration from which an acceleration counts as sustained [s]; less for quick moves, see below."""
-PART_OF_MOVE, PART_OF_MOTION = 0.5, 0.25
+MOVE_SHARE, MOTION_SHARE = 0.5, 0.25
 """Upper bounds of that duration, relative to the time between two waypoints and to the motion."""
-JERK_PART = 0.1
+JERK_SHARE = 0.1
 """Duration from which a jerk counts as sustained, relative to that of acceleration."""
-STEPS, MOST_SAMPLES = 4, 100_000
+WINDOW_STEPS, MOST_SPIKE_SAMPLES = 4, 100_000
 
 
 def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -44,29 +44,23 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
         missing = np.flatnonzero(np.isinf(space.limits[quantity]))
         if not missing.size or (quantity == "effort" and space.robot.base_moves):
             continue
-        order, what = JOINT_QUANTITIES[quantity].order, quantity
+        order, subject, peak, place = JOINT_QUANTITIES[quantity].order, quantity, "", ""
         if missing.size < len(space.joint_names):
-            what += " of " + ", ".join(space.joint_names[i] for i in missing)
-        if order is None:
-            parts.append(what)
-            short.append(quantity)
-            continue
-        found = motion.curve.extrema(order)
-        i = int(missing[found.peak[missing].argmax()])
-        unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
-        peak = f"(peak {scenario.units.text(float(found.peak[i]), unit, '.4g')}"
-        parts.append(f"{what} {peak}, {space.joint_names[i]} at {found.peak_time[i]:.6g} s)")
-        short.append(f"{quantity} {peak})")
+            subject += " of " + ", ".join(space.joint_names[i] for i in missing)
+        if order is not None:
+            extrema = motion.curve.extrema(order)
+            i = int(missing[extrema.peak[missing].argmax()])
+            unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
+            peak = f" (peak {scenario.units.text(float(extrema.peak[i]), unit, '.4g')}"
+            place = f", {space.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
+        parts.append(f"{subject}{peak}{place}")
+        short.append(f"{quantity}{peak})" if peak else quantity)
     if parts:
         yield Finding(
-            group=NO_LIMIT,
-            subject="motion",
-            name="",
-            quantity="missing_limits",
-            verdict="information",
-            message=f"no limit is known for {space.robot.name} of {', '.join(parts)}",
+            NO_LIMIT, "motion", "", "missing_limits", "information",
+            f"no limit is known for {space.robot.name} of {', '.join(parts)}",
             brief=", ".join(short),
-        )
+        )  # fmt: skip
 
 
 def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -76,50 +70,51 @@ def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fi
     explain is a spike that the task does not ask for. The same holds for jerk. A joint is reported
     once, by its acceleration first.
     """
-    named: set[str] = set()
+    reported: set[str] = set()
+    units = np.array(space.joint_units)
     for order in (2, 3):
-        found = motion.curve.extrema(order)
-        peaks, times = found.peak, found.peak_time
-        for unit in sorted(set(space.joint_units)):
-            own = np.array([one == unit for one in space.joint_units])
-            for i in np.flatnonzero(own & (peaks > FEEBLE[order])):
-                name, value, time = space.joint_names[i], float(peaks[i]), float(times[i])
-                window = _window(time, motion, scenario) * (JERK_PART if order == 3 else 1.0)
-                most = float(sustained(motion.curve, order, window)[own].max())
-                allowed = max(PROPORTION * most, FEEBLE[order])
-                if name in named or value <= allowed:
-                    continue
-                named.add(name)
-                fails = space.robot is not None and value > HARMFUL[order]
-                words, rate = scenario.units.text, rate_unit(unit, order)
-                proportion = f"{value / most:.3g} times the" if most else "far above the"
-                yield Finding(
-                    group="Continuity",
-                    subject="joint",
-                    name=name,
-                    quantity=f"{DERIVATIVES[order]}_spike",
-                    verdict="failed" if fails else "warning",
-                    message=f"joint {name!r}: {DERIVATIVES[order]} peaks at {words(value, rate)} "
-                    f"at {time:.6g} s, {between(scenario, time)}: {proportion} "
-                    f"{words(most, rate)} that any joint keeps up for {window:.3g} s; "
-                    + (rounded_corner(time, scenario) or "nothing in the task asks for a spike"),
-                    value=value,
-                    limit=allowed,
-                    margin=allowed - value,
-                    unit=rate,
-                    time=time,
-                )
+        extrema, quantity = motion.curve.extrema(order), DERIVATIVES[order]
+        for i in np.lexsort((np.arange(len(units)), units)):
+            name, value = space.joint_names[i], float(extrema.peak[i])
+            if name in reported or value <= SMALLEST_SPIKE[order]:
+                continue
+            time = float(extrema.peak_time[i])
+            window = _sustained_time(time, motion, scenario) * (JERK_SHARE if order == 3 else 1.0)
+            most = float(sustained(motion.curve, order, window)[units == units[i]].max())
+            allowed = max(SPIKE_RATIO * most, SMALLEST_SPIKE[order])
+            if value <= allowed:
+                continue
+            reported.add(name)
+            fails = space.robot is not None and value > HARMFUL_SPIKE[order]
+            unit = rate_unit(space.joint_units[i], order)
+            peak, usual = (scenario.units.text(number, unit) for number in (value, most))
+            ratio = f"{value / most:.3g} times the" if most else "far above the"
+            cause = rounded_corner(time, scenario) or "nothing in the task asks for a spike"
+            yield Finding(
+                group="Continuity",
+                subject="joint",
+                name=name,
+                quantity=f"{quantity}_spike",
+                verdict="failed" if fails else "warning",
+                fact=f"joint {name!r}: {quantity} peaks at {peak} at {time:.6g} s, "
+                f"{between(scenario, time)}: {ratio} {usual} that any joint keeps up for "
+                f"{window:.3g} s; {cause}",
+                value=value,
+                limit=allowed,
+                margin=allowed - value,
+                unit=unit,
+                time=time,
+            )
 
 
-def _window(time: float, motion: Motion, scenario: Scenario) -> float:
+def _sustained_time(time: float, motion: Motion, scenario: Scenario) -> float:
     """Duration from which an acceleration at a time counts as sustained [s]."""
-    around = [
-        after.time - before.time
+    moves = [
+        MOVE_SHARE * (after.time - before.time)
         for before, after in pairwise(scenario.waypoints)
         if before.time - AT_WAYPOINT <= time <= after.time + AT_WAYPOINT
     ]
-    whole = PART_OF_MOTION * (motion.end_time - motion.start_time)
-    return min(WINDOW, whole, *(PART_OF_MOVE * move for move in around))
+    return min(SUSTAINED_TIME, MOTION_SHARE * (motion.end_time - motion.start_time), *moves)
 
 
 def sustained(curve: PiecewisePolynomial, order: int, window: float) -> FloatArray:
@@ -133,12 +128,12 @@ def sustained(curve: PiecewisePolynomial, order: int, window: float) -> FloatArr
     """
     start, end = float(curve.x[0]), float(curve.x[-1])
     half = 0.5 * order * window
-    count = min(math.ceil(STEPS * (end - start) / window), MOST_SAMPLES)
+    count = min(math.ceil(WINDOW_STEPS * (end - start) / window), MOST_SPIKE_SAMPLES)
     # for a long motion samples are sparse, so breaks and peaks are added
     middles = distinct(np.linspace(start, end, count), curve.x, curve.extrema(order).peak_time)
     t = np.clip(middles, start + half, end - half)
-    found = sum(
+    differences = sum(
         (-1) ** k * math.comb(order, k) * curve(np.clip(t + half - k * window, start, end))
         for k in range(order + 1)
     )
-    return np.asarray(np.abs(found).max(axis=0) / window**order)
+    return np.asarray(np.abs(differences).max(axis=0) / window**order)

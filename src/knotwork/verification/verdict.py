@@ -13,11 +13,11 @@ from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, joint_space
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
 from knotwork.verification.report import Report
-from knotwork.verification.waypoints import motion_finding
+from knotwork.verification.waypoint_checks import motion_finding
 
 
 def check(
@@ -57,13 +57,13 @@ def check(
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
     faults = [motion_finding("defect", message, ok=False) for message in defects]
-    found = [one for look in CHECKS.values() for one in look(motion, scenario, space)]
+    findings = [item for run in CHECKS.values() for item in run(motion, scenario, space)]
     return Report(
         scenario=scenario.name,
         robot=space.robot.name if space.robot is not None else None,
         planner=trajectory.planner,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
-        findings=(*faults, *known, *found),
+        findings=(*faults, *known, *findings),
         units=scenario.units,
     )

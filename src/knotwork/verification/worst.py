@@ -19,30 +19,30 @@ def failure_lines(findings: Sequence[Finding], most: int | None = None) -> list[
         findings: The findings.
         most: Maximum number of kinds; another line has the number of remaining findings.
     """
-    kinds = alike(findings)
+    kinds = group_alike(findings)
     lines = [f"{worst}{and_more(len(others))}" for worst, *others in kinds[:most]]
-    left = sum(map(len, kinds[len(lines) :]))
-    return [*lines, f"and {left} more"] if left else lines
+    remaining = sum(map(len, kinds[len(lines) :]))
+    return [*lines, f"and {remaining} more"] if remaining else lines
 
 
 def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
     """The worst failure of each kind that has a number, in the given order."""
-    failing = [one for one in findings if not one.ok and one.value is not None and not one.detail]
-    return [several[0] for several in alike(failing)]
+    failing = (item for item in findings if not (item.ok or item.value is None or item.detail))
+    return [worst for worst, *_ in group_alike(list(failing))]
 
 
-def alike(findings: Sequence[Finding]) -> list[list[Finding]]:
+def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     """Group findings by quantity and kind of subject, the worst of each group first.
 
     The worst finding has the largest use of its limit, or else the smallest margin.
     """
-    found: dict[tuple[str, str, str], list[Finding]] = {}
-    for one in findings:
-        found.setdefault((one.group, one.subject, one.quantity), []).append(one)
-    for several in found.values():
-        worst = max(several, key=lambda one: (one.use or 0.0, -(one.margin or 0.0)))
-        several.insert(0, several.pop(several.index(worst)))
-    return list(found.values())
+    kinds: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault((finding.group, finding.subject, finding.quantity), []).append(finding)
+    for kind in kinds.values():
+        worst = max(kind, key=lambda finding: (finding.use or 0.0, -(finding.margin or 0.0)))
+        kind.insert(0, kind.pop(kind.index(worst)))
+    return list(kinds.values())
 
 
 def without_use(findings: Sequence[Finding]) -> list[Finding]:
@@ -51,21 +51,23 @@ def without_use(findings: Sequence[Finding]) -> list[Finding]:
     With limits of zero, the finding nearest its limit; without limits, the largest of each
     quantity; otherwise nothing.
     """
-    numbers = [one for one in findings if one.value is not None]
+    numbers = [finding for finding in findings if finding.value is not None]
     limited = with_limits(numbers)
-    if any(one.use is None for one in limited):
-        return [min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)]
-    if any(one.limit is not None for one in numbers):
+    if any(finding.use is None for finding in limited):
+        return [min(limited, key=lambda finding: finding.margin or 0.0)]
+    if any(finding.limit is not None for finding in numbers):
         return []
     largest: dict[str, Finding] = {}
-    for one in numbers:
-        if abs(one.value or 0.0) >= abs(largest.get(one.quantity, one).value or 0.0):
-            largest[one.quantity] = one
+    for finding in numbers:
+        if abs(finding.value or 0.0) >= abs(largest.get(finding.quantity, finding).value or 0.0):
+            largest[finding.quantity] = finding
     return list(largest.values())
 
 
 def with_limits(numbers: Sequence[Finding]) -> list[Finding]:
     """Findings with a limit that is known to be kept or exceeded."""
     return [
-        one for one in numbers if one.required and one.limit is not None and not one.only_sampled
+        finding
+        for finding in numbers
+        if finding.required and finding.limit is not None and not finding.only_sampled
     ]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.robot.joint_tree import joint_tree, place_joints
-from knotwork.view.footing import footing
+from knotwork.view.base_joints import base_joints
 from knotwork.view.mesh import box_corners
-from knotwork.view.shown import Shown
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
 MOST_STOPS = 200
@@ -51,7 +51,7 @@ class Stops:
         return kept
 
 
-def find_stops(shown: Shown) -> Stops:
+def find_stops(shown: ShownMotion) -> Stops:
     """The arm at the waypoints, or without any at both ends of the motion."""
     robot, curve, times = shown.robot, shown.curve, shown.times
     start, end = curve.x[[0, -1]]
@@ -68,6 +68,6 @@ def find_stops(shown: Shown) -> Stops:
             for i, box in enumerate(boxes)
             if box is not None
         ]
-        return footing(robot).in_cell(q, np.concatenate(placed, axis=1))
+        return base_joints(robot).to_world(q, np.concatenate(placed, axis=1))
 
     return Stops(position, outlines(position), outlines(curve(np.linspace(start, end, PASSED))))

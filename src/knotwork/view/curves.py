@@ -80,23 +80,6 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
     return Strokes(time.T, value.T, jump_breaks(curve, component, order))
 
 
-def piecewise_values(
-    curve: PiecewisePolynomial, order: int, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """Evaluate a derivative at evenly spaced times of each piece, from its start to its end.
-
-    Returns:
-        Times [s], shape (m count,), and values, shape (m count, d), each break with both of its
-        one-sided values.
-    """
-    c = (curve.derivative(order) if order else curve).c
-    local = np.linspace(0.0, 1.0, count)[:, None] * np.diff(curve.x)
-    time = curve.x[:-1] + local
-    time[-1] = curve.x[1:]
-    value = horner(c, local[:, :, None])
-    return time.T.ravel(), value.swapaxes(0, 1).reshape(-1, c.shape[2])
-
-
 def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
     """Indices of the inner breaks at which a derivative jumps by more than rounding can make it."""
     sizes, allowed = measured_jumps(curve, order)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.view.drawn_motions import Marks, Motion
+from knotwork.view.shown_motion import ShownMotion, WaypointValues
 from knotwork.view.style import (
     DARK,
     LARGE,
@@ -43,7 +43,7 @@ LEAST_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
 
 def write_around(
     figure: Figure,
-    motions: Sequence[Motion],
+    motions: Sequence[ShownMotion],
     title: str,
     curves: Sequence[str],
     *,
@@ -66,7 +66,9 @@ def write_around(
     """
     columns = len(titles)
     tops = figure.axes[:columns]
-    _add_curve_legend(figure, curves, title, [one.reason for one in motions] if overlaid else ())
+    _add_curve_legend(
+        figure, curves, title, [one.failure_text for one in motions] if overlaid else ()
+    )
     for axes in tops:
         _mark_segments(axes, motions[0])
     for i, motion in enumerate(motions):
@@ -78,8 +80,8 @@ def write_around(
     figure.align_ylabels()
     figure.draw_without_rendering()
     for axes, heading in zip(tops, shortened(titles, CURVE_LETTERS), strict=True):
-        if motions[0].marks is not None:
-            _name_waypoints(axes, motions[0].marks)
+        if motions[0].waypoint_values is not None:
+            _name_waypoints(axes, motions[0].waypoint_values)
         if axes.get_title(loc="right"):  # above the note
             place: Any = ("axes fraction", axes._right_title)  # type: ignore[attr-defined]
             look: dict[str, Any] = {"ha": "center", "va": "bottom", "weight": "bold"}
@@ -96,28 +98,28 @@ def write_around(
     figure.set_layout_engine("none")  # drawing again gives the same result
 
 
-def picture_title(motions: Sequence[Motion], default: str) -> str:
+def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
     """Scenario, planner if there is only one, and a failed check."""
     first = motions[0]
     (name,) = shortened([first.scenario.name], TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
-    failed = [motion.label for motion in motions if motion.ok is False]
+    failed = [motion.label for motion in motions if motion.failures]
     if failed:
         names = "" if len(motions) == 1 else f" of {', '.join(failed)}"
         parts.append(f"check{names} FAILED")
     return " · ".join(parts) or default
 
 
-def _set_times(axes: Sequence[Axes], motions: Sequence[Motion]) -> None:
+def _set_times(axes: Sequence[Axes], motions: Sequence[ShownMotion]) -> None:
     times = [motion.curve.x for motion in motions]
-    times += [] if motions[0].marks is None else [motions[0].marks.time]
+    times += [] if motions[0].waypoint_values is None else [motions[0].waypoint_values.time]
     start, end = min(float(x[0]) for x in times), max(float(x[-1]) for x in times)
     margin = TIME_MARGIN * (end - start)
     for panel in axes:
         panel.set_xlim(start - margin, end + margin)
 
 
-def _mark_segments(axes: Axes, motion: Motion) -> None:
+def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
     """Mark tool paths, clear motions, waits and events on the upper edge of a panel."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
     times = {"event": [one.time for one in motion.trajectory.events if start <= one.time <= end]}
@@ -131,7 +133,7 @@ def _mark_segments(axes: Axes, motion: Motion) -> None:
             axes.plot(marked, [1.0] * len(marked), gid=kind, **LOOKS[kind], **upright)
 
 
-def _mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
+def _mark_contacts(axes: Sequence[Axes], motion: ShownMotion) -> None:
     """Mark contacts of bodies over the whole height of panels."""
     low, high = (float(end) for end in motion.curve.x[[0, -1]])
     margin = 0.5 * LEAST_SPAN * (high - low)
@@ -141,7 +143,7 @@ def _mark_contacts(axes: Sequence[Axes], motion: Motion) -> None:
         panel.axvspan(max(start - margin, low), min(end + margin, high), **look)
 
 
-def _name_waypoints(axes: Axes, marks: Marks) -> None:
+def _name_waypoints(axes: Axes, marks: WaypointValues) -> None:
     """Write the waypoints' names above a laid-out panel, some of them if there are too many."""
     figure: Any = axes.figure
     place = axes.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * 72 / figure.dpi
@@ -176,7 +178,7 @@ def _add_curve_legend(
             text.set_color(WRONG)
 
 
-def _add_mark_legend(figure: Figure, motion: Motion) -> None:
+def _add_mark_legend(figure: Figure, motion: ShownMotion) -> None:
     """Explain the marks of the panels below them, and name the events."""
     from matplotlib.lines import Line2D
 

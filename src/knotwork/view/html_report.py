@@ -13,14 +13,14 @@ from knotwork.documents import read_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import NOTABLE, facts
+from knotwork.verification.brief import NOTABLE_USE, brief_texts_by_group
 from knotwork.verification.worst import without_use, worst_failures
-from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, frame, json_in_html, rendered
 from knotwork.view.picture_files import inline_svg, night_colours
+from knotwork.view.plan_pages import view_plan
 from knotwork.view.scene_verdict import failures
-from knotwork.view.show import view_plan
+from knotwork.view.shown_motion import PlanLike
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def report_page(plan: PlanLike) -> Page:
         robot=robot,
         trajectory=plan.trajectory,
         summary=report.summary,
-        facts=facts(report.groups),
+        facts=brief_texts_by_group(report.groups),
         failures=failures(report, scenario),
         most_use=MOST_USE,
         tightest=[_shown(one, report.units) for one in _tightest(report)],
@@ -89,7 +89,7 @@ def report_page(plan: PlanLike) -> Page:
 def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
     failing = worst_failures(report.failures)[:MOST]
-    rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
+    rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE_USE][:MOST]
     rows += [one for found in report.groups.values() for one in without_use(found)]
     failed = {(one.subject, one.quantity) for one in failing}
     first: dict[tuple[str, str], Finding] = {}

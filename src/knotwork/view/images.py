@@ -7,17 +7,15 @@ import io
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from knotwork.errors import InputError
 
-# Longest side of an image [pixels]; the first one at which all images together are small enough.
-SIDES = (1024, 512, 256, 128)
-MOST_BYTES = 6_000_000
-"""Largest size of all images of a page together, in base64."""
+LARGEST_SIDE, LEAST_SIDE = 1024, 128
+"""Longest side of an image on a page of few images, and of very many [pixels]."""
+FEW_IMAGES = 8
+"""Number of images above which they become smaller, so that all together stay about as large."""
 MOST_PIXELS = 2**26
 """Largest number of pixels of an image."""
-MOST_PIXELS_TOGETHER = 2**29
 # Other formats run programs, or are not used for materials of meshes.
 FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF", "WEBP")
 
@@ -32,30 +30,23 @@ def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]
         For each its address, or `None` if unreadable; and the unreadable ones with reasons.
     """
     unread: list[str] = []
-    images: list[Any] = []
-    left = MOST_PIXELS_TOGETHER
+    addresses: list[str | None] = []
+    side = max(LEAST_SIDE, int(LARGEST_SIDE * min(1.0, FEW_IMAGES / max(len(paths), 1)) ** 0.5))
     for path in paths:
         try:
-            image, pixels = _small_image(path, left)
-            left -= pixels
-            images.append(image)
+            addresses.append(_image_address(path, side))
         except Exception as error:  # Pillow raises any error for a broken file
             reason = f"image {path} can't be read: {error}"
             unread.append(f"{reason}; its surfaces are drawn grey")
-            images.append(None)
-    addresses: list[str | None] = []
-    for side in SIDES:
-        addresses = [None if image is None else _address(image, side) for image in images]
-        if sum(len(address or "") for address in addresses) <= MOST_BYTES:
-            break
+            addresses.append(None)
     return addresses, unread
 
 
-def _small_image(path: Path, left: int) -> tuple[Any, int]:
-    """Read an image, reduced to the size of pages, and count the pixels of the file.
+def _image_address(path: Path, side: int) -> str:
+    """An image, with limited sides, as an address.
 
     Raises:
-        InputError: The image has too many pixels, alone or with the other images.
+        InputError: The image has too many pixels.
     """
     from PIL import Image
 
@@ -66,22 +57,9 @@ def _small_image(path: Path, left: int) -> tuple[Any, int]:
         pixels = opened.width * opened.height
         if pixels > MOST_PIXELS:
             raise InputError(f"it has {pixels} pixels; at most {MOST_PIXELS} are accepted")
-        if pixels > left:
-            most = MOST_PIXELS_TOGETHER
-            raise InputError(f"it has {pixels} pixels; at most {most} are accepted for all images")
         clear = "A" in opened.getbands() or "transparency" in opened.info
-        mode = "RGBA" if clear else "RGB"
-        opened.load()
-        image = opened if opened.mode == mode else opened.convert(mode)
-        image.thumbnail((SIDES[0], SIDES[0]))
-        return image.copy(), pixels
-
-
-def _address(image: Any, side: int) -> str:
-    """An image, with limited sides, as an address."""
-    file = io.BytesIO()
-    small = image.copy()
-    small.thumbnail((side, side))
-    kind = "png" if image.mode == "RGBA" else "jpeg"
-    small.save(file, format=kind, quality=85)
+        image = opened.convert("RGBA" if clear else "RGB")
+    image.thumbnail((side, side))
+    file, kind = io.BytesIO(), "png" if clear else "jpeg"
+    image.save(file, format=kind, quality=85)
     return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"

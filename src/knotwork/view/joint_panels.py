@@ -13,8 +13,8 @@ from knotwork.units import Units
 from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import strokes
-from knotwork.view.drawn_motions import Motion
 from knotwork.view.panel import Level, Panel
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.style import DARK, colour, rounded
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Series:
         label: Its name in the panel; empty if it is the only one.
     """
 
-    motion: Motion
+    motion: ShownMotion
     joint: str
     index: int
     label: str
@@ -49,7 +49,7 @@ class Series:
 
     def use(self, quantity: str) -> Finding | None:
         """Use of the limit of a quantity; `None` without a limit."""
-        return self.motion.uses.get((self.joint, quantity))
+        return self.motion.joint_uses.get((self.joint, quantity))
 
     def margin(self, quantity: str) -> float:
         """Margin to a limit as a fraction of half the range; negative beyond it."""
@@ -77,15 +77,15 @@ def joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Unit
     panel = Panel(axes, quantity, unit, factor)
     for item in series:
         _draw_curve(panel, item, len(series))
-    if first.motion.marks is not None:
-        panel.mark_waypoints(first.motion.marks.time)
+    if first.motion.waypoint_values is not None:
+        panel.mark_waypoints(first.motion.waypoint_values.time)
     motions = {item.motion.label: item for item in series}
     if order < 2:
         _mark_given(panel, series, order, one_motion=len(motions) == 1)
     for row, item in enumerate(motions.values() if len(motions) <= MOST_KNOT_ROWS else ()):
-        if len(item.motion.knots) <= MOST_KNOT_TICKS:
+        if len(item.motion.curve.x) <= MOST_KNOT_TICKS:
             shade = DARK if len(motions) == 1 else colour(item.index)
-            panel.mark_knots(row, item.motion.knots, shade)
+            panel.mark_knots(row, item.motion.curve.x, shade)
     limited = [item for item in series if item.use(quantity) is not None]
     if limited:
         nearest = min(limited, key=lambda item: item.margin(quantity))
@@ -126,9 +126,9 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
 def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
     """Mark the given values at the waypoints, once for each joint."""
     for item in {item.joint: item for item in reversed(series)}.values():
-        marks = item.motion.marks
+        marks = item.motion.waypoint_values
         if marks is not None:
-            value = panel.factor * marks.asked[order][:, item.component]
+            value = panel.factor * marks.values[order][:, item.component]
             known = np.isfinite(value)
             large = len(marks.time) * len(series) <= MOST_LARGE_MARKS
             look: dict[str, Any] = {"ms": 6.0 if large else 3.5}

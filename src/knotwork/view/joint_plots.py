@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING
 
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
-from knotwork.view.drawn_motions import (
-    Drawable,
-    Motion,
-    check_distinct,
-    chosen,
-    chosen_quantities,
-    motions_of,
-)
 from knotwork.view.headings import CURVE_LETTERS, picture_title, write_around
 from knotwork.view.joint_panels import Series, joint_panel
 from knotwork.view.panel import new_axes, new_figure, page_size, set_ranges
+from knotwork.view.plotted_motions import (
+    check_distinct,
+    choose_names,
+    choose_quantities,
+    motions_of,
+)
+from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import printable, settings, shortened
 
 if TYPE_CHECKING:
@@ -64,8 +63,8 @@ def plot_joints(
         InputError: A name is unknown, there is nothing or too much to draw, or joints differ.
     """
     drawn = motions_of(motions, scenario=scenario, labels=labels)
-    names = chosen("joint", joints, drawn[0].trajectory.joint_names)
-    kinds = chosen_quantities(quantities)
+    names = choose_names("joint", joints, drawn[0].trajectory.joint_names)
+    kinds = choose_quantities(quantities)
     page, units = page_size(size), drawn[0].units(degrees)
     in_columns = len(drawn) == 1 or len(names) > MOST_JOINT_COLUMNS
     rows = _joints_together(drawn, names, kinds) if in_columns else _overlaid(drawn, names, kinds)
@@ -98,7 +97,7 @@ _Row = list[tuple[str, list[Series]]]
 """Quantity and curves of each panel."""
 
 
-def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+def _overlaid(motions: list[ShownMotion], names: list[str], kinds: list[str]) -> list[_Row]:
     """One column per joint, with all motions."""
     check_distinct(motions)
     return [
@@ -110,7 +109,7 @@ def _overlaid(motions: list[Motion], names: list[str], kinds: list[str]) -> list
     ]
 
 
-def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+def _joints_together(motions: list[ShownMotion], names: list[str], kinds: list[str]) -> list[_Row]:
     """One column per motion, with separate rows for angles and lengths.
 
     Raises:

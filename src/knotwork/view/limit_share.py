@@ -12,7 +12,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
-from knotwork.verification.bounds.tool import speed_quantity
+from knotwork.verification.bounds.frame_speed import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.waypoints import FloatArray
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +20,11 @@ from knotwork.view.primitive_meshes import rod, solid, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
-JOINT = (0.9, 0.45, 0.1, 1.0)
-MOST_TRIANGLES = 3_000_000
+JOINT_COLOUR = (0.9, 0.45, 0.1, 1.0)
+MOST_DRAWN_TRIANGLES = 3_000_000
 """Largest number of triangles of a robot."""
-MOST_BYTES = 512_000_000
+MOST_FILE_BYTES = 512_000_000
 """Largest size of all mesh files of a robot [bytes]."""
-# Cached mesh files: a scenario is shown again after each change.
-MOST_KEPT = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +82,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
         warnings.append(f"no colour is given for parts of {', '.join(plain)}; they are drawn grey")
     if not any(by_link.values()):
         warnings.append(f"robot {robot.name!r} has no shapes to draw; its links are drawn as lines")
-        ball = sphere(1.6 * LINE_RADIUS, JOINT)
+        ball = sphere(1.6 * LINE_RADIUS, JOINT_COLOUR)
         for link in links:
             origins = urdf.carried.get(link, ())
             balls = [ball.moved(np.eye(3), origin) for origin in origins]
@@ -102,9 +100,6 @@ def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
     return [rod(np.zeros(3), origin, LINE_RADIUS, GREY) for origin in far]
 
 
-_KEPT: dict[tuple[Path, int], list[Mesh]] = {}
-
-
 class _Drawn:
     """Shapes as meshes; each mesh file is read once, and their total size is limited."""
 
@@ -115,23 +110,23 @@ class _Drawn:
 
     def meshes(self, shapes: Sequence[LinkShape]) -> tuple[list[Mesh], list[str]]:
         """Shapes of a link in its axes, and reasons of missing ones."""
-        found: list[Mesh] = []
+        drawn: list[Mesh] = []
         missing: list[str] = []
         for shape in shapes:
             try:
-                meshes = self._made(shape)
+                meshes = self._shape_meshes(shape)
                 self._triangles += sum(len(mesh.faces) for mesh in meshes)
-                if self._triangles > MOST_TRIANGLES:
+                if self._triangles > MOST_DRAWN_TRIANGLES:
                     raise InputError(
-                        f"the robot's shapes have more than {MOST_TRIANGLES} triangles"
+                        f"the robot's shapes have more than {MOST_DRAWN_TRIANGLES} triangles"
                     )
-                shown = [mesh for mesh in meshes if len(mesh.faces)]
-                found += [mesh.moved(shape.rotation, shape.translation) for mesh in shown]
+                filled = [mesh for mesh in meshes if len(mesh.faces)]
+                drawn += [mesh.moved(shape.rotation, shape.translation) for mesh in filled]
             except InputError as error:
                 missing.append(str(error))
-        return found, missing
+        return drawn, missing
 
-    def _made(self, shape: LinkShape) -> list[Mesh]:
+    def _shape_meshes(self, shape: LinkShape) -> list[Mesh]:
         if shape.kind != "mesh":
             return [solid(shape.kind, shape.size, shape.colour or GREY)]
         meshes = [mesh.scaled(shape.scale) for mesh in self._file(shape.mesh, shape.urdf)]
@@ -143,31 +138,25 @@ class _Drawn:
         real = path.resolve()
         if real not in self._files:
             try:
-                self._files[real] = self._opened(path)
+                self._files[real] = self._read(path)
             except InputError as error:
                 self._files[real] = error
-        found = self._files[real]
-        if isinstance(found, InputError):
-            raise found
-        return found
+        meshes = self._files[real]
+        if isinstance(meshes, InputError):
+            raise meshes
+        return meshes
 
-    def _opened(self, path: Path) -> list[Mesh]:
-        found = path.stat()
-        self._bytes += found.st_size
-        if self._bytes > MOST_BYTES:
+    def _read(self, path: Path) -> list[Mesh]:
+        status = path.stat()
+        self._bytes += status.st_size
+        if self._bytes > MOST_FILE_BYTES:
             raise InputError(
-                f"mesh {path} is not read: the robot's have more than {MOST_BYTES} bytes"
+                f"mesh {path} is not read: the robot's have more than {MOST_FILE_BYTES} bytes"
             )
-        return _read(path, found.st_mtime_ns)
+        return _read_mesh(path, status.st_mtime_ns)
 
 
-def _read(path: Path, changed: int) -> list[Mesh]:
-    """Read a mesh file, cached by its last change; kept only without images."""
-    if (path, changed) in _KEPT:
-        return _KEPT[path, changed]
-    meshes = [drawable(part) for part in read_mesh(path, mesh_package(path))]
-    if not any(mesh.fault or mesh.image for mesh in meshes):
-        if len(_KEPT) >= MOST_KEPT:
-            _KEPT.pop(next(iter(_KEPT)))
-        _KEPT[path, changed] = meshes
-    return meshes
+@lru_cache(maxsize=32)  # a scenario is shown again after each change
+def _read_mesh(path: Path, changed: int) -> list[Mesh]:
+    """Read a mesh file, cached by its last change."""
+    return [drawable(part) for part in read_mesh(path, mesh_package(path))]

@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 from knotwork.view.camera import framed
 from knotwork.view.mesh import Mesh
 from knotwork.view.meshcat_board import put_up_board
-from knotwork.view.packing import unpacked, unpacked_numbers
+from knotwork.view.scene_parts import unpacked, unpacked_numbers
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

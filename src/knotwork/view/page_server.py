@@ -17,7 +17,7 @@ from urllib.parse import parse_qs
 
 from knotwork.errors import InputError
 from knotwork.view.page import meshcat_viewer, scene_page, waiting_page
-from knotwork.view.scene import STILL
+from knotwork.view.scene_data import ROBOT_PARTS
 
 HOST = "127.0.0.1"
 """Only this machine can reach the page."""
@@ -179,7 +179,7 @@ class LiveServer(PageServer):
     def show(self, scene: Mapping[str, Any]) -> None:
         """Serve another scene."""
         last, version = self.scene, self.version + 1
-        if last is None or any(scene[name] is not last[name] for name in STILL):
+        if last is None or any(scene[name] is not last[name] for name in ROBOT_PARTS):
             self._still = version
         self.scene = {**scene, "still": self._still}
         self._tell(version, "", busy=False)
@@ -234,7 +234,7 @@ class LiveHandler(PageHandler):
             self._tell_changes(server)
         elif path == "/scene" and scene is not None:
             if parse_qs(query).get("still") == [str(scene["still"])]:
-                scene = {key: part for key, part in scene.items() if key not in STILL}
+                scene = {key: part for key, part in scene.items() if key not in ROBOT_PARTS}
             self.send_text(scene_page(scene, scripts=False).html.encode("utf-8"), "text/html")
         else:
             super().answer_other(path, query)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from knotwork.metrics.deviation import deviation_from_path
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
-from knotwork.view.shown import Shown
+from knotwork.view.scene_parts import SceneParts
+from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.task_marks import RED
 from knotwork.view.tool_curves import stretches, times_along
-from knotwork.view.tool_trace import ToolTrace
+from knotwork.view.tool_trace import ToolTrace, tool_trace
 from knotwork.waypoints import FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow; evenly lighter, to be readable in grey, too.
@@ -29,7 +31,7 @@ OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]
 APART, MOST_MARKS = 0.08, 3
 
 
-def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, Any]]:
+def speed_colours(path: ToolTrace, shown: ShownMotion) -> tuple[FloatArray, dict[str, Any]]:
     """Choose the colours of a path.
 
     Returns:
@@ -37,7 +39,10 @@ def speed_colours(path: ToolTrace, shown: Shown) -> tuple[FloatArray, dict[str, 
         given speeds as marks on them [m/s].
     """
     along = [part for _, part, *_ in stretches(shown.scenario, shown.curve)]
-    given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in shown.given)[::-1]
+    speeds = sorted(
+        (float(np.linalg.norm(one.linear)) for one in shown.given_velocities), reverse=True
+    )
+    given = [] if along else speeds
     # A failing tool may be slower than required: the scale shows both speeds.
     high = max([float(path.speed.max()), *given, shown.fastest])
     marks: list[float] = []
@@ -75,31 +80,61 @@ OTHER = (0.45, 0.45, 0.5)
 STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
-def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, Mesh]:
-    """Draw a tool's path in colours of shape (n, 3), in a scene of a given size [m].
+def draw_paths(
+    parts: SceneParts, shown: ShownMotion, motions: Mapping[str, PiecewisePolynomial], size: float
+) -> dict[str, Any]:
+    """Draw the tool, its path, those of other motions and of the task; empty without a tool.
 
-    Empty if the tool does not move.
+    Returns:
+        The legend.
     """
-    line = line_mesh(path.position, colours, 0.0032 * size)
-    meshes = {} if line is None else {"path": line}
+    robot, trace = shown.robot, shown.trace
+    if trace is None:
+        return {}
+    colours, legend = speed_colours(trace, shown)
+    parts.draw("path", line_mesh(trace.position, colours, 0.0032 * size), lit=False)
+    parts.draw("limits broken", _broken_mesh(trace, size), lit=False)
+    deviation, clear = _deviation_mesh(shown, size), _clear_motion_mesh(trace, shown, size)
+    parts.draw("deviation", deviation, lit=False, hidden=True)
+    parts.draw("way", clear, lit=False)
+    for name, motion in motions.items():
+        line = _line_mesh(tool_trace(robot, motion).position, OTHER, 0.0022 * size)
+        parts.draw(f"path of {name}", line, lit=False)
+    carrier = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
+    parts.draw("tool", _tool_mesh(robot, size), carrier=carrier)
+    for joint, dashes in asked_points(shown, size):
+        lines = (_line_mesh(points, ASKED, WIDTH * size) for points in dashes)
+        parts.draw("path asked for", _merged_lines(lines), lit=False, carrier=joint)
+    legend |= {"broken": bool(trace.broken.any()), "way": clear is not None}
+    if deviation is not None:
+        legend["moving"] = any(one.motion.seam_carrier is not None for one in shown.scenario.paths)
+        legend["tolerance"] = shown.scenario.tolerances.path
+        legend["deviation_colours"] = written(DEVIATION_COLOURS)
+    return legend
+
+
+def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
+    """The parts of a tool's path with exceeded limits."""
     red: list[Mesh] = []
-    beyond = np.ma.masked_equal(path.broken, value=False)
+    beyond = np.ma.masked_equal(trace.broken, value=False)
     for run in np.ma.clump_unmasked(beyond):  # type: ignore[no-untyped-call]
-        part = path.position[max(run.start - 1, 0) : run.stop + 1]
-        tubes = line_mesh(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
+        part = trace.position[max(run.start - 1, 0) : run.stop + 1]
         # the tool may be at rest while the limit is exceeded
-        red.append(tubes or sphere(0.012 * size, RED).moved(np.eye(3), part[0]))
-    if red:
-        meshes["limits broken"] = merged(red)
-    return meshes
+        ball = sphere(0.012 * size, RED).moved(np.eye(3), part[0])
+        red.append(_line_mesh(part, RED[:3], 0.0065 * size) or ball)
+    return merged(red) if red else None
 
 
-def other_path_mesh(path: ToolTrace, size: float) -> Mesh | None:
-    """Draw the path of a compared motion; `None` if the tool does not move."""
-    return line_mesh(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
+def _merged_lines(lines: Iterable[Mesh | None]) -> Mesh | None:
+    drawn = [line for line in lines if line is not None]
+    return merged(drawn) if drawn else None
 
 
-def tool_mesh(robot: Robot, size: float) -> Mesh:
+def _line_mesh(points: FloatArray, colour: Sequence[float], radius: float) -> Mesh | None:
+    return line_mesh(points, np.tile(colour, (len(points), 1)), radius)
+
+
+def _tool_mesh(robot: Robot, size: float) -> Mesh:
     """A rod from the tool frame to the tool centre point with its axes, in the joint's axes."""
     tip = robot.model.frames[robot.tcp_frame_id].placement
     flange = tip * robot.tool_offset.inverse()
@@ -134,7 +169,7 @@ WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
 
 
 def asked_points(
-    shown: Shown, size: float, *, at_rest: bool = False
+    shown: ShownMotion, size: float, *, at_rest: bool = False
 ) -> Iterator[tuple[int | None, list[FloatArray]]]:
     """Points of dashes along each of the scenario's tool paths [m], in a scene of a given size [m].
 
@@ -144,7 +179,7 @@ def asked_points(
     """
     for path in shown.scenario.paths:
         whole, dashes = path.motion.path, []
-        carrier, base = shown.carrying(None if at_rest else path.motion.seam_carrier)
+        carrier, base = shown.carrier_of(None if at_rest else path.motion.seam_carrier)
         count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
         starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
@@ -154,42 +189,30 @@ def asked_points(
         yield carrier, dashes
 
 
-def asked_path_meshes(shown: Shown, size: float) -> dict[int | None, Mesh]:
-    """Draw the scenario's tool paths as dashed lines, by the joint that carries them."""
-    parts: dict[int | None, list[Mesh]] = {}
-    for carrier, dashes in asked_points(shown, size):
-        for points in dashes:
-            line = line_mesh(points, np.tile(ASKED, (len(points), 1)), WIDTH * size)
-            if line is not None:
-                parts.setdefault(carrier, []).append(line)
-    return {carrier: merged(drawn) for carrier, drawn in parts.items()}
-
-
-def way_mesh(path: ToolTrace, shown: Shown, size: float) -> Mesh | None:
+def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mesh | None:
     """Draw dashes along collision-free motions; `None` without any."""
     along = np.concatenate(
-        ([0.0], np.cumsum(np.linalg.norm(np.diff(path.position, axis=0), axis=1)))
+        ([0.0], np.cumsum(np.linalg.norm(np.diff(trace.position, axis=0), axis=1)))
     )
     dashed = along % (2 * DASH * size) < 2 * DASHED * DASH * size
-    parts: list[Mesh | None] = []
-    for found in (one for one in shown.findings if one.quantity == "way"):
-        start, end = found.interval or (np.inf, -np.inf)
-        on = dashed & (path.time >= start) & (path.time <= end)
+    lines: list[Mesh | None] = []
+    for finding in (one for one in shown.findings if one.quantity == "way"):
+        start, end = finding.interval or (np.inf, -np.inf)
+        on = dashed & (trace.time >= start) & (trace.time <= end)
         for run in np.ma.clump_unmasked(np.ma.masked_equal(on, value=False)):  # type: ignore[no-untyped-call]
-            points = path.position[run]
-            parts.append(line_mesh(points, np.tile(WAY, (len(points), 1)), WIDTH * size))
-    drawn = [part for part in parts if part is not None]
-    return merged(drawn) if drawn else None
+            points = trace.position[run]
+            lines.append(_line_mesh(points, WAY, WIDTH * size))
+    return _merged_lines(lines)
 
 
-def deviation_mesh(shown: Shown, size: float) -> Mesh | None:
+def _deviation_mesh(shown: ShownMotion, size: float) -> Mesh | None:
     """Draw the tool's path along tool paths, coloured by its deviation.
 
     Returns:
         Colours from zero to the tolerance, red beyond; `None` without a path.
     """
     robot, curve, tolerance = shown.robot, shown.curve, shown.scenario.tolerances.path
-    parts: list[Mesh | None] = []
+    lines: list[Mesh | None] = []
     base = robot.base_placement
     for path, stretch, start, end in stretches(shown.scenario, curve):
         time = times_along(curve, start, end)
@@ -198,6 +221,5 @@ def deviation_mesh(shown: Shown, size: float) -> Mesh | None:
         points = np.array([(base * robot.forward(row)).translation for row in q])
         share = off / tolerance
         colours = np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))
-        parts.append(line_mesh(points, colours, DEVIATION_WIDTH * size))
-    drawn = [part for part in parts if part is not None]
-    return merged(drawn) if drawn else None
+        lines.append(line_mesh(points, colours, DEVIATION_WIDTH * size))
+    return _merged_lines(lines)

@@ -14,10 +14,10 @@ from knotwork.scenario import ScenarioPath
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.trajectory.sampling import sample_times
 from knotwork.units import Units
-from knotwork.view.footing import footing
-from knotwork.view.moving_things import known_positions
-from knotwork.view.packing import packed_numbers
-from knotwork.view.shown import Shown
+from knotwork.view.base_joints import base_joints
+from knotwork.view.known_joints import known_positions
+from knotwork.view.scene_parts import packed_numbers
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_trace import tool_speeds
 from knotwork.waypoints import FloatArray
 
@@ -66,7 +66,7 @@ def arm_frames(
     """
     time = frame_times(curve)
     position = curve(time)
-    shown = footing(robot).positions(np.hstack((position, known_positions(model, time))))
+    shown = base_joints(robot).positions(np.hstack((position, known_positions(model, time))))
     arm: dict[str, Any] = {
         "name": name,
         "start": float(time[0]),
@@ -79,7 +79,7 @@ def arm_frames(
     return arm
 
 
-def waypoint_times(shown: Shown) -> list[dict[str, Any]]:
+def waypoint_times(shown: ShownMotion) -> list[dict[str, Any]]:
     """Names and times of the waypoints; for a stored trajectory its own ones."""
     given = shown.scenario.waypoints
     names = [one.name for one in given] or [str(i) for i in range(len(shown.times))]

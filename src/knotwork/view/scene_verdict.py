@@ -9,9 +9,9 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import facts, in_short
-from knotwork.verification.motion import OUTSIDE, between
-from knotwork.verification.worst import alike
+from knotwork.verification.brief import brief_texts_by_group, short_text
+from knotwork.verification.checked_motion import OUTSIDE, between
+from knotwork.verification.worst import group_alike
 
 
 def verdict(
@@ -25,7 +25,7 @@ def verdict(
         "ok": report.ok,
         "summary": report.summary,
         "duration": f"{report.end_time - report.start_time:.5g} s",
-        "facts": facts(report.groups),
+        "facts": brief_texts_by_group(report.groups),
         "failures": failures(report, scenario),
         "contacts": _contacts(report, robot, first_joint),
     }
@@ -37,7 +37,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     Each has its `line`, its `remedy`, all that is known of it in `fact`, the time to look `at`
     [s], and what it does at other times in `also`. The first collision lists the tried remedies.
     """
-    kinds = alike(report.failures)
+    kinds = group_alike(report.failures)
     others = sorted((one for _, *more in kinds for one in more), key=lambda one: one.at or 0.0)
     found = [*(worst for worst, *_ in kinds), *others]
     failure_texts = [_failure(one, report.units, scenario) for one in found]
@@ -54,7 +54,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _failure(found: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
-    line, at = in_short(found, units), found.at
+    line, at = short_text(found, units), found.at
     if found.subject == "waypoint" and line.startswith(found.name):
         line = called(found.name) + line.removeprefix(found.name)
     elif at is not None and (found.label or found.value is not None):

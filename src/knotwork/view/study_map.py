@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.errors import InputError, KnotworkError
 from knotwork.view.page import Page, asset, json_in_html, rendered, scene_page
 from knotwork.view.page_server import PageHandler, PageServer
-from knotwork.view.scene import STILL
+from knotwork.view.scene_data import ROBOT_PARTS
 from knotwork.view.study_plot import DrawnStudy, VariedValue
 from knotwork.view.style import rounded
 
@@ -79,9 +79,9 @@ def map_page(study: Any, scene_of: _SceneOf, command: str) -> tuple[Page, int]:
         if first is None:
             first, page = scene, scene_page(scene, ghosts=False).html
             size = len(page)
-        elif any(scene[name] is not first[name] for name in STILL):  # of another robot
+        elif any(scene[name] is not first[name] for name in ROBOT_PARTS):  # of another robot
             continue
-        moving = {name: part for name, part in scene.items() if name not in STILL}
+        moving = {name: part for name, part in scene.items() if name not in ROBOT_PARTS}
         text = scene_page(moving, scripts=False).html
         size += len(text)
         if size > MOST_BYTES:

@@ -28,7 +28,7 @@ EQUAL_FIGURES = 1e-3
 """Relative difference below which figures of rows are equal."""
 TITLE_LETTERS = 40
 """Number of letters in a line of a title."""
-MOST_DOTS = 5000
+MOST_DOTS = 1000
 """Largest number of dots drawn one by one in a vector file."""
 DEFAULT_FIGURES = [
     "clearance",
@@ -198,7 +198,11 @@ def _draw_map(axes: Axes, study: DrawnStudy, name: str) -> None:
         look = {"c": study.values(name), "cmap": "viridis"}
     sides = [len(np.unique(value.at)) for value in (x, y)]
     across = max(sides) if study.grid else len(x.at) ** 0.5
-    look |= {"s": min(max(200.0 / across, 2.5), 14.0) ** 2, "marker": "s" if study.grid else "o"}
+    look |= {
+        "linewidths": 0.0,
+        "s": min(max(200.0 / across, 2.5), 14.0) ** 2,
+        "marker": "s" if study.grid else "o",
+    }
     dots = axes.scatter(x.at, y.at, rasterized=len(x.at) > MOST_DOTS, **look)
     for value, axis in ((x, axes.xaxis), (y, axes.yaxis)):
         axis.set_label_text(textwrap.fill(value.title, TITLE_LETTERS))

@@ -26,7 +26,7 @@ def targets(
     base.
     """
     base = robot.base_placement
-    found = []
+    at_tool = []
     for i, (waypoint, state) in enumerate(zip(scenario.waypoints, space.targets, strict=True)):
         if i - 1 in space.waits:
             continue
@@ -40,9 +40,9 @@ def targets(
                 turn, pose = away.rotation, away * pose
                 twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)
         turned = pin.Motion(base.rotation @ twist.linear, base.rotation @ twist.angular)
-        made = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
-        found.append(replace(made, standing=waypoint.standing))
-    return found
+        target = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
+        at_tool.append(replace(target, standing=waypoint.standing))
+    return at_tool
 
 
 def spacings(asked: Sequence[CartesianWaypoint]) -> FloatArray:

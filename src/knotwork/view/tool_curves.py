@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,26 +17,23 @@ from knotwork.metrics.deviation import (
     straight_legs,
 )
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.jumps import measured_jumps
-from knotwork.polynomial.refined import refined
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.view.clearance_curve import clearance_curve
-from knotwork.view.curves import piecewise_values
-from knotwork.view.drawn_motions import Motion
 from knotwork.view.limit_share import frame_values, singular_values
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
-# Largest number of samples; smallest and largest number in a piece; number between two poses; in a
-# stretch of a path, smallest number in each piece, and largest number.
-POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
-ALONG, PIECE_ALONG, MOST_ALONG = 240, 16, 12_000
+SAMPLES, LINE_SAMPLES = 1500, 80
+"""Number of samples of a motion, and between two poses."""
+PATH_SAMPLES, PIECE_SAMPLES, MOST_PATH_SAMPLES = 240, 16, 12_000
+"""Number of samples of a stretch of a path, at least in each piece, and at most."""
 
 Curve = tuple[FloatArray, FloatArray]
 """Times [s], shape (n,), and values, shape (n, k), with NaN at gaps."""
 
 
-def robot_of(motion: Motion) -> Robot:
+def robot_of(motion: ShownMotion) -> Robot:
     """Give a motion's robot.
 
     Raises:
@@ -64,7 +61,7 @@ def stretches(
                 yield path, stretch, float(low), float(high)
 
 
-def full_speeds(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
+def full_speeds(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
     """Stretches with a given constant speed, with their time intervals [s]."""
     for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
@@ -72,82 +69,47 @@ def full_speeds(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, 
             yield path, stretch, low, high
 
 
-def speeds(motion: Motion) -> Curve:
+def speeds(motion: ShownMotion) -> Curve:
     """Linear [m/s] and angular [rad/s] speed of the tool."""
-    robot = robot_of(motion)
-
-    def measured(q: FloatArray, v: FloatArray, _: FloatArray) -> FloatArray:
-        twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
-        return np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
-
-    return _over_time(motion, measured, (0, 1))
+    robot, time = robot_of(motion), _sample_times(motion)
+    states = zip(motion.curve(time), motion.curve(time, 1), strict=True)
+    twists = [robot.twist(*state) for state in states]
+    return time, np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
 
 
-def place_rates(motion: Motion, frame: str, order: int) -> Curve:
+def frame_rates(motion: ShownMotion, frame: str, order: int) -> Curve:
     """Speed [m/s] or acceleration [m/s²] of a link's origin, or of the tool."""
-    robot = robot_of(motion)
-
-    def measured(*states: FloatArray) -> FloatArray:
-        return frame_values(robot, frame, order, *states)[:, np.newaxis]
-
-    return _over_time(motion, measured, range(order + 1))
+    robot, time = robot_of(motion), _sample_times(motion)
+    states = (motion.curve(time, k) for k in range(3))
+    return time, frame_values(robot, frame, order, *states)[:, np.newaxis]
 
 
-def least_singular_values(motion: Motion) -> Curve:
+def least_singular_values(motion: ShownMotion) -> Curve:
     """The smallest singular value of the tool Jacobian."""
-    robot = robot_of(motion)
-
-    def measured(q: FloatArray, *_: FloatArray) -> FloatArray:
-        return singular_values(robot, q)[:, np.newaxis]
-
-    return _over_time(motion, measured, (0,))
+    time = _sample_times(motion)
+    return time, singular_values(robot_of(motion), motion.curve(time))[:, np.newaxis]
 
 
-def clearances(motion: Motion) -> Curve:
+def clearances(motion: ShownMotion) -> Curve:
     """Minimum clearance from the surroundings [m]."""
-    x = motion.curve.x
-    at = [one.time for one in motion.judged if one.quantity == "clearance"]
-    also = [time for time in at if time is not None]
-    span = float(x[0]), float(x[-1])
-    found = clearance_curve(motion.trajectory, motion.scenario, motion.space, span, also)
-    if found is None:
+    span = float(motion.curve.x[0]), float(motion.curve.x[-1])
+    nearest = [one.time for one in motion.tool_findings if one.quantity == "clearance"]
+    times = [time for time in nearest if time is not None]
+    clearance = clearance_curve(motion.trajectory, motion.scenario, motion.space, span, times)
+    if clearance is None:
         return np.empty(0), np.empty((0, 1))
-    return found.time, found.distance[:, np.newaxis]
+    return clearance.time, clearance.distance[:, np.newaxis]
 
 
-def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iterable[int]) -> Curve:
-    """Sample a quantity, including the times of findings on limits.
-
-    Args:
-        motion: The motion.
-        measured: Values, shape (n, k), from position, velocity and acceleration of the joints.
-        orders: The curve has gaps at jumps of these derivatives.
-    """
-    curve = motion.curve
-    count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
-    curve = _cut(curve, count * float(curve.x[-1] - curve.x[0]) / POINTS)
-    (time, q), (_, v), (_, a) = (piecewise_values(curve, order, count) for order in range(3))
-    jumps = [measured_jumps(curve, order) for order in orders]
-    places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
-    values = np.insert(measured(q, v, a), places * count, np.nan, axis=0)
-    time = np.insert(time, places * count, curve.x[places])
-    at = [one.time for one in motion.judged if one.time is not None]
-    if not at:
-        return time, values
-    also = np.sort(at)
-    index = np.searchsorted(time, also, side="right")
-    found = measured(*(curve(also, order) for order in range(3)))
-    return np.insert(time, index, also), np.insert(values, index, found, axis=0)
+def _sample_times(motion: ShownMotion) -> FloatArray:
+    """Times of a motion, with those of findings on limits [s]."""
+    at = [finding.time for finding in motion.tool_findings if finding.time is not None]
+    x = motion.curve.x
+    breaks = x if len(x) <= SAMPLES else x[[0, -1]]
+    return np.unique(np.concatenate([np.linspace(x[0], x[-1], SAMPLES), breaks, at]))
 
 
-def _cut(curve: PiecewisePolynomial, span: float) -> PiecewisePolynomial:
-    """The same curve with long pieces cut into ones of about a span [s]."""
-    ends = zip(curve.x[:-1], curve.x[1:], strict=True)
-    times = [np.linspace(a, b, int((b - a) / span) + 1)[1:-1] for a, b in ends]
-    return refined(curve, np.concatenate(times))
-
-
-def speed_errors(motion: Motion) -> Curve:
+def speed_errors(motion: ShownMotion) -> Curve:
     """Relative error of the speed along the path."""
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in full_speeds(motion):
@@ -155,31 +117,31 @@ def speed_errors(motion: Motion) -> Curve:
         q, v = motion.curve(time), motion.curve(time, 1)
         speed = speed_along_path(robot, q, v, path, stretch, time)
         parts.append((time, (speed / stretch.speed - 1.0)[:, np.newaxis]))
-    return _joined(parts, 1)
+    return _join_curves(parts, 1)
 
 
-def path_deviations(motion: Motion) -> Curve:
+def path_deviations(motion: ShownMotion) -> Curve:
     """Distance [m] and angle [rad] of the tool from its path."""
     robot, parts = robot_of(motion), []
     for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         time = times_along(motion.curve, start, end)
         off = deviation_from_path(robot, motion.curve(time), path, stretch, time)
         parts.append((time, np.stack(off, axis=1)))
-    return _joined(parts, 2)
+    return _join_curves(parts, 2)
 
 
-def straight_deviations(motion: Motion) -> Curve:
+def straight_deviations(motion: ShownMotion) -> Curve:
     """Distance [m] and angle [rad] from the straight line between poses, off tool paths."""
     robot, parts = robot_of(motion), []
     task = motion.scenario
     for before, after in straight_legs(task.waypoints, task.paths):
         start, end = max(before.time, motion.curve.x[0]), min(after.time, motion.curve.x[-1])
         if start < end:
-            time = np.linspace(start, end, BETWEEN + 1)
+            time = np.linspace(start, end, LINE_SAMPLES + 1)
             poses = map(robot.forward, motion.curve(time))
             off = [deviation_from_line(pose, before.pose, after.pose) for pose in poses]
             parts.append((time, np.array(off)))
-    return _joined(parts, 2)
+    return _join_curves(parts, 2)
 
 
 def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatArray:
@@ -187,15 +149,15 @@ def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatAr
     x = curve.x
     edges = np.concatenate(([start], x[(x > start) & (x < end)], [end]))
     pieces = len(edges) - 1
-    count = max(min(max(ALONG // pieces, PIECE_ALONG), MOST_ALONG // pieces), LEAST_POINTS)
+    count = min(max(PATH_SAMPLES // pieces, PIECE_SAMPLES), max(MOST_PATH_SAMPLES // pieces, 4))
     part = np.arange(count) / count
     return np.append((edges[:-1, None] + np.diff(edges)[:, None] * part).ravel(), end)
 
 
-def _joined(parts: list[Curve], columns: int) -> Curve:
+def _join_curves(curves: list[Curve], columns: int) -> Curve:
     """Join curves, with NaN where one does not begin at the end of the other."""
     times, values = [np.empty(0)], [np.empty((0, columns))]
-    for time, value in parts:
+    for time, value in curves:
         if len(times[-1]) and times[-1][-1] < time[0]:
             times.append(time[:1])
             values.append(np.full((1, columns), np.nan))
@@ -205,7 +167,7 @@ def _joined(parts: list[Curve], columns: int) -> Curve:
 
 
 @dataclass(frozen=True)
-class Row:
+class ToolRow:
     """A row of panels.
 
     Attributes:
@@ -222,7 +184,7 @@ class Row:
 
     title: str
     unit: str
-    curve: Callable[[Motion], Curve]
+    curve: Callable[[ShownMotion], Curve]
     component: int = 0
     asked: str = ""
     limit: float | None = None
@@ -231,7 +193,7 @@ class Row:
     least: bool = False
 
 
-def tool_rows(motions: list[Motion]) -> list[Row]:
+def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     """Candidate rows; the caller leaves out those without values."""
     for motion in motions:
         robot_of(motion)  # raises before anything is drawn
@@ -240,13 +202,13 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
     off, straight = path_deviations, straight_deviations
     speed, speed_error = limits.tool_speed, allowed.path_speed
     rows = [
-        Row("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),
-        Row("turning speed", "rad/s", speeds, 1, "angular"),
-        Row("speed error", "%", speed_errors, limit=speed_error, tolerance=True),
-        Row("off tool path", "m", off, limit=allowed.path, tolerance=True),
-        Row("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
-        Row("off straight path", "m", straight),
-        Row("turned off line", "rad", straight, 1),
+        ToolRow("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),
+        ToolRow("turning speed", "rad/s", speeds, 1, "angular"),
+        ToolRow("speed error", "%", speed_errors, limit=speed_error, tolerance=True),
+        ToolRow("off tool path", "m", off, limit=allowed.path, tolerance=True),
+        ToolRow("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
+        ToolRow("off straight path", "m", straight),
+        ToolRow("turned off line", "rad", straight, 1),
     ]
     places = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     places += [
@@ -255,14 +217,16 @@ def tool_rows(motions: list[Motion]) -> list[Row]:
     ]
     for title, frame, limit, order, quantity in places:
         if limit is not None:
-            curve = partial(place_rates, frame=frame, order=order)
+            curve = partial(frame_rates, frame=frame, order=order)
             unit = rate_unit("m", order)
-            rows.append(Row(title, unit, curve, limit=limit, judged=(quantity, frame)))
+            rows.append(ToolRow(title, unit, curve, limit=limit, judged=(quantity, frame)))
     if scenario.scene.objects:
         least = scenario.scene.rules.margin
-        rows.append(Row("clearance", "m", clearances, limit=least, least=True))
+        rows.append(ToolRow("clearance", "m", clearances, limit=least, least=True))
     if limits.singular_value is not None:
         title, judged = "smallest singular value", ("smallest_singular_value", "")
         least = limits.singular_value
-        rows.append(Row(title, "", least_singular_values, limit=least, judged=judged, least=True))
+        rows.append(
+            ToolRow(title, "", least_singular_values, limit=least, judged=judged, least=True)
+        )
     return rows

@@ -11,17 +11,19 @@ import numpy as np
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
-from knotwork.view.drawn_motions import (
-    Drawable,
-    Motion,
-    check_distinct,
-    chosen_velocities,
-    motions_of,
-)
 from knotwork.view.headings import picture_title, write_around
 from knotwork.view.panel import Level, Panel, new_axes, new_figure, page_size, set_ranges
+from knotwork.view.plotted_motions import check_distinct, motions_of
+from knotwork.view.shown_motion import Drawable, ShownMotion
 from knotwork.view.style import LOOKS, rounded, settings
-from knotwork.view.tool_curves import Curve, Row, full_speeds, speed_errors, stretches, tool_rows
+from knotwork.view.tool_curves import (
+    Curve,
+    ToolRow,
+    full_speeds,
+    speed_errors,
+    stretches,
+    tool_rows,
+)
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -84,7 +86,7 @@ def plot_tool(
 
 
 def _panel(
-    axes: Axes, row: Row, motions: list[Motion], samples: list[Curve], units: Units
+    axes: Axes, row: ToolRow, motions: list[ShownMotion], samples: list[Curve], units: Units
 ) -> Panel:
     """Draw the panel of a row, with all motions."""
     factor, unit = (100.0, "%") if row.unit == "%" else units.shown(1.0, row.unit)
@@ -95,7 +97,7 @@ def _panel(
     axes.update_datalim([(motions[0].curve.x[0], 0.0)])
     first, scenario = motions[0], motions[0].scenario
     panel.mark_waypoints(np.array([waypoint.time for waypoint in scenario.waypoints]))
-    chosen = chosen_velocities(scenario)
+    chosen = first.chosen_velocities
     poses = [
         waypoint
         for waypoint in scenario.waypoints
@@ -117,7 +119,7 @@ def _panel(
 
 
 def _mark_limit(
-    panel: Panel, row: Row, limit: float, motions: list[Motion], values: list[Curve]
+    panel: Panel, row: ToolRow, limit: float, motions: list[ShownMotion], values: list[Curve]
 ) -> None:
     """A tolerance or a limit, the parts beyond, and a note on the worst value."""
     side = -1.0 if row.least else 1.0
@@ -133,7 +135,7 @@ def _mark_limit(
             reached.append((float(used[i]), float(time[i]), motion.label))
         reached += [
             (side * panel.factor * finding.value, finding.time, motion.label)
-            for finding in motion.judged
+            for finding in motion.tool_findings
             if (finding.quantity, finding.name) == row.judged and finding.value is not None
             if finding.time is not None
         ]

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.scene.distances import ROUNDING, TOLERANCE
+from knotwork.scene.distances import DISTANCE_ERROR, NEAREST_POINT_TOLERANCE
 from knotwork.timing.problem import TimingLimits
 from knotwork.waypoints import FloatArray
 
@@ -32,13 +32,13 @@ class NearPair(NamedTuple):
     gradient: FloatArray
 
 
-def at_time(model: CollisionModel, time: float) -> CollisionModel:
+def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
     """The collision model with the bodies that exist at a time [s], without their intervals."""
-    there = [body.start <= time <= body.end for body in model.bodies]
+    exists = [body.start <= time <= body.end for body in model.bodies]
     return replace(
         model,
-        bodies=tuple(replace(one, start=-math.inf, end=math.inf) for one in model.bodies),
-        pairs=tuple(pair for pair in model.pairs if there[pair.first] and there[pair.second]),
+        bodies=tuple(replace(body, start=-math.inf, end=math.inf) for body in model.bodies),
+        pairs=tuple(pair for pair in model.pairs if exists[pair.first] and exists[pair.second]),
     )
 
 
@@ -91,7 +91,7 @@ class Configurations:
         self._found = self._geometry.createData()
         for request in self._found.distanceRequests:
             request.enable_signed_distance = True
-            request.gjk_tolerance = TOLERANCE
+            request.gjk_tolerance = NEAREST_POINT_TOLERANCE
         for request in self._found.collisionRequests:
             request.enable_contact = False
         self.keep_away(0.0)
@@ -107,7 +107,7 @@ class Configurations:
         wanted = np.full(len(self._pairs), extra)
         for q in ends:
             wanted = np.minimum(wanted, 0.5 * np.maximum(self.gaps(q), 0.0))
-        kept = self.margin + wanted + ROUNDING
+        kept = self.margin + wanted + DISTANCE_ERROR
         for request, distance in zip(self._found.collisionRequests, kept.tolist(), strict=True):
             request.security_margin = distance
 

@@ -22,8 +22,8 @@ class Way:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         time: Times of the waypoints [s], shape (n,).
         line: The polyline from which it was made, shape (n, d).
-        through: The problem with the polyline's corners as waypoints, or `None` if a part of the
-            motion to or from rest is not straight.
+        through: The problem with the corners of the polyline as waypoints, or `None` if a part of
+            the motion to or from rest is not straight.
         rests: Whether it rests at corners of the polyline between the waypoints.
         room: Clearance that it keeps beyond the margins [m].
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -108,9 +108,9 @@ def stretch(problem: WayProblem, way: Way, duration: float) -> PiecewisePolynomi
     if way.through is None:
         return None
     rests = resting(replace(way.through, total=duration), "resting")
-    if rests is None or contacts_of(problem.model, rests.found.curve, problem.resolution):
+    if rests is None or contacts_of(problem.model, rests.knots.curve, problem.resolution):
         return None
-    return rests.found.curve
+    return rests.knots.curve
 
 
 def _with_room(problem: WayProblem, room: float) -> WayProblem:
@@ -126,18 +126,6 @@ def _with_room(problem: WayProblem, room: float) -> WayProblem:
         both = model.bodies[one.first].name, model.bodies[one.second].name
         pairs.append(one._replace(margin=one.margin + least.get(both, 0.0)))
     return replace(problem, model=replace(model, pairs=tuple(pairs)))
-
-
-def stretches(
-    starts: FloatArray, inner: FloatArray, goals: FloatArray
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Possible starts and ends of each polyline between waypoints, shape (m, d) each."""
-    return pairwise([starts, *inner[:, None], goals])
-
-
-def affordable(checks: int, space: Configurations) -> int:
-    """Number of configurations checked, reduced for many pairs."""
-    return checks * PAIRS // max(PAIRS, len(space.bodies))
 
 
 class _Search:
@@ -248,7 +236,7 @@ class _Search:
         """Polylines between consecutive waypoints, proved clear."""
         found = []
         starts, goals = self.rests
-        for k, ends in enumerate(stretches(starts, self.inner, goals)):
+        for k, ends in enumerate(pairwise([starts, *self.inner[:, None], goals])):
             line = self._line([seed, k] if k else [seed], *ends)
             if line is None:
                 return None
@@ -266,7 +254,7 @@ class _Search:
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                most = affordable(checks, self.space)
+                most = checks * PAIRS // max(PAIRS, len(self.space.bodies))
                 line = connect(self.space, starts[few], goals[few], rng, step, most)
                 if line is None:
                     break
@@ -318,7 +306,7 @@ class _Search:
         rests = resting(through, "resting")
         if rests is None:
             return None
-        middle, times = rests.found.curve, rests.found.knots.time[passed]
+        middle, times = rests.knots.curve, rests.knots.time[passed]
         if before is None and after is None:
             return middle, times, through
         curve = concatenate(before, middle, after)

@@ -10,7 +10,7 @@ from knotwork.errors import PathError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
-from knotwork.verification.bounds.path import PathLimits, path_bounds, path_rounding
+from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds, path_rounding
 from knotwork.waypoints import FloatArray
 
 # The proof uses tolerances narrower by this fraction, so that the check, which rounds differently,
@@ -65,7 +65,7 @@ def proved_tolerance_use(
 ) -> FloatArray:
     """Upper bound on the error between waypoints, relative to the tolerances.
 
-    The same proof as in the check: see `verification.bounds.path`.
+    The same proof as in the check: see `verification.bounds.stretch_bounds`.
 
     Args:
         robot: The arm.

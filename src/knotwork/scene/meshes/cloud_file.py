@@ -9,10 +9,10 @@ import numpy as np
 from knotwork.documents.csv_rows import read_rows
 from knotwork.errors import InputError
 from knotwork.scene.meshes.ply_file import read_ply
-from knotwork.scene.meshes.size_limits import FARTHEST, read_bounded
+from knotwork.scene.meshes.size_limits import FARTHEST_POINT, read_bounded
 from knotwork.waypoints import FloatArray
 
-AXES = ("x", "y", "z")
+COORDINATES = ("x", "y", "z")
 
 
 def read_cloud(path: Path) -> FloatArray:
@@ -31,11 +31,11 @@ def read_cloud(path: Path) -> FloatArray:
         points = read(path)
         if not len(points):
             raise InputError("it has no points")
-        wrong = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
+        wrong = np.flatnonzero(~(np.abs(points) <= FARTHEST_POINT).all(axis=1))
         if wrong.size:
             raise InputError(
                 f"point {wrong[0] + 1} of {len(points)} is {points[wrong[0]].tolist()}, not finite "
-                f"or farther than {FARTHEST:g} from the origin"
+                f"or farther than {FARTHEST_POINT:g} from the origin"
             )
     except (InputError, OSError) as error:
         raise InputError(f"point cloud {path} can't be read: {error}") from error
@@ -45,13 +45,13 @@ def read_cloud(path: Path) -> FloatArray:
 def _read_csv(path: Path) -> FloatArray:
     rows = read_rows(path)
     names = [name.strip().lower() for name in rows.headings]
-    missing = [name for name in AXES if names.count(name) != 1]
+    missing = [name for name in COORDINATES if names.count(name) != 1]
     if missing:
         raise InputError(
             f"its first line names no column {', '.join(missing)}; expected are headings x,y,z "
             "above the numbers"
         )
-    return np.column_stack([rows.numbers(names.index(name)) for name in AXES])
+    return np.column_stack([rows.numbers(names.index(name)) for name in COORDINATES])
 
 
 def _read_ply(path: Path) -> FloatArray:

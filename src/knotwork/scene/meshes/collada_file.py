@@ -21,8 +21,8 @@ from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
 from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.size_limits import (
-    MOST_ELEMENTS,
-    MOST_SHAPES,
+    MOST_COLLADA_ELEMENTS,
+    MOST_SHOWN_SHAPES,
     check_triangles,
     require_whole,
 )
@@ -53,7 +53,7 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     """
     import collada
 
-    check_xml(data, MOST_ELEMENTS)
+    check_xml(data, MOST_COLLADA_ELEMENTS)
     root = ElementTree.fromstring(data)
     _check_shapes(root)
     _check_whole(root)
@@ -129,7 +129,7 @@ def _check_shapes(root: ElementTree.Element) -> None:
     Each part of a geometry counts wherever it is shown.
 
     Raises:
-        InputError: There are more than `MOST_SHAPES`.
+        InputError: There are more than `MOST_SHOWN_SHAPES`.
         RecursionError: A node shows itself.
     """
     named = {e.get("id"): e for e in root.iter() if _tag(e) in ("node", "geometry")}
@@ -145,8 +145,10 @@ def _check_shapes(root: ElementTree.Element) -> None:
         return sum(map(shape_count, element))
 
     shapes = sum(shape_count(scene) for scene in root.iter() if _tag(scene) == "visual_scene")
-    if shapes > MOST_SHAPES:
-        raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MOST_SHAPES} are read")
+    if shapes > MOST_SHOWN_SHAPES:
+        raise InputError(
+            f"its nodes show {shapes:.3g} shapes; at most {MOST_SHOWN_SHAPES} are read"
+        )
 
 
 def _without_materials(data: bytes) -> io.BytesIO:

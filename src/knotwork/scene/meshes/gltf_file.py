@@ -12,8 +12,8 @@ import numpy as np
 from knotwork.errors import InputError, shown
 from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.size_limits import (
-    MOST_SHAPES,
-    MOST_TRIANGLES,
+    MOST_MESH_TRIANGLES,
+    MOST_SHOWN_SHAPES,
     check_triangles,
     require_whole,
 )
@@ -58,12 +58,14 @@ def _check(content: Any) -> None:
     """Refuse content that needs much memory, or that trimesh ignores."""
     accessors = content.get("accessors", ())
     counts = [accessor.get("count", 0) for accessor in accessors]
-    if any(not isinstance(count, int) or count > 3 * MOST_TRIANGLES for count in counts):
-        raise InputError(f"an accessor has more than {3 * MOST_TRIANGLES} values")
+    if any(not isinstance(count, int) or count > 3 * MOST_MESH_TRIANGLES for count in counts):
+        raise InputError(f"an accessor has more than {3 * MOST_MESH_TRIANGLES} values")
     nodes = content.get("nodes", [])
     carried = list(chain.from_iterable(node.get("children", ()) for node in nodes))
-    if len(nodes) > MOST_SHAPES or len(set(carried)) < len(carried):
-        raise InputError(f"it has more than {MOST_SHAPES} nodes, or one that is in two others")
+    if len(nodes) > MOST_SHOWN_SHAPES or len(set(carried)) < len(carried):
+        raise InputError(
+            f"it has more than {MOST_SHOWN_SHAPES} nodes, or one that is in two others"
+        )
     meshes = len(content.get("meshes", ()))
     for index in (node["mesh"] for node in nodes if "mesh" in node):
         if index not in range(meshes):

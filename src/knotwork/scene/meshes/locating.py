@@ -39,14 +39,14 @@ def find_mesh(
     """
     ros = ros_folders() if ros is None else ros
     allowed = [*_own_folders(urdf), *map(_real, (*package_paths, *ros))]
-    scheme, _, rest = name.partition("://")
+    scheme, _, address = name.partition("://")
     if scheme in ("package", "model"):
-        allowed += _linked(rest.partition("/")[0], ros)
+        allowed += _linked_folders(address.partition("/")[0], ros)
 
     def places() -> Iterator[tuple[Path, Path]]:
         """Candidate files, each with the folder that it is searched in."""
         if scheme in ("package", "model"):
-            for folder, inside in _in_packages(rest, urdf, package_paths, ros):
+            for folder, inside in _in_packages(address, urdf, package_paths, ros):
                 yield folder / inside, folder
         else:
             for folder in (urdf.parent, *package_paths, *ros):
@@ -79,7 +79,7 @@ def mesh_package(mesh: Path) -> Path:
 
 def _package(folder: Path) -> Path:
     above = (folder, *folder.parents)
-    return next((one for one in above if (one / "package.xml").is_file()), folder)
+    return next((parent for parent in above if (parent / "package.xml").is_file()), folder)
 
 
 def _own_folders(urdf: Path) -> list[Path]:
@@ -92,7 +92,7 @@ def ros_folders() -> tuple[Path, ...]:
     listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     listed += [f"{prefix}/share" for prefix in prefixes if prefix]
-    return tuple(Path(one) for one in listed if one)
+    return tuple(Path(path) for path in listed if path)
 
 
 def _in_packages(
@@ -110,7 +110,7 @@ def _in_packages(
     yield from ((folder, inside) for folder in package_paths)
 
 
-def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
+def _linked_folders(package: str, ros: Sequence[Path]) -> Iterator[Path]:
     """Folder of a ROS package whose files are links, as installed by `colcon`."""
     for folder in ros if package not in ("", ".", "..") else ():
         file = _real(folder / package / "package.xml")
@@ -120,7 +120,7 @@ def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
 
 def _below(path: Path, folders: Sequence[Path | None]) -> bool:
     real = _real(path)
-    return real is not None and any(real.is_relative_to(one) for one in folders if one)
+    return real is not None and any(real.is_relative_to(folder) for folder in folders if folder)
 
 
 def _real(path: Path) -> Path | None:

@@ -16,7 +16,7 @@ from knotwork.polynomial.distinct import distinct
 from knotwork.scene.meshes.mesh_part import MeshPart
 from knotwork.scene.meshes.obj_file import read_obj
 from knotwork.scene.meshes.ply_file import read_off, read_ply
-from knotwork.scene.meshes.size_limits import FARTHEST, check_triangles, read_bounded
+from knotwork.scene.meshes.size_limits import FARTHEST_POINT, check_triangles, read_bounded
 from knotwork.scene.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray
 
@@ -90,9 +90,10 @@ def _check(parts: tuple[MeshPart, ...]) -> None:
     for part in parts:
         if any(a.ndim != 2 or a.shape[1] != 3 for a in (part.points, part.triangles)):
             raise InputError("it has points or triangles that are not three numbers each")
-        if not (np.abs(part.points) <= FARTHEST).all():
+        if not (np.abs(part.points) <= FARTHEST_POINT).all():
             raise InputError(
-                f"it has points that are not finite or farther than {FARTHEST:g} from the origin"
+                "it has points that are not finite or farther than "
+                f"{FARTHEST_POINT:g} from the origin"
             )
         indices, n = part.triangles, len(part.points)
         if indices.size and (indices.min() < 0 or indices.max() >= n):

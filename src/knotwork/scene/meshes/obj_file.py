@@ -29,7 +29,7 @@ def _fans(polygons: Sequence[Sequence[int]]) -> IndexArray:
         if len(corners) < 3:
             has = f"face {i} of {len(polygons)} has {len(corners)} corners, fewer than 3"
             raise InputError(has)
-    fans = [(one[0], *pair) for one in polygons for pair in pairwise(one[1:])]
+    fans = [(polygon[0], *pair) for polygon in polygons for pair in pairwise(polygon[1:])]
     return np.array(fans, dtype=np.int64).reshape(-1, 3)
 
 
@@ -52,7 +52,9 @@ def read_obj(data: bytes) -> tuple[FloatArray, IndexArray]:
                 points.append([float(word) for word in words[:3]])
             elif kind in ("f", "fo"):
                 corners = [int(word.partition("/")[0]) for word in words]
-                corners = [one - 1 if one >= 0 else one + len(points) for one in corners]
+                corners = [
+                    number - 1 if number >= 0 else number + len(points) for number in corners
+                ]
                 if min(corners, default=0) < 0:
                     raise ValueError
                 faces.append(corners)

@@ -28,8 +28,8 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
     """
     from trimesh.exchange.ply import load_ply
 
-    head, found, body = data.partition(b"end_header")
-    require_whole(bool(found), "its header has no line 'end_header'")
+    head, separator, body = data.partition(b"end_header")
+    require_whole(bool(separator), "its header has no line 'end_header'")
     counts = {}
     for name, count, properties in _ELEMENT.findall(head):
         counts[name.decode(errors="replace")] = int(count)
@@ -51,7 +51,7 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
             f"it is not read whole: its header counts {listed}, and it is cut off, damaged, or "
             f"binary with faces of different numbers of corners ({error})"
         ) from error
-    return _whole(read, counts)
+    return _check_counts(read, counts)
 
 
 def read_off(data: bytes) -> tuple[FloatArray, IndexArray]:
@@ -68,10 +68,12 @@ def read_off(data: bytes) -> tuple[FloatArray, IndexArray]:
         rows == vertices + faces,
         f"it counts {vertices} vertices and {faces} faces, a line each, and has {rows} lines",
     )
-    return _whole(load_off(io.BytesIO(data)), {"vertex": vertices, "face": faces})
+    return _check_counts(load_off(io.BytesIO(data)), {"vertex": vertices, "face": faces})
 
 
-def _whole(read: dict[str, FloatArray], counts: dict[str, int]) -> tuple[FloatArray, IndexArray]:
+def _check_counts(
+    read: dict[str, FloatArray], counts: dict[str, int]
+) -> tuple[FloatArray, IndexArray]:
     from trimesh.geometry import triangulate_quads
 
     points = np.asarray(read.get("vertices", np.zeros((0, 3))), dtype=float)

@@ -6,14 +6,14 @@ from pathlib import Path
 
 from knotwork.errors import InputError
 
-MOST_BYTES = 64_000_000
-MOST_TRIANGLES = 1_000_000
+MOST_MESH_BYTES = 64_000_000
+MOST_MESH_TRIANGLES = 1_000_000
 """Triangles of one file, counted each time the file shows them."""
-MOST_ELEMENTS = 100_000
+MOST_COLLADA_ELEMENTS = 100_000
 """XML elements of a COLLADA file; few of them hold its numbers."""
-MOST_SHAPES = 5_000
+MOST_SHOWN_SHAPES = 5_000
 """Shapes that a file shows, counted each time."""
-FARTHEST = 1e9
+FARTHEST_POINT = 1e9
 """Distance of a point from the origin, along each axis, in the file's unit."""
 
 
@@ -26,8 +26,8 @@ def read_bounded(path: Path) -> bytes:
     """
     if not path.is_file():
         raise InputError("it is not a regular file")
-    if (size := path.stat().st_size) > MOST_BYTES:
-        raise InputError(f"it has {size} bytes; at most {MOST_BYTES} are read")
+    if (size := path.stat().st_size) > MOST_MESH_BYTES:
+        raise InputError(f"it has {size} bytes; at most {MOST_MESH_BYTES} are read")
     return path.read_bytes()
 
 
@@ -35,17 +35,17 @@ def check_triangles(count: int) -> None:
     """Refuse too many triangles.
 
     Raises:
-        InputError: There are more than `MOST_TRIANGLES`.
+        InputError: There are more than `MOST_MESH_TRIANGLES`.
     """
-    if count > MOST_TRIANGLES:
-        raise InputError(f"it has {count} triangles; at most {MOST_TRIANGLES} are read")
+    if count > MOST_MESH_TRIANGLES:
+        raise InputError(f"it has {count} triangles; at most {MOST_MESH_TRIANGLES} are read")
 
 
-def require_whole(whole: bool, fault: str) -> None:
+def require_whole(is_whole: bool, fault: str) -> None:
     """Refuse a partly read file.
 
     Raises:
         InputError: The file is not whole.
     """
-    if not whole:
+    if not is_whole:
         raise InputError(f"it is not read whole: {fault}")

@@ -15,10 +15,10 @@ from knotwork.waypoints import FloatArray
 _HEADER, _FACET = 84, 50
 """Bytes before the first facet of a binary file, and of each facet."""
 
-_NUMBERS = 3 * rb"\s+([^\s]{1,32})"
+_VERTEX_NUMBERS = 3 * rb"\s+([^\s]{1,32})"
 _NORMAL = 3 * rb"\s+[^\s]{1,32}"
 _TEXT_FACET = re.compile(
-    rb"\s*facet\s+normal" + _NORMAL + rb"\s+outer\s+loop" + 3 * (rb"\s+vertex" + _NUMBERS)
+    rb"\s*facet\s+normal" + _NORMAL + rb"\s+outer\s+loop" + 3 * (rb"\s+vertex" + _VERTEX_NUMBERS)
     + rb"\s+endloop\s+endfacet(?=\s|$)",
     re.IGNORECASE,
 )  # fmt: skip

@@ -18,36 +18,37 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import differentiate, horner
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.division import first_intervals
+from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
-INTERVALS = 500
-"""Number of equal intervals of the first division, which is also at every break."""
+FIRST_INTERVALS = 500
+"""Approximate number of intervals of the first division, which is also at every break."""
 
 BUDGET = 20_000
 """Maximum evaluations after the first division; a verdict still open then is not proved."""
 
-ABSURD = 10.0
-"""No bound is computed if a sample exceeds a limit by this factor on its size."""
-
 BUDGET_PER_PIECE = 8
 """Minimum budget per piece and coefficient, which is enough for every polynomial."""
 
-PRECISION = 1e-3
+ABSURD_EXCESS = 10.0
+"""No bound is computed if a sample exceeds a limit by this factor on its size."""
+
+BOUND_PRECISION = 1e-3
 """Tightness of a bound, relative to the largest sample or to the limit."""
 
-FLOOR = 1e-6
+VALUE_FLOOR = 1e-6
 """Resolution of values near zero, relative to the largest that the joints' rates allow."""
 
-TINY = np.finfo(float).tiny
+SMALLEST_EXCESS = np.finfo(float).tiny
 
 BLOCK = 8192
 """Number of intervals per block, to limit memory."""
 
-MOST_PARTS = 8
-"""Maximum parts of one division of an interval."""
+DIVISION = 4
+"""Number of parts of an open interval."""
 
-ROUNDING = 2.0**-38
+VALUE_ROUNDING = 2.0**-38
 """Rounding error of a value, relative to the bounds of its factors and per radian of joint angles.
 
 A value is a sum of products of at most seven factors: an axis, a lever, an inertia, velocities.
@@ -113,54 +114,43 @@ def maximum(
         budget: Maximum evaluations after the first division, spent where the bounds are worst; the
             usual budget grows with the number of pieces.
     """
-    search = _Search(curve, quantity, len(limit))
-    span = np.diff(curve.x)
-    pieces = Intervals(np.arange(span.size), np.zeros(span.size), span)
-    division = _divide(pieces, _first_parts(span))
-    values = search.evaluate(division)
-    at_start, at_end = values[~division.last], values[~division.first]
-    intervals, closed = division.parts, np.full(len(limit), -np.inf)
+    search = _Evaluations(curve, quantity, len(limit))
+    intervals = first_intervals(curve.x, FIRST_INTERVALS)
+    at_start, at_end = search.evaluate_ends(intervals)
+    closed = np.full(len(limit), -np.inf)
     if budget >= BUDGET:
-        budget = max(budget, BUDGET_PER_PIECE * len(curve.c) * span.size)
-    allowance = search.evaluations + budget
+        budget = max(budget, BUDGET_PER_PIECE * curve.c.shape[0] * curve.c.shape[1])
+    allowance = search.count + budget
     while True:
         excess, rounding = search.excess(intervals)
-        ends = np.maximum(at_start, at_end)
-        upper = ends + (excess + rounding)
+        upper = np.maximum(at_start, at_end) + (excess + rounding)
         if precision is None:
             step = _relative_precision(search.value, search.scale, limit)
         else:
             step = precision(search.value, search.scale)
         near = search.value + step
         target = np.where(search.value <= limit, np.minimum(near, limit), near)
-        target[search.value > limit + ABSURD * np.abs(limit)] = np.inf
+        target[search.value > limit + ABSURD_EXCESS * np.abs(limit)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
-        waiting = is_open.any(axis=1)
-        remaining = allowance - search.evaluations
-        parts = _parts(excess, np.maximum(target - ends, rounding), is_open)
-        waiting = _worst_first(upper - target, is_open, np.where(waiting, parts, 1), remaining)
-        if not waiting.any():
+        count = max(allowance - search.count, 0) // (DIVISION - 1)
+        divided = _worst_intervals(upper - target, is_open, count)
+        if not divided.any():
             break
-        parts = parts[waiting]
-        closed = np.maximum(closed, upper[~waiting].max(axis=0, initial=-np.inf))
-        division = _divide(intervals[waiting], parts)
-        values = np.empty((division.first.size, len(limit)))
-        values[division.first], values[division.last] = at_start[waiting], at_end[waiting]
-        values[division.inner] = search.evaluate(division, division.inner)
-        at_start, at_end = values[~division.last], values[~division.first]
-        intervals = division.parts
+        closed = np.maximum(closed, upper[~divided].max(axis=0, initial=-np.inf))
+        intervals = intervals[divided].split(DIVISION)
+        at_start, at_end = search.evaluate_inner(intervals, at_start[divided], at_end[divided])
     bound = np.maximum(closed, upper.max(axis=0))
     decided = np.where(np.isfinite(limit), (bound <= limit) | (search.value > limit), bound <= near)
-    return Maximum(search.signed, search.time, bound, decided, search.evaluations)
+    return Maximum(search.signed, search.time, bound, decided, search.count)
 
 
 def _relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
-    least = np.where(np.isfinite(limit), limit, FLOOR / PRECISION * scale)
-    share = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
-    return np.asarray(PRECISION * share)
+    least = np.where(np.isfinite(limit), limit, VALUE_FLOOR / BOUND_PRECISION * scale)
+    reference = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
+    return np.asarray(BOUND_PRECISION * reference)
 
 
-class _Search:
+class _Evaluations:
     """Evaluations of a quantity along a curve, and the largest value so far."""
 
     def __init__(self, curve: PiecewisePolynomial, quantity: Quantity, components: int) -> None:
@@ -168,116 +158,83 @@ class _Search:
         self.value, self.time = np.full(components, -np.inf), np.full(components, curve.x[0])
         self.signed = self.value
         self.scale = np.zeros(components)
-        self.evaluations = 0
+        self.count = 0
 
-    def evaluate(
-        self, division: _Division, chosen: NDArray[np.bool_] | slice = slice(None)
-    ) -> FloatArray:
-        """Evaluate at the chosen points of a division, each in its piece; shape (k, c)."""
-        piece, local = division.piece[chosen], division.time[chosen]
-        coefficients = self.curve.c[:, piece]
+    def evaluate_ends(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
+        """Evaluate at start and end of consecutive intervals, each in its piece; (n, c) both."""
+        at_start = self._evaluate(intervals.piece, intervals.start)
+        last = np.append(np.diff(intervals.piece) != 0, True)
+        at_end = np.roll(at_start, -1, axis=0)
+        ends = intervals[last]
+        at_end[last] = self._evaluate(ends.piece, ends.start + ends.length)
+        return at_start, at_end
+
+    def evaluate_inner(
+        self, intervals: Intervals, at_start: FloatArray, at_end: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Evaluate between the parts of divided intervals, with values known at their ends."""
+        first = np.arange(len(intervals.piece)) % DIVISION == 0
+        inner = intervals[~first]
+        values = np.empty((len(at_start), DIVISION + 1, at_start.shape[1]))
+        values[:, 0], values[:, -1] = at_start, at_end
+        values[:, 1:-1] = self._evaluate(inner.piece, inner.start).reshape(values[:, 1:-1].shape)
+        shape = (-1, at_start.shape[1])
+        return values[:, :-1].reshape(shape), values[:, 1:].reshape(shape)
+
+    def _evaluate(self, piece: NDArray[np.intp], local: FloatArray) -> FloatArray:
+        """Values at times since the start of pieces [s], shape (k, c)."""
+        c = self.curve.c[:, piece]
         states = []
         for _ in range(3):
-            states.append(horner(coefficients, local[:, None]))
-            coefficients = (
-                differentiate(coefficients) if len(coefficients) > 1 else 0.0 * coefficients
-            )
-        signed = self.quantity.values(states[0], states[1], states[2])
+            states.append(horner(c, local[:, None]))
+            c = differentiate(c) if len(c) > 1 else 0.0 * c
+        signed = self.quantity.values(*states)
         signed = np.where(np.isfinite(signed), signed, np.inf)
         values = np.abs(signed) if self.quantity.absolute else signed
-        self.evaluations += len(values)
-        time = np.minimum(self.curve.x[piece] + local, self.curve.x[piece + 1])
-        best = values.argmax(axis=0)
-        largest = np.take_along_axis(values, best[None], axis=0)[0]
+        self.count += len(values)
+        best, component = values.argmax(axis=0), np.arange(values.shape[1])
+        largest = values[best, component]
         larger = largest > self.value
+        time = np.minimum(self.curve.x[piece] + local, self.curve.x[piece + 1])
         self.time = np.where(larger, time[best], self.time)
-        found = np.take_along_axis(signed, best[None], axis=0)[0]
-        self.signed = np.where(larger, found, self.signed)
+        self.signed = np.where(larger, signed[best, component], self.signed)
         self.value = np.where(larger, largest, self.value)
         return values
 
     def excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
         """Maximum excess of values over those at the ends, and by rounding, shape (n, c) both."""
-        found = []
+        blocks = []
         for low in range(0, intervals.piece.size, BLOCK):
             block = intervals[low : low + BLOCK]
             with np.errstate(over="ignore", invalid="ignore"):
                 rates = joint_rates(self.curve, block)
                 sizes = self.quantity.sizes(rates.bounds)
                 turned = 1.0 + rates.size[self.quantity.angles].sum(axis=0)
-                excess = (1.0 + ROUNDING) / 8.0 * block.length**2 * sizes[2]
-                pair = np.stack((excess, ROUNDING * turned * sizes[0]))
+                excess = (1.0 + VALUE_ROUNDING) / 8.0 * block.length**2 * sizes[2]
+                pair = np.stack((excess, VALUE_ROUNDING * turned * sizes[0]))
             pair[np.isnan(pair)] = np.inf
             self.scale = np.maximum(self.scale, sizes[0].max(axis=1))
-            found.append(pair)
-        excess, rounding = np.concatenate(found, axis=2).swapaxes(1, 2)
+            blocks.append(pair)
+        excess, rounding = np.concatenate(blocks, axis=2).swapaxes(1, 2)
         return excess, rounding
 
 
-class _Division(NamedTuple):
-    """Divided intervals: the ends of the parts, and the parts.
-
-    Attributes:
-        piece: Piece of each end, shape (k,).
-        time: Time of each end since the start of the piece [s], shape (k,).
-        first, last: Whether it starts or ends one of the intervals, shape (k,).
-        parts: The intervals between the ends.
-    """
-
-    piece: NDArray[np.intp]
-    time: FloatArray
-    first: NDArray[np.bool_]
-    last: NDArray[np.bool_]
-    parts: Intervals
-
-    @property
-    def inner(self) -> NDArray[np.bool_]:
-        """Whether an end is neither the first nor the last of an interval, shape (k,)."""
-        return ~(self.first | self.last)
-
-
-def _divide(intervals: Intervals, parts: NDArray[np.intp]) -> _Division:
-    index = np.repeat(np.arange(parts.size), parts + 1)
-    step = np.arange(index.size) - np.repeat(np.cumsum(parts + 1) - (parts + 1), parts + 1)
-    first, last = step == 0, step == parts[index]
-    piece = intervals.piece[index]
-    time = intervals.start[index] + intervals.length[index] * (step / parts[index])
-    between = Intervals(piece[~last], time[~last], time[~first] - time[~last])
-    return _Division(piece, time, first, last, between)
-
-
-def _first_parts(span: FloatArray) -> NDArray[np.intp]:
-    """Number of parts of each piece in the first division, at least two."""
-    share = span / span.max()
-    share /= share.sum()
-    return np.asarray(np.maximum(2, np.ceil(share * INTERVALS)), dtype=np.intp)
-
-
-def _worst_first(
-    beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], remaining: int
+def _worst_intervals(
+    beyond: FloatArray, is_open: NDArray[np.bool_], count: int
 ) -> NDArray[np.bool_]:
-    """Whether each open interval is divided: those with the largest excess, within the budget.
+    """Whether each open interval is divided: those with the largest excess over their targets.
 
     Args:
         beyond: Excess of each bound over its target, shape (n, c).
         is_open: Whether that leaves a verdict open, shape (n, c).
-        parts: Number of parts for each interval, shape (n,).
-        remaining: Remaining evaluations.
+        count: Maximum number of intervals to divide.
     """
-    waiting = is_open.any(axis=1)
-    if int((parts - 1).sum()) <= remaining:
-        return np.asarray(waiting)
+    waiting = np.asarray(is_open.any(axis=1))
+    if waiting.sum() <= count:
+        return waiting
     most = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
-        share = np.where(is_open, beyond / np.maximum(most, TINY), -np.inf).max(axis=1)
-    order = np.argsort(-share, kind="stable")
-    chosen = np.zeros(len(parts), dtype=bool)
-    chosen[order[np.cumsum(parts[order] - 1) <= remaining]] = True
-    return np.asarray(chosen & waiting)
-
-
-def _parts(excess: FloatArray, allowed: FloatArray, is_open: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Number of parts for each interval with which the excess falls to the allowed one."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        needed = np.sqrt(np.where(is_open, excess / allowed, 0.0)).max(axis=1)
-    return np.asarray(np.clip(np.ceil(needed), 2, MOST_PARTS), dtype=np.intp)
+        share = np.where(is_open, beyond / np.maximum(most, SMALLEST_EXCESS), -np.inf).max(axis=1)
+    divided = np.zeros(len(waiting), dtype=bool)
+    divided[np.argsort(-share, kind="stable")[:count]] = True
+    return divided & waiting

@@ -28,11 +28,11 @@ from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import one_inside_the_other
-from knotwork.scene.distances import ROUNDING, Nearest, nearest_of_bodies
+from knotwork.scene.distances import DISTANCE_ERROR, Nearest, nearest_of_bodies
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.division import Looks, divided, first_intervals
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
@@ -143,7 +143,7 @@ class _Search:
         precision: float | None,
     ) -> None:
         self.model, self.resolution = model, resolution
-        self.curve = curve = model.whole(curve)
+        self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
@@ -165,7 +165,7 @@ class _Search:
         self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = first_intervals(self.curve.x, self.windows, PARTS)
+        first = first_intervals(self.curve.x, PARTS, self.windows)
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
             looks = self._first_looks(intervals)
@@ -196,11 +196,11 @@ class _Search:
         least = self.table.least(rotation, origin)[interval, combo]
         placed = self.table.axes(rotation, origin)
         self._measure(looks, time, placed, least - motion, motion)
-        lower = np.where(np.isnan(distance), least, distance - ROUNDING) - motion
+        lower = np.where(np.isnan(distance), least, distance - DISTANCE_ERROR) - motion
         goal = self._goal()[combo]
         apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
         where = interval[apart], combo[apart], normal[apart]
-        gap = self.table.gaps(*where, *placed) - ROUNDING
+        gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
         lower[apart] = np.maximum(lower[apart], gap - motions.along(*where))
         closed = (lower >= goal) | (motion <= self.resolution)
         if self.measurements.sum() >= BUDGET:
@@ -247,8 +247,8 @@ class _Search:
         for i, c, k, nearest, moved in zip(*(one.tolist() for one in columns), strict=True):
             if nearest >= goal[c]:
                 continue
-            enough = max(goal[c] + moved + 2 * ROUNDING, smallest[c])
-            d = self.table.measured(c, placed[0][k], placed[1][k], enough)
+            enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
+            d = self.table.measure(c, placed[0][k], placed[1][k], enough)
             looks.distance[i], looks.normal[i] = d, self.table.normal
             self.measurements[c] += 1
             if d < smallest[c] - 10.0**-DIGITS:
@@ -265,7 +265,7 @@ class _Search:
                 continue
             start = float(self.windows[self.pair[c]][0])
             turn, shift = (x[0] for x in table.axes(*self._placed([start])))
-            if one_inside_the_other(*table.placed(c, turn, shift)):
+            if one_inside_the_other(*table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 

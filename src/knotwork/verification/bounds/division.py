@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.polynomial.distinct import distinct
-from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.waypoints import FloatArray, IndexArray
 
 
@@ -33,37 +33,26 @@ class Looks(NamedTuple):
         return Looks(*item, self.distance[chosen], self.normal[chosen])
 
 
-def first_intervals(x: FloatArray, windows: FloatArray, count: int) -> Intervals:
+def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Intervals:
     """Divide a motion into about `count` intervals, at its breaks and the ends of windows.
 
     Args:
         x: Breaks of the motion [s].
-        windows: Intervals in which pairs exist [s], shape (k, 2).
         count: Number of intervals if there were no breaks.
+        windows: Ends of intervals in which bodies exist [s].
     """
-    edges = distinct(x, windows[(windows > x[0]) & (windows < x[-1])])
+    edges = distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in windows))
     span = np.diff(edges)
+    piece = np.clip(np.searchsorted(x, edges[:-1] + span / 2) - 1, 0, len(x) - 2)
     parts = np.maximum(1, np.ceil(count * span / (x[-1] - x[0]))).astype(int)
-    index = np.repeat(np.arange(len(span)), parts)
-    step = np.arange(len(index)) - np.repeat(np.cumsum(parts) - parts, parts)
-    start = edges[index] + span[index] * (step / parts[index])
-    length = span[index] / parts[index]
-    piece = np.clip(np.searchsorted(x, start + length / 2) - 1, 0, len(x) - 2)
-    return Intervals(piece, start - x[piece], length)
+    return Intervals(piece, edges[:-1] - x[piece], span).split(parts)
 
 
 def divided(intervals: Intervals, looks: Looks) -> tuple[Intervals, Looks]:
     """Divide open intervals in three parts; the middle parts keep their distances."""
     used, place = np.unique(looks.interval, return_inverse=True)
-    third = intervals.length[used] / 3
-    start = intervals.start[used]
-    parts = Intervals(
-        np.repeat(intervals.piece[used], 3),
-        (start[:, None] + third[:, None] * np.arange(3)).ravel(),
-        np.repeat(third, 3),
-    )
     interval = (3 * place[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
     distance[:, 1], normal[:, 1] = looks.distance, looks.normal
     combo = np.repeat(looks.combo, 3)
-    return parts, Looks(interval, combo, distance.ravel(), normal.reshape(-1, 3))
+    return intervals[used].split(3), Looks(interval, combo, distance.ravel(), normal.reshape(-1, 3))

@@ -12,10 +12,10 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.tool_paths.path_progress import progress
-from knotwork.verification.bounds.adaptive import ROUNDING
-from knotwork.verification.bounds.chain import carried, tree_motion
+from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.link_motion import carried, tree_motion
+from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.verification.bounds.seen_from import seen_from, with_known
 from knotwork.waypoints import FloatArray, PoseFreedom
 
@@ -146,5 +146,5 @@ class PathStretch:
         point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         spin = moved.angular[self.joint][0]
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
-        rounding = ROUNDING * turned * (point[0] + point[1] + 1.0)
+        rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
         return PathSizes(point[2], point[3], spin, turn, rounding)

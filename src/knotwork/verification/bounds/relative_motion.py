@@ -21,7 +21,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import differentiate, horner
 from knotwork.robot.joint_tree import JointTree
 from knotwork.scene.solid_pairs import SolidPairs
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
 from knotwork.waypoints import FloatArray, IndexArray
 
 

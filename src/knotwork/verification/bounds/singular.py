@@ -11,8 +11,8 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import TreeMotion, tree_motion
 from knotwork.verification.bounds.derivatives import product
+from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
 

@@ -13,8 +13,8 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import TreeMotion, tree_motion
 from knotwork.verification.bounds.derivatives import product, turning
+from knotwork.verification.bounds.link_motion import TreeMotion, tree_motion
 from knotwork.verification.bounds.result import Bound, curve_of, upper_bounds
 from knotwork.waypoints import FloatArray
 

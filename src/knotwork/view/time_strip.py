@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from knotwork.verification import Finding, Motion
-from knotwork.verification.finding import united
-from knotwork.verification.freedoms import uses
+from knotwork.verification.finding import unite_intervals
+from knotwork.verification.freedom_use import freedom_uses
 from knotwork.view.clearance_curve import clearance_curve, nearest_around
 from knotwork.view.limit_share import frame_values, limit_shares
-from knotwork.view.packing import packed_numbers
-from knotwork.view.shown import Shown
+from knotwork.view.scene_parts import packed_numbers
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
@@ -24,7 +24,7 @@ LEAST_WIDTH = 0.003
 NOTABLE = 0.01
 
 
-def strip(shown: Shown) -> dict[str, Any]:
+def time_strip(shown: ShownMotion) -> dict[str, Any]:
     """Segments, use of limits, curves over time, failures and events.
 
     Returns:
@@ -82,7 +82,7 @@ def broken_spans(
         over = np.flatnonzero(np.diff(np.r_[False, (share > 1.0) & (not one.ok), False]))
         spans += [(float(time[i]), float(time[j - 1])) for i, j in over.reshape(-1, 2)]
     least = 0.5 * LEAST_WIDTH * (end - start)
-    wide = united((max(a - least, start), min(b + least, end)) for a, b in spans)
+    wide = unite_intervals((max(a - least, start), min(b + least, end)) for a, b in spans)
     return [[a - start, b - start] for a, b in wide]
 
 
@@ -109,14 +109,14 @@ def _limiting(
     return f"{one.name} {one.title} {part}".lstrip()
 
 
-def _more_curves(shown: Shown, time: FloatArray) -> Iterator[dict[str, Any]]:
+def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any]]:
     """Speeds of limited links, and used freedom of paths, in the displayed units."""
     scenario, robot, curve = shown.scenario, shown.robot, shown.curve
     for one in scenario.motion_limits.frame_speeds:
         factor, unit = scenario.units.shown(1.0, "m/s")
         speed = frame_values(robot, one.frame, 1, *(curve(time, order) for order in range(3)))
         yield _curve(f"speed of {one.frame}", unit, time, factor * speed, [factor * one.speed])
-    for path in uses(Motion(shown.trajectory, shown.space), scenario, robot):
+    for path in freedom_uses(Motion(shown.trajectory, shown.space), scenario, robot):
         for (what, of), values in path.values.items() if path.subject == "path" else ():
             factor, unit = scenario.units.shown(1.0, of)
             bounds = [factor * edge for edge in path.bounds[what, of] if np.isfinite(edge)]
@@ -130,7 +130,7 @@ def _curve(
     return {"name": name, "unit": unit, "time": time, "value": given, "limits": limits}
 
 
-def _clearance(shown: Shown) -> dict[str, Any] | None:
+def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
     """Clearance from the surroundings over time, the nearest pairs, and the required clearance."""
     trajectory, scenario, nearest = shown.trajectory, shown.scenario, nearest_around(shown.findings)
     also = [] if nearest is None or nearest.time is None else [nearest.time]

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import (
-    Reached,
-    bounded,
+    WorstValue,
+    add_slack,
+    bounded_value,
     limit_finding,
     velocity_jumps,
-    with_slack,
 )
-from knotwork.verification.motion import Motion
 from knotwork.verification.remedies import joint_remedy
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
-NO_IMPULSE = 1e-9
+SMALLEST_IMPULSE = 1e-9
 """Minimum relative impulse of a joint at a jump of velocities."""
 
 
@@ -38,41 +39,41 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
     from knotwork.verification.bounds import torque_bound
 
     limits = space.limits["effort"]
-    infinite = _impulses(motion, space)
+    jumps = _impulses(motion, space)
     parts = [
-        torque_bound(robot, part, limit=with_slack(limits))
+        torque_bound(robot, part, limit=add_slack(limits))
         for robot, part in space.carrying.parts(motion.trajectory)
     ]
-    for i, found in enumerate(map(_worst, zip(*parts, strict=True))):
-        reached, limit = bounded(found), float(np.copysign(limits[i], found.value))
-        if i in infinite and np.isfinite(limit):
-            time, sign = infinite[i]
-            reached, limit = Reached(sign * np.inf, time), sign * float(limits[i])
-        margin = abs(limit) - abs(reached.value) - (reached.excess if found.ok else 0.0)
-        finding = limit_finding(space, i, "effort", reached, limit, margin)
-        yield finding.with_remedy(joint_remedy(finding, motion, scenario, space))
+    for i, bounds in enumerate(zip(*parts, strict=True)):
+        bound = _worst_bound(bounds)
+        worst, limit = bounded_value(bound), float(np.copysign(limits[i], bound.value))
+        if i in jumps and np.isfinite(limit):
+            time, sign = jumps[i]
+            worst, limit = WorstValue(sign * np.inf, time), sign * float(limits[i])
+        margin = abs(limit) - abs(worst.value) - (worst.excess if bound.ok else 0.0)
+        finding = limit_finding(space, i, "effort", worst, limit, margin)
+        yield replace(finding, remedy=joint_remedy(finding, motion, scenario, space))
 
 
-def _worst(parts: Sequence[Bound]) -> Bound:
+def _worst_bound(bounds: Sequence[Bound]) -> Bound:
     """The worst bound over all parts of a motion; parts that violate the limit come first."""
-    failed = [one for one in parts if not one.ok]
-    worst = max(failed or parts, key=lambda one: abs(one.value))
-    return worst._replace(
-        bound=max(abs(one.bound) for one in parts),
-        proved=all(one.proved for one in failed or parts),
-        evaluations=sum(one.evaluations for one in parts),
+    decisive = [bound for bound in bounds if not bound.ok] or bounds
+    return max(decisive, key=lambda bound: abs(bound.value))._replace(
+        bound=max(abs(bound.bound) for bound in bounds),
+        proved=all(bound.proved for bound in decisive),
+        evaluations=sum(bound.evaluations for bound in bounds),
     )
 
 
 def _impulses(motion: Motion, space: JointSpace) -> dict[int, tuple[float, float]]:
     """Joints with an impulse at a jump of velocities: first time [s] and direction."""
-    found: dict[int, tuple[float, float]] = {}
+    impulses: dict[int, tuple[float, float]] = {}
     still = np.zeros(len(space.joint_names))
     if space.carrying is None:
-        return found
+        return impulses
     for time, q, jump in velocity_jumps(motion.curve):
         robot = space.carrying.at(time)
         impulse = robot.torque(q, still, jump) - robot.torque(q, still, still)
-        for i in np.flatnonzero(np.abs(impulse) > NO_IMPULSE * np.abs(impulse).max()):
-            found.setdefault(int(i), (time, float(np.sign(impulse[i]))))
-    return found
+        for i in np.flatnonzero(np.abs(impulse) > SMALLEST_IMPULSE * np.abs(impulse).max()):
+            impulses.setdefault(int(i), (time, float(np.sign(impulse[i]))))
+    return impulses

@@ -42,7 +42,7 @@ def drawn_joint(joints: JointTree, i: int, name: str) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Footing:
+class BaseJoints:
     """Joints before those of a robot; none for a fixed base frame.
 
     Attributes:
@@ -63,13 +63,16 @@ class Footing:
 
     def below(self, joints: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         """These joints, followed by others that they carry."""
-        return [*self.joints, *({**one, "parent": one["parent"] + self.count} for one in joints)]
+        return [
+            *self.joints,
+            *({**joint, "parent": joint["parent"] + self.count} for joint in joints),
+        ]
 
-    def carrying(self, things: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """Things or labels, with their joints renumbered after these ones."""
+    def carry(self, parts: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """Meshes or labels, with their joints renumbered after these ones."""
         if not self.joints:
-            return [dict(one) for one in things]
-        return [{**one, "carrier": one.get("carrier", 0) + self.count} for one in things]
+            return [dict(part) for part in parts]
+        return [{**part, "carrier": part.get("carrier", 0) + self.count} for part in parts]
 
     def positions(self, q: FloatArray) -> FloatArray:
         """Positions of these joints, then those of the robot and others, shape (k, m + d)."""
@@ -77,7 +80,7 @@ class Footing:
             return q
         return np.hstack((q[:, list(self.columns)], np.zeros((len(q), 1)), q))
 
-    def in_cell(self, q: FloatArray, points: FloatArray) -> FloatArray:
+    def to_world(self, q: FloatArray, points: FloatArray) -> FloatArray:
         """Points in world axes.
 
         Args:
@@ -87,22 +90,20 @@ class Footing:
         if not self.joints:
             return points
         frame = self.robot.model.frames[self.robot.frame_index(self.robot.standing_frame)]
-        rotation, origin = (x[:, frame.parentJoint] for x in place_joints(_tree(self.robot), q))
+        rotation, origin = (
+            x[:, frame.parentJoint] for x in place_joints(joint_tree(self.robot.model), q)
+        )
         placed = frame.placement
         shift = origin + rotation @ placed.translation
         return np.asarray((points - shift[:, None]) @ (rotation @ placed.rotation))
 
 
-def footing(robot: Robot) -> Footing:
+def base_joints(robot: Robot) -> BaseJoints:
     """Joints from the world to the base frame of a robot."""
     if not robot.base_moves:
-        return Footing(robot, [], [])
-    tree = _tree(robot)
+        return BaseJoints(robot, [], [])
+    tree = joint_tree(robot.model)
     frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
     chain, columns = inverse_chain(tree, int(frame.parentJoint), frame.placement)
-    joints = [drawn_joint(chain, i, f"footing {i}") for i in range(1, len(chain.parent))]
-    return Footing(robot, joints, columns)
-
-
-def _tree(robot: Robot) -> Any:
-    return joint_tree(robot.model)
+    joints = [drawn_joint(chain, i, f"base joint {i}") for i in range(1, len(chain.parent))]
+    return BaseJoints(robot, joints, columns)

@@ -13,19 +13,19 @@ from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace, JointState
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
+from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.scenario import ScenarioWaypoint
 
-TINY = np.finfo(float).tiny
-# Relative rounding tolerance of times.
+SMALLEST_TOLERANCE = np.finfo(float).tiny
 TIME_ROUNDING = 1e-9
-# Maximum of that tolerance [s], but at least the floating-point resolution.
-MOST_SLACK = 1e-6
+"""Relative rounding tolerance of times."""
+MOST_TIME_SLACK = 1e-6
+"""Maximum of that tolerance [s], but at least the floating-point resolution."""
 
 
 def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -58,13 +58,13 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     if space.robot is None:
         return
     # at the start of a path the velocity has the path's freedom
-    onward = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
-    for waypoint, time, _ in _reached(motion, scenario, space):
+    path_freedoms = {scenario.waypoints[path.first].name: path.freedom for path in scenario.paths}
+    for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
-            spin = onward.get(waypoint.name) or waypoint.freedom
-            robot, own = space.robot.in_frame(standing=waypoint.standing)
-            yield from _tool_findings(waypoint, robot, q[own], v[own], scenario, spin)
+            freedom = path_freedoms.get(waypoint.name) or waypoint.freedom
+            robot, joints = space.robot.in_frame(standing=waypoint.standing)
+            yield from _tool_findings(waypoint, robot, q[joints], v[joints], scenario, freedom)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -72,22 +72,22 @@ def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -
 
     If the tool is to stop, so are all joints: self-motion would not move the tool.
     """
-    passed = list(_reached(motion, scenario, space))
+    passed = list(_timed_waypoints(motion, scenario, space))
     times = np.array([time for _, time, _ in passed])
     achieved = [motion.curve(times, order) for order in (0, 1)]  # all at once, for speed
-    for i, (waypoint, at, state) in enumerate(passed):
-        for order, requested in _asked_of_joints(waypoint, state, space):
-            found = achieved[order][i]
-            yield _joint_finding(waypoint.name, at, order, requested, found, scenario, space)
+    for i, (waypoint, time, state) in enumerate(passed):
+        for order, requested in _joint_requirements(waypoint, state, space):
+            reached = achieved[order][i]
+            yield _joint_finding(waypoint.name, time, order, requested, reached, scenario, space)
     if space.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
-        both = (motion.start_time, motion.end_time)
-        for end, time, requested in zip(ends, both, space.end_acceleration, strict=True):
+        end_times = (motion.start_time, motion.end_time)
+        for end, time, requested in zip(ends, end_times, space.end_acceleration, strict=True):
             reached = motion.curve(time, 2)
             yield _joint_finding(end.name, time, 2, requested, reached, scenario, space)
 
 
-def _asked_of_joints(
+def _joint_requirements(
     waypoint: ScenarioWaypoint, state: JointState | None, space: JointSpace
 ) -> Iterator[tuple[int, FloatArray]]:
     """Orders of derivatives with the values required at a waypoint, shape (d,)."""
@@ -99,10 +99,10 @@ def _asked_of_joints(
 
 def _time_slack(motion: Motion) -> float:
     largest = max(1.0, abs(motion.start_time), abs(motion.end_time))
-    return float(max(min(TIME_ROUNDING * largest, MOST_SLACK), 8.0 * np.spacing(largest)))
+    return float(max(min(TIME_ROUNDING * largest, MOST_TIME_SLACK), 8.0 * np.spacing(largest)))
 
 
-def _reached(
+def _timed_waypoints(
     motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[tuple[ScenarioWaypoint, float, JointState | None]]:
     """Waypoints within the motion's time, with their times in the motion [s] and joint states."""
@@ -118,33 +118,37 @@ def _tool_findings(
     q: FloatArray,
     v: FloatArray,
     scenario: Scenario,
-    moving: PoseFreedom | None,
+    velocity_freedom: PoseFreedom | None,
 ) -> Iterator[Finding]:
-    """Compare the tool with a waypoint; `moving` is the freedom of the velocity."""
+    """Compare the tool with a waypoint; `velocity_freedom` is that of its twist."""
     import pinocchio as pin
 
     pose, twist = robot.forward(q), robot.twist(q, v)
-    rotation = waypoint.rotation
-    turn, spin = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation))), twist.angular
-    off: float | None = None
+    rotation, spin = waypoint.rotation, twist.angular
+    offset = float(np.linalg.norm(pose.translation - waypoint.position))
+    turn = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation)))
     if waypoint.freedom is not None:
-        turn = _beyond(waypoint.freedom, rotation, pose.rotation)
+        turn = _excess_rotation(waypoint.freedom, rotation, pose.rotation)
         place = rotation.T @ (pose.translation - waypoint.position)
-        off = float(np.linalg.norm(place - np.clip(place, *np.transpose(waypoint.freedom.box))))
-    if moving is not None and (moving.turn[0] < moving.turn[1] or moving.tilt):
+        offset = float(np.linalg.norm(place - np.clip(place, *np.transpose(waypoint.freedom.box))))
+    if velocity_freedom is not None and velocity_freedom.tilt:
+        spin = waypoint.angular  # a free tilt may have any speed
+    elif velocity_freedom is not None and velocity_freedom.turn[0] < velocity_freedom.turn[1]:
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
-        if moving.tilt:
-            spin = waypoint.angular  # a free tilt may have any speed
-    asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
-    rows = (
-        ("position", waypoint.position, pose.translation, off, "m"),
-        ("orientation", asked, found if asked @ found >= 0 else -found, turn, "rad"),
-        ("linear_velocity", waypoint.linear, twist.linear, None, "m/s"),
-        ("angular_velocity", waypoint.angular, spin, None, "rad/s"),
+    speed, rate = (
+        float(np.linalg.norm(difference))
+        for difference in (twist.linear - waypoint.linear, spin - waypoint.angular)
     )
-    for quantity, requested, achieved, distance, unit in rows:
-        error = float(np.linalg.norm(achieved - requested)) if distance is None else distance
+    asked, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
+    reached = reached if asked @ reached >= 0 else -reached
+    rows = (
+        ("position", waypoint.position, pose.translation, offset, "m"),
+        ("orientation", asked, reached, turn, "rad"),
+        ("linear_velocity", waypoint.linear, twist.linear, speed, "m/s"),
+        ("angular_velocity", waypoint.angular, spin, rate, "rad/s"),
+    )
+    for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
             "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
             requested, achieved, error, getattr(scenario.tolerances, quantity), unit,
@@ -152,7 +156,7 @@ def _tool_findings(
         )  # fmt: skip
 
 
-def _beyond(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
+def _excess_rotation(freedom: PoseFreedom, asked: FloatArray, found: FloatArray) -> float:
     """Minimum rotation [rad] into the free range, of the axis or of both."""
     R = asked.T @ found
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
@@ -177,7 +181,7 @@ def _joint_finding(
     by_unit = getattr(scenario.tolerances, quantity)
     tolerances = np.array([by_unit[unit] for unit in space.joint_units])
     errors = np.abs(achieved - requested)
-    worst = furthest_off(errors, tolerances)
+    worst = worst_joint(errors, tolerances)
     return _error_finding(
         "Joints at the waypoints", name, time, quantity, requested, achieved,
         float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
@@ -185,11 +189,11 @@ def _joint_finding(
     )  # fmt: skip
 
 
-def furthest_off(errors: FloatArray, tolerances: FloatArray) -> int:
+def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     """Index of the joint with the largest error relative to its tolerance."""
     # A tolerance may underflow to zero in SI.
     with np.errstate(over="ignore"):
-        return int((errors / np.maximum(tolerances, TINY)).argmax())
+        return int((errors / np.maximum(tolerances, SMALLEST_TOLERANCE)).argmax())
 
 
 def _error_finding(
@@ -204,21 +208,11 @@ def _error_finding(
     unit: str,
     units: Units,
 ) -> Finding:
-    words = quantity.replace("_", " ")
-    return Finding(
-        group=group,
-        subject="waypoint",
-        name=waypoint,
-        quantity=quantity,
-        verdict=judged(error <= tolerance),
-        message=f"{called(waypoint)} at {time:g} s: {words} is off by "
-        f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}",
-        value=error,
-        limit=tolerance,
-        margin=tolerance - error,
-        unit=unit,
-        time=time,
-        requested=tuple(requested.tolist()),
-        achieved=tuple(achieved.tolist()),
-        form="x, y, z, w" if quantity == "orientation" else "",
+    fact = (
+        f"{called(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
+        f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
     )
+    return Finding.at_most(
+        group, "waypoint", waypoint, quantity, fact, error, tolerance, unit=unit, time=time,
+        requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
+    )  # fmt: skip

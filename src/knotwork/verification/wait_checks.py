@@ -7,12 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.errors.plain_text import called
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.scenario.joint_space import JointSpace
-from knotwork.verification.finding import Finding, judged
-from knotwork.verification.motion import Motion
-from knotwork.verification.waypoints import furthest_off
+from knotwork.verification.checked_motion import Motion
+from knotwork.verification.finding import Finding
+from knotwork.verification.waypoint_checks import worst_joint
 
 
 def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -24,28 +25,25 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
         end = min(scenario.waypoints[i + 1].time, motion.end_time)
         if end <= start:
             continue
-        found = part(motion.curve, start, end).extrema()
-        begin = motion.curve(start)
-        moved = np.maximum(found.maximum - begin, begin - found.minimum)
-        upwards = found.maximum - begin >= begin - found.minimum
-        times = np.where(upwards, found.maximum_time, found.minimum_time)
-        worst = furthest_off(moved, tolerances)
-        distance, tolerance = float(moved[worst]), float(tolerances[worst])
+        shifted = part(motion.curve, start, end)
+        c = np.array(shifted.c)
+        c[-1] -= motion.curve(start)
+        extrema = PiecewisePolynomial(c, shifted.x).extrema()
+        worst = worst_joint(extrema.peak, tolerances)
+        distance, tolerance = float(extrema.peak[worst]), float(tolerances[worst])
         unit = space.joint_units[worst]
-        yield Finding(
+        yield Finding.at_most(
             group="Waits",
             subject="wait",
             name=waypoint.name,
             quantity="movement",
-            verdict=judged(bool((moved <= tolerances).all())),
-            message=f"{called(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
+            fact=f"{called(waypoint.name)}: the arm is to stand still from {start:.3f} s to "
             f"{end:.3f} s, and {space.joint_names[worst]} moves by "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",
             value=distance,
             limit=tolerance,
-            margin=tolerance - distance,
             unit=unit,
-            time=float(times[worst]),
+            time=float(extrema.peak_time[worst]),
             interval=(start, end),
         )

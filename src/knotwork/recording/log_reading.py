@@ -8,20 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.documents.csv_rows import Rows, read_rows
 from knotwork.foreign.header import HeadingError
 from knotwork.recording.columns import LogColumns, log_columns
 from knotwork.waypoints import FloatArray
 
-FEWEST = 16
+FEWEST_SAMPLES = 16
 """Smallest number of samples for an estimate of the noise."""
 
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 """Times larger than these are ns, µs and ms since 1970, if their heading has no unit."""
 
-WHOLE_TURNS = 4.0 * np.pi * 1.001
+LARGEST_RADIANS = 4.0 * np.pi * 1.001
 """Joint positions beyond this [rad], two whole turns, are probably in degrees."""
 
 _DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[eE](?P<power>[+-]?\d+))?")
@@ -101,33 +100,39 @@ def read_log(
         )
     except HeadingError as error:
         raise rows.error(rows.head, None, str(error), error.accepted) from error
-    return _recording(rows, columns, joint_names, joint_units)
+    return _to_recording(rows, columns, joint_names, joint_units)
 
 
-def _recording(
+def _to_recording(
     rows: Rows, columns: LogColumns, names: Sequence[str], units: Sequence[str]
 ) -> Recording:
     position, resolution = _values(rows, columns.position)
     clock = np.column_stack([_numbers(rows, index) for index, _ in columns.clock])
-    notes: list[str] = []
-    whole = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
-    if not whole.all():
-        notes.append(f"{int((~whole).sum())} rows without time and position of every joint")
-    if whole.sum() < FEWEST:
-        message = f"has {int(whole.sum())} rows with the time and a position of every joint"
-        raise rows.error(None, None, message, f"at least {FEWEST}")
-    position = position[whole]
-    time, origin = _seconds(clock[whole], [factor for _, factor in columns.clock])
+    complete = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
+    notes = []
+    if not complete.all():
+        notes.append(f"{int((~complete).sum())} rows without time and position of every joint")
+    if complete.sum() < FEWEST_SAMPLES:
+        message = f"has {int(complete.sum())} rows with the time and a position of every joint"
+        raise rows.error(None, None, message, f"at least {FEWEST_SAMPLES}")
+    position = position[complete]
     _refuse_degrees(rows, columns, position, names, units)
-    time, order, merged = _in_order(time)
-    if merged:
-        notes.append(merged)
-    if time.size < FEWEST:
+    since, origin = _seconds(clock[complete], [factor for _, factor in columns.clock])
+    time, order = np.unique(since, return_inverse=True)
+    sorting = []
+    if (np.diff(since) < 0.0).any():
+        sorting.append(f"{int((np.diff(since) < 0.0).sum())} rows were out of the order of time")
+    if time.size < since.size:
+        sorting.append(f"{since.size - time.size} rows had the time of another")
+    notes += [" and ".join(sorting)] if sorting else []
+    if time.size < FEWEST_SAMPLES:
         message = f"has samples at {time.size} times"
-        raise rows.error(None, None, message, f"at least {FEWEST}")
-    position = _mean(position, order, time.size)
+        raise rows.error(None, None, message, f"at least {FEWEST_SAMPLES}")
+    means = np.zeros((time.size, len(names)))
+    np.add.at(means, order, position)
+    means /= np.bincount(order)[:, None]
     return Recording(
-        tuple(names), tuple(units), time, position, resolution, origin,
+        tuple(names), tuple(units), time - time[0], means, resolution, origin,
         rows.path.name, tuple(notes),
     )  # fmt: skip
 
@@ -145,9 +150,13 @@ def _values(rows: Rows, columns: Sequence[tuple[int, float]]) -> tuple[FloatArra
     values = np.column_stack([_numbers(rows, index) for index, _ in columns])
     last = []
     for index, _ in columns:
-        found = (_DIGITS.fullmatch(cells[index].strip()) for cells in rows.cells)
-        written = [len(one["decimals"]) - int(one["power"] or 0) for one in found if one and one[0]]
-        last.append(max(written, default=-17))
+        numbers = (_DIGITS.fullmatch(cells[index].strip()) for cells in rows.cells)
+        digits = (
+            len(number["decimals"]) - int(number["power"] or 0)
+            for number in numbers
+            if number and number[0]
+        )
+        last.append(max(digits, default=-17))
     return values * factors, 10.0 ** -np.array(last, dtype=float) * factors
 
 
@@ -161,23 +170,6 @@ def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, f
     return np.asarray(since), float(origin)
 
 
-def _in_order(time: FloatArray) -> tuple[FloatArray, NDArray[np.intp], str]:
-    """Distinct times in order, the index of each row's, and notes on the sorting."""
-    unique, order = np.unique(time, return_inverse=True)
-    notes = []
-    if (np.diff(time) < 0.0).any():
-        notes.append(f"{int((np.diff(time) < 0.0).sum())} rows were out of the order of time")
-    if unique.size < time.size:
-        notes.append(f"{time.size - unique.size} rows had the time of another")
-    return unique - unique[0], order.ravel(), " and ".join(notes)
-
-
-def _mean(values: FloatArray, order: NDArray[np.intp], count: int) -> FloatArray:
-    sums = np.zeros((count, values.shape[1]))
-    np.add.at(sums, order, values)
-    return np.asarray(sums / np.bincount(order, minlength=count)[:, None])
-
-
 def _refuse_degrees(
     rows: Rows,
     columns: LogColumns,
@@ -188,7 +180,7 @@ def _refuse_degrees(
     for j, (index, factor) in enumerate(columns.position):
         largest = float(np.abs(position[:, j]).max())
         plain = units[j] == "rad" and factor == 1.0 and j not in columns.units_given
-        if plain and largest > WHOLE_TURNS:
+        if plain and largest > LARGEST_RADIANS:
             raise rows.error(
                 rows.head,
                 index,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import to_bernstein
-from knotwork.verification.bounds.chain import ORDERS
+from knotwork.verification.bounds.link_motion import ORDERS
 from knotwork.waypoints import FloatArray
 
 EVALUATION_ROUNDING = 2.0**-10
@@ -40,6 +40,18 @@ class Intervals:
 
     def __getitem__(self, index: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Intervals:
         return Intervals(self.piece[index], self.start[index], self.length[index])
+
+    def split(self, parts: int | NDArray[np.intp]) -> Intervals:
+        """The intervals divided into equal parts.
+
+        Args:
+            parts: Number of parts of all, or of each, shape (n,).
+        """
+        counts = np.broadcast_to(parts, self.piece.shape)
+        index = np.repeat(np.arange(len(counts)), counts)
+        step = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
+        start = self.start[index] + self.length[index] * (step / counts[index])
+        return Intervals(self.piece[index], start, self.length[index] / counts[index])
 
 
 class Rates(NamedTuple):

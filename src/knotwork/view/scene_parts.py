@@ -1,9 +1,9 @@
-"""Meshes, labels and numbers of a scene as plain data, ready for JSON."""
+"""Parts of a scene as plain data, ready for JSON."""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,27 +43,43 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
     return data
 
 
-def thing(name: str, mesh: Mesh, *, lit: bool = True, **more: Any) -> dict[str, Any]:
-    """Give a mesh of the scene with its name; `None` values in `more` are left out."""
-    given = {key: value for key, value in more.items() if value is not None}
-    return {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
+class SceneParts:
+    """Meshes, labels and warnings of a scene, collected for its page.
 
-
-def label(
-    text: str,
-    kind: str,
-    at: FloatArray,
-    detail: str,
-    carrier: int | None = None,
-    time: float | None = None,
-) -> dict[str, Any]:
-    """A text at a point [m], in the axes of a joint if one carries it, with detail on demand.
-
-    A text with a time [s] is shown near it.
+    Attributes:
+        things: Meshes with their names.
+        labels: Texts at points.
+        warnings: Parts that can't be drawn as described.
+        corners: Points of the surroundings that must be in view [m], each of shape (n, 3).
     """
-    made: dict[str, Any] = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
-    more = {"carrier": carrier, "time": time}
-    return {**made, **{key: value for key, value in more.items() if value is not None}}
+
+    def __init__(self, warnings: Iterable[str] = ()) -> None:
+        self.things: list[dict[str, Any]] = []
+        self.labels: list[dict[str, Any]] = []
+        self.warnings = list(warnings)
+        self.corners: list[FloatArray] = []
+
+    def draw(self, name: str, mesh: Mesh | None, *, lit: bool = True, **more: Any) -> None:
+        """Add a mesh, if there is one; `None` values in `more` are left out."""
+        if mesh is not None:
+            given = {key: value for key, value in more.items() if value is not None}
+            self.things.append(
+                {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
+            )
+
+    def write(self, text: str, kind: str, at: FloatArray, detail: str, **more: Any) -> None:
+        """Add a text at a point [m], with detail on demand.
+
+        Args:
+            text: The text.
+            kind: Its kind.
+            at: The point, in the axes of the joint `carrier` if one carries it, shape (3,).
+            detail: Detail on demand.
+            more: `carrier`; and a `time` [s] near which the text is shown.
+        """
+        given = {key: value for key, value in more.items() if value is not None}
+        label = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
+        self.labels.append(label | given)
 
 
 def packed_numbers(array: np.ndarray[Any, Any]) -> str:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory
-from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, scene_page
-from knotwork.view.scene import make_scene
-from knotwork.view.shown import Shown
+from knotwork.view.scene_data import make_scene, scene_of
+from knotwork.view.shown_motion import PlanLike, ShownMotion
 
 
 def view_plan(
@@ -36,29 +34,6 @@ def view_plan(
     """
     scene = scene_of(plan, others)
     return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts)
-
-
-def scene_of(
-    plan: PlanLike,
-    others: Mapping[str, JointTrajectory] | None = None,
-    before: Mapping[str, Any] | None = None,
-    fastest: float = 0.0,
-) -> dict[str, Any]:
-    """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
-
-    Colours of tool speeds go up to the `fastest` one at least [m/s].
-
-    Raises:
-        InputError: The scenario has no robot, or the motion can't be shown.
-    """
-    robot = plan.space.robot
-    if robot is None:
-        raise InputError(
-            f"scenario {plan.scenario.name!r} names no robot, so there is no arm to show: only "
-            "plots can be drawn, with `knotwork plot`; or name a robot in the scenario"
-        )
-    shown = Shown(robot, plan.trajectory, plan.scenario, plan.space, plan.report, fastest)
-    return make_scene(shown, others, before=before)
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True) -> Page:
@@ -87,7 +62,9 @@ def scene_of_trajectory(
     Raises:
         InputError: The trajectory has other joints than the robot, or can't be shown.
     """
-    return make_scene(Shown(robot, trajectory), warnings=_tool_warnings(robot), before=before)
+    return make_scene(
+        ShownMotion.of_robot(robot, trajectory), warnings=_tool_warnings(robot), before=before
+    )
 
 
 def _tool_warnings(robot: Robot) -> list[str]:

@@ -1,9 +1,10 @@
 """The check of a log, within its noise.
 
 The smoothed motion is checked like any other, but it is only known up to the noise of the log. A
-requirement whose margin is below `CERTAIN` standard errors is undecided. Jumps are judged by the
-residuals of the samples, because the smoothed curve has none. For a noise-free log, residuals up to
-`LIKE_THE_PLAN` times those of the smoothed plan are accepted, because the plan's jerk may jump.
+requirement whose margin is below `STANDARD_ERRORS` standard errors is undecided. Jumps are judged
+by the residuals of the samples, because the smoothed curve has none. For a noise-free log,
+residuals up to `PLAN_RESIDUAL_RATIO` times those of the smoothed plan are accepted, because the
+plan's jerk may jump.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ from knotwork.recording.deviations import LogTolerances, deviation_findings
 from knotwork.recording.holes import hole_findings
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
-from knotwork.verification.finding import judged
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
     from knotwork.trajectory import JointTrajectory
     from knotwork.waypoints import FloatArray
 
-GROUP = "Log"
-ASKED = ("waypoint", "path", "wait", "motion", "event")
+LOG = "Log"
+REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
 """Subjects whose requirements are replaced by given tolerances."""
-CERTAIN = 4.0
+STANDARD_ERRORS = 4.0
 """Number of standard errors beyond which a margin counts."""
-JUMP = 8.0
+JUMP_DEVIATIONS = 8.0
 """Residual in standard deviations beyond which a sample is a jump or wrong."""
-LIKE_THE_PLAN = 1.5
+PLAN_RESIDUAL_RATIO = 1.5
 """Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
-_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
-_TURNING = ("rad", "rad/s", "rad/s²")
+_UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
+_ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
 
 
 def check_log(
@@ -71,33 +71,31 @@ def check_log(
         tolerances: Tolerances of the log relative to its plan, or `None`.
     """
     report, units = check(alignment.trajectory, scenario, space=space), scenario.units
-    compared = compare_log(
-        alignment, space.robot, units, tolerances, required=scenario.task.continuity >= 0
-    )
+    required = scenario.task.continuity >= 0
+    compared = compare_log(alignment, space.robot, units, tolerances, required=required)
     findings = list(compared.findings)
     undecided = 0
-    for found in report.findings:
-        if found.group == "Continuity" or found.quantity.endswith("_rounding"):
+    for finding in report.findings:
+        if finding.group == "Continuity" or finding.quantity.endswith("_rounding"):
             continue
-        if found.subject == "event" and found.verdict == "warning":
+        if finding.subject == "event" and finding.verdict == "warning":
             continue  # a log of positions has no signals
-        if tolerances is not None and found.required and found.subject in ASKED:
+        if tolerances is not None and finding.required and finding.subject in REPLACED_SUBJECTS:
             continue
-        known = _known_to(found, alignment, space)
-        asked = found.verdict in ("met", "failed")
-        if asked and known is not None and abs(found.margin or 0.0) <= known:
+        error = _uncertainty(finding, alignment, space) if finding.required else None
+        if error is not None and abs(finding.margin or 0.0) <= error:
             undecided += 1
-            to = units.text(known, found.unit, ".2g")
-            sentence = f"{found.message}; undecided, as the log resolves it to {to}"
-            found = replace(found, verdict="undecided", message=sentence)
-        findings.append(found)
+            size = units.text(error, finding.unit, ".2g")
+            fact = f"{finding.message}; undecided, as the log resolves it to {size}"
+            finding = replace(finding, verdict="undecided", fact=fact, remedy="")
+        findings.append(finding)
     if undecided:
+        reason = f"{STANDARD_ERRORS:g} standard errors of the"
         findings.append(
             _information(
                 "undecided",
-                f"{undecided} requirements are undecided: their margins are below "
-                f"{CERTAIN:g} standard errors of the log",
-                f"undecided: within {CERTAIN:g} standard errors of the limit",
+                f"{undecided} requirements are undecided: their margins are below {reason} log",
+                f"undecided: within {reason} limit",
             )
         )
     return replace(report, findings=tuple(findings))
@@ -135,7 +133,8 @@ def compare_log(
     jumps = tolerances is None
     tolerances = tolerances or LogTolerances()
     _check_tolerances(tolerances, alignment.trajectory, robot)
-    allowed = LIKE_THE_PLAN * alignment.left.samples
+    allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples
+    residuals = _residual_findings(alignment, allowed, units, required=required) if jumps else ()
     return Report(
         scenario=alignment.curve.log.source,
         robot=robot.name if robot is not None else None,
@@ -144,8 +143,8 @@ def compare_log(
         end_time=alignment.trajectory.end_time,
         findings=(
             *deviation_findings(alignment, robot, units, tolerances),
-            *_about(alignment, allowed, units),
-            *(_smooth(alignment, allowed, units, required=required) if jumps else ()),
+            *_log_findings(alignment, allowed, units),
+            *residuals,
             *hole_findings(alignment),
         ),
         units=units,
@@ -166,56 +165,58 @@ def _check_tolerances(
             raise UnknownNameError("joint", name, list(units))
 
 
-def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float | None:
+def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> float | None:
     """Uncertainty of a value due to the log's noise, or `None` if unknown."""
-    if found.value is None or not np.isfinite(found.value) or found.margin is None:
+    if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
         return None
-    own, names, robot = alignment.trajectory.joint_names, space.joint_names, space.robot
+    names, robot = space.joint_names, space.robot
+    columns = [alignment.trajectory.joint_names.index(name) for name in names]
 
-    def errors(nu: int, time: float | None = found.at) -> FloatArray:
-        return _unknown(alignment, nu, time)[[own.index(name) for name in names]]
+    def errors(order: int, time: float | None = finding.at) -> FloatArray:
+        return _joint_uncertainty(alignment, order, time)[columns]
 
-    quantity = found.quantity.removeprefix("joint_")
-    if found.subject == "wait" and found.interval is not None:  # between two of its times
-        return float((errors(0) + errors(0, found.interval[0])).max())
-    if quantity in DERIVATIVES and found.name in names and found.subject == "joint":
-        return float(errors(DERIVATIVES.index(quantity))[names.index(found.name)])
-    if quantity in DERIVATIVES and found.group == "Joints at the waypoints":
+    quantity = finding.quantity.removeprefix("joint_")
+    if finding.subject == "wait" and finding.interval is not None:  # between two of its times
+        return float((errors(0) + errors(0, finding.interval[0])).max())
+    if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
+        return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
+    if quantity in DERIVATIVES and finding.group == "Joints at the waypoints":
         return float(errors(DERIVATIVES.index(quantity)).max())
     if robot is None:
         return None
     motion = alignment.trajectory.reordered(names, space.joint_units)
-    time = motion.start_time if found.at is None else found.at
+    time = motion.start_time if finding.at is None else finding.at
     time = min(max(time, motion.start_time), motion.end_time)
     q = motion.position(time)
-    if found.quantity == "effort" and found.name in names:
-        return float(np.linalg.norm((_inertia(robot, q) * errors(2))[names.index(found.name)]))
-    if found.unit not in _ORDERS:
+    if finding.quantity == "effort" and finding.name in names:
+        row = _inertia(robot, q)[names.index(finding.name)]
+        return float(np.linalg.norm(row * errors(2)))
+    if finding.unit not in _UNIT_ORDERS:
         return None
-    jacobian, turning = robot.jacobian(q), found.unit in _TURNING
-    known = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_ORDERS[found.unit])))
-    if found.unit == "rad" and found.subject != "waypoint":
+    jacobian, turning = robot.jacobian(q), finding.unit in _ROTATION_UNITS
+    error = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_UNIT_ORDERS[finding.unit])))
+    if finding.unit == "rad" and finding.subject != "waypoint":
         # on a path the orientation depends on the position along it
         v, w = np.split(jacobian @ motion.velocity(time), 2)
         turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
-        known += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
-    return known
+        error += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
+    return error
 
 
-def _unknown(alignment: Alignment, order: int, time: float | None) -> FloatArray:
+def _joint_uncertainty(alignment: Alignment, order: int, time: float | None) -> FloatArray:
     """Uncertainty of each joint, by noise and by the residual of the smoothed plan."""
-    noise = CERTAIN * alignment.errors(order, time)
-    return noise + LIKE_THE_PLAN * alignment.left_of_plan(order, time)
+    noise = STANDARD_ERRORS * alignment.errors(order, time)
+    return noise + PLAN_RESIDUAL_RATIO * alignment.plan_residual(order, time)
 
 
 def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
     """The mass matrix, from the torques of unit accelerations."""
     still = np.zeros(q.size)
-    rest = robot.torque(q, still, still)
-    return np.column_stack([robot.torque(q, still, one) - rest for one in np.eye(q.size)])
+    static = robot.torque(q, still, still)
+    return np.column_stack([robot.torque(q, still, unit) - static for unit in np.eye(q.size)])
 
 
-def _smooth(
+def _residual_findings(
     alignment: Alignment, allowed: FloatArray, units: Units, *, required: bool
 ) -> Iterator[Finding]:
     """Report the residuals of the samples of each joint, relative to their noise.
@@ -227,46 +228,48 @@ def _smooth(
         required: A jump fails.
     """
     curve = alignment.curve
-    off, limits = np.abs(curve.residuals), JUMP * curve.sigma + allowed
+    sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
     for j, (name, unit) in enumerate(
         zip(curve.log.joint_names, curve.log.joint_units, strict=True)
     ):
-        worst = int((off[:, j] / limits[:, j]).argmax())
-        value, limit = float(off[worst, j]), float(limits[worst, j])
+        worst = int((sizes[:, j] / limits[:, j]).argmax())
+        value, limit = float(sizes[worst, j]), float(limits[worst, j])
         time = float(curve.log.time[worst] - alignment.start)
         shown = units.text(value, unit, ".3g")
-        sentence = f"a sample is off the smooth curve by {shown} at {time:.4f} s"
+        fact = f"joint {name!r}: a sample is off the smooth curve by {shown} at {time:.4f} s"
         if value > limit:
             times = value / float(curve.sigma[worst, j])
-            sentence += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
+            fact += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
-                largest = float(off.max())
-                sentence += f"; if such errors are expected, use --noise {largest:.0e}"
-        yield Finding(
-            "Continuity", "joint", name, "sample_off_the_curve",
-            judged(value <= limit, required=required), f"joint {name!r}: {sentence}",
-            value=value, limit=limit, margin=limit - value, unit=unit, time=time,
+                fact += f"; if such errors are expected, use --noise {float(sizes.max()):.0e}"
+        yield Finding.at_most(
+            "Continuity", "joint", name, "sample_off_the_curve", fact, value, limit,
+            required=required, unit=unit, time=time,
         )  # fmt: skip
 
 
-def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
+def _log_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
     """The assumptions about the log, and its resolution."""
-    curve, log = alignment.curve, alignment.curve.log
-    noise, joints = curve.noise, list(zip(log.joint_names, log.joint_units, strict=True))
+    curve, log, noise = alignment.curve, alignment.curve.log, alignment.curve.noise
     origin = "as given" if noise.stated else "estimated from the samples and their digits"
-    for (name, unit), value in zip(joints, noise.position.tolist(), strict=True):
-        size = units.text(value, unit, ".2g")
-        message = f"joint {name!r}: samples are off by {size} (standard deviation), {origin}"
-        yield _number(name, "noise", value, unit, message)
+    rows = [("noise", 0, f"samples are off by {{}} (standard deviation), {origin}", noise.position)]
     for order, quantity in enumerate(DERIVATIVES[:3]):
-        errors = _unknown(alignment, order, None).tolist()
-        for (name, unit), value in zip(joints, errors, strict=True):
-            size = units.text(value, rate_unit(unit, order), ".2g")
-            message = f"joint {name!r}: the log resolves {quantity} to {size} at worst"
-            yield _number(name, f"{quantity}_known_to", value, rate_unit(unit, order), message)
+        text = f"the log resolves {quantity} to {{}} at worst"
+        errors = _joint_uncertainty(alignment, order, None)
+        rows.append((f"{quantity}_known_to", order, text, errors))
     largest: dict[str, float] = {}
-    for (_, unit), value in zip(joints, noise.position.tolist(), strict=True):
-        largest[unit] = max(value, largest.get(unit, 0.0))
+    for quantity, order, text, values in rows:
+        for name, joint_unit, value in zip(
+            log.joint_names, log.joint_units, values.tolist(), strict=True
+        ):
+            unit = rate_unit(joint_unit, order)
+            fact = f"joint {name!r}: {text.format(units.text(value, unit, '.2g'))}"
+            yield Finding(
+                LOG, "joint", name, quantity, "information", fact, value=value, unit=unit,
+                proof="sampled",
+            )  # fmt: skip
+            if quantity == "noise":
+                largest[unit] = max(value, largest.get(unit, 0.0))
     sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
     yield _information(
         "log",
@@ -281,19 +284,12 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
     if missed:
         start, end = (time - alignment.start for time in missed[0])
         times = f", {len(missed)} times, first" if len(missed) > 1 else ""
-        message = (
+        fact = (
             f"the motion changes faster than the log resolves{times}, from {start:.4f} s to "
             f"{end:.4f} s: it is uncertain there"
         )
-        yield Finding("Warnings", "motion", "", "too_coarse", "warning", message, time=float(start))
+        yield Finding("Warnings", "motion", "", "too_coarse", "warning", fact, time=float(start))
 
 
-def _information(quantity: str, message: str, brief: str = "") -> Finding:
-    return Finding(GROUP, "motion", "", quantity, "information", message, brief=brief)
-
-
-def _number(name: str, quantity: str, value: float, unit: str, message: str) -> Finding:
-    return Finding(
-        GROUP, "joint", name, quantity, "information", message, value=value, unit=unit,
-        proof="sampled",
-    )  # fmt: skip
+def _information(quantity: str, fact: str, brief: str = "") -> Finding:
+    return Finding(LOG, "motion", "", quantity, "information", fact, brief=brief)

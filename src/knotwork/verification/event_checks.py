@@ -1,0 +1,133 @@
+"""Events and the tool's position at them; segments of the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from knotwork.scenario import Scenario
+from knotwork.scenario.event_reader import segments
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.scenario.scenario import AskedEvent
+from knotwork.trajectory.motion_events import Event
+from knotwork.verification.checked_motion import Motion
+from knotwork.verification.finding import Finding, Verdict
+from knotwork.verification.waypoint_checks import TIME_ROUNDING
+
+EVENTS = "Events"
+MOST_NAMED_EVENTS = 4
+"""Maximum number of events named in a short report."""
+
+
+def events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report the time of each event, and compare the tool's position along a path with the task."""
+    requested = [asked.event for asked in scenario.events]
+    shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MOST_NAMED_EVENTS]]
+    remaining = len(requested) - len(shown)
+    brief = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
+    for asked in scenario.events:
+        event = asked.event
+        inside = event.time <= motion.end_time + _time_slack(motion.end_time)
+        fact = f"{event.text} at {event.time:.3f} s: {_place(asked, scenario)}"
+        if inside:
+            yield _event_finding(event, "information", fact, brief=brief)
+        else:
+            fact += f", but the motion ends at {motion.end_time:.3f} s"
+            yield _event_finding(event, "failed", fact, brief=brief)
+        brief = ""
+        if inside and asked.path is not None:
+            yield _place_on_path(asked, motion, scenario, space)
+    stored = motion.trajectory
+    if stored.events or stored.segments:
+        unexpected = "the motion has it, and the scenario does not ask for it"
+        yield from _missing_from(requested, stored.events, unexpected)
+        missing = "the scenario asks for it, and the motion does not have it"
+        yield from _missing_from(stored.events, requested, missing)
+    elif requested:
+        fact = "the motion does not say what is switched on its way; that is not checked"
+        yield Finding(EVENTS, "event", "events", "event", "warning", fact)
+    yield from _repeated_or_left_on(requested)
+
+
+def _event_finding(
+    event: Event, verdict: Verdict, fact: str, *, group: str = EVENTS, brief: str = ""
+) -> Finding:
+    return Finding(group, "event", event.name, "event", verdict, fact, time=event.time, brief=brief)
+
+
+def _time_slack(time: float) -> float:
+    return TIME_ROUNDING * max(1.0, time)
+
+
+def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
+    """Signals switched on or off twice in a row, and signals on at the end of the motion."""
+    last: dict[str | int, Event] = {}
+    faults = []
+    for event in requested:
+        before = last.get(event.signal)
+        if isinstance(event.value, bool) and before is not None and before.value is event.value:
+            faults.append((event, f"it is so since {before.time:.3f} s"))
+        last[event.signal] = event
+    faults += [
+        (event, "the motion ends with it on") for event in last.values() if event.value is True
+    ]
+    for event, fault in faults:
+        fact = f"{event.text} at {event.time:.3f} s: {fault}"
+        yield _event_finding(event, "warning", fact, group="Warnings")
+
+
+def _missing_from(
+    events: Sequence[Event], others: Sequence[Event], fault: str
+) -> Iterator[Finding]:
+    """Failures for the other events that are not among the events."""
+    times: dict[Event, list[float]] = {}
+    for event in events:
+        times.setdefault(replace(event, time=0.0), []).append(event.time)
+    for event in others:
+        known = times.get(replace(event, time=0.0), [])
+        if not any(abs(event.time - time) <= _time_slack(event.time) for time in known):
+            yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
+
+
+def _place(asked: AskedEvent, scenario: Scenario) -> str:
+    """Text of an event's position or time relative to its waypoint."""
+    offset = asked.delay if asked.path is None else asked.distance
+    if not offset and asked.path is None:
+        return f"at {asked.event.waypoint!r}"
+    size = f"{abs(offset):.6g} s"
+    if asked.path is not None:
+        size = scenario.units.text(abs(offset), "m", ".6g")
+    return f"{size} {'after' if offset > 0.0 else 'before'} {asked.event.waypoint!r}"
+
+
+def _place_on_path(
+    asked: AskedEvent, motion: Motion, scenario: Scenario, space: JointSpace
+) -> Finding:
+    event, path = asked.event, asked.path
+    if path is None or space.robot is None:
+        raise TypeError("an event has a place on a path, which needs a robot")
+    time = np.array([min(event.time, motion.end_time)])
+    pose = space.robot.forward(motion.curve(time[0]))
+    place, _, _ = path.motion.relative_motion(
+        time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
+    )
+    wanted = path.motion.path.position(np.array([asked.arc_length]))
+    miss, tolerance = float(np.linalg.norm(place - wanted)), scenario.tolerances.path
+    shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
+    return Finding.at_most(
+        EVENTS, "event", event.name, "place",
+        f"{event.text} at {event.time:.3f} s, {_place(asked, scenario)}: the tool is {shown} from "
+        f"that place, tolerance {allowed}", miss, tolerance,
+        unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
+    )  # fmt: skip
+
+
+def parts(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report the interval of each segment of the motion."""
+    for segment in motion.trajectory.segments or segments(scenario):
+        yield Finding(
+            "Segments", "segment", segment.name, "segment", "information", segment.text,
+            interval=(segment.start, segment.end),
+        )  # fmt: skip

@@ -1,0 +1,184 @@
+"""Use of the freedoms of poses by the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.units import Units
+from knotwork.verification.bounds.free_turn import free_angles, open_ranges
+from knotwork.verification.checked_motion import Motion
+from knotwork.verification.finding import Finding
+from knotwork.verification.path_checks import join_paths
+from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+FREEDOM = "Freedom"
+PATH_TIMES = 400
+"""Number of times along a path."""
+UNUSED = 1e-6
+"""Smaller angles and distances count as zero [rad or m]."""
+
+
+class FreedomUse(NamedTuple):
+    """A motion's use of the freedom of a waypoint or a path.
+
+    Attributes:
+        subject: `"waypoint"` or `"path"`.
+        name: Name of the waypoint or path.
+        time: Sample times [s], shape (k,).
+        values: Angles and positions [rad or m] by name and unit, shape (k,) each.
+        bounds: Minimum and maximum allowed of each.
+    """
+
+    subject: str
+    name: str
+    time: FloatArray
+    values: dict[tuple[str, str], FloatArray]
+    bounds: dict[tuple[str, str], tuple[float, float]]
+
+
+def freedom_uses(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[FreedomUse]:
+    """Sample free turns, tilts and positions; turns are continuous along joined paths."""
+    for paths in join_paths(scenario):
+        uses = []
+        for path in paths:
+            times = _path_times(path)
+            if path.freedom is not None and _covers(motion, times):
+                poses = [robot.forward(q) for q in motion.curve(times)]
+                asked = path.motion.state(times)[:2]
+                name = _path_name(path, scenario)
+                uses.append(_freedom_use("path", name, path.freedom, times, asked, poses))
+        yield from _continue_turn(uses)
+    on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
+    for i, waypoint in enumerate(scenario.waypoints):
+        if not isinstance(waypoint, CartesianWaypoint) or i in on_paths:
+            continue
+        times = np.array([waypoint.time])
+        if waypoint.freedom is not None and _covers(motion, times):
+            pose = robot.tool_seen(motion.curve(waypoint.time), standing=waypoint.standing)
+            asked = waypoint.position[None], waypoint.rotation[None]
+            use = _freedom_use("waypoint", waypoint.name, waypoint.freedom, times, asked, [pose])
+            yield from _continue_turn([use])
+
+
+def _path_times(path: ScenarioPath) -> FloatArray:
+    return np.linspace(path.motion.start_time, path.motion.end_time, PATH_TIMES)
+
+
+def _path_name(path: ScenarioPath, scenario: Scenario) -> str:
+    return f"{scenario.waypoints[path.first].name} to {scenario.waypoints[path.last].name}"
+
+
+def _covers(motion: Motion, times: FloatArray) -> bool:
+    return bool(motion.start_time <= times[0] and times[-1] <= motion.end_time)
+
+
+def _freedom_use(
+    subject: str,
+    name: str,
+    freedom: PoseFreedom,
+    times: FloatArray,
+    asked: tuple[FloatArray, FloatArray],
+    poses: list[Any],
+) -> FreedomUse:
+    """Free values of poses, relative to the positions and rotations that are asked for."""
+    rotations = np.array([pose.rotation for pose in poses])
+    turn, travel, work = free_angles(freedom, asked[1], rotations).T
+    R = asked[1].transpose(0, 2, 1) @ rotations
+    offset = np.array([pose.translation for pose in poses]) - asked[0]
+    x, y, z = np.einsum("kji,kj->ik", asked[1], offset)
+    tilt = np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2])
+    values = {"turn": turn, "tilt": tilt, "x": x, "y": y, "z": z}
+    if freedom.torch is not None:
+        values["travel angle"] = travel + freedom.torch.own
+        values["work angle"] = work + freedom.torch.own_work
+    bounds = open_ranges(freedom)
+    return FreedomUse(subject, name, times, {key: values[key[0]] for key in bounds}, bounds)
+
+
+def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
+    """Make the turn continuous along joined paths, as near the middle of its range as possible."""
+    key = ("turn", "rad")
+    if not uses or key not in uses[0].values:
+        return uses
+    turn = np.unwrap(np.concatenate([use.values[key] for use in uses]))
+    middle = np.mean(uses[0].bounds[key]) if np.isfinite(uses[0].bounds[key]).all() else turn[0]
+    turn -= 2.0 * np.pi * np.rint((0.5 * (turn.min() + turn.max()) - middle) / (2.0 * np.pi))
+    parts = np.split(turn, np.cumsum([len(use.time) for use in uses])[:-1])
+    return [
+        use._replace(values=use.values | {key: part}) for use, part in zip(uses, parts, strict=True)
+    ]
+
+
+def freedoms_used(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report the use of free turns, tilts and positions, from samples, and of external axes."""
+    robot = space.robot
+    if robot is None:
+        return
+    for use in freedom_uses(motion, scenario, robot):
+        text = ", ".join(
+            f"{key[0]} {_range_text(values, use.bounds[key], scenario.units, key[1])}"
+            for key, values in use.values.items()
+        )
+        (_, unit), values = max(use.values.items(), key=lambda item: float(np.ptp(item[1])))
+        size = np.ptp(values) if use.subject == "path" else np.abs(values).max()
+        fact = f"{use.name!r} leaves open, and the motion uses: {text}"
+        yield _sampled_finding(
+            use.subject, use.name, "free", fact, text, float(size), unit, use.time
+        )
+    axes = [i for i, name in enumerate(robot.joint_names) if name in robot.external_axes]
+    arm = [i for i in range(robot.dof) if i not in axes]
+    for path in scenario.paths if axes and arm else ():
+        times = _path_times(path)
+        if not _covers(motion, times):
+            continue
+        moved = np.abs(np.diff(motion.curve(times), axis=0)).sum(axis=0).tolist()
+        texts = [
+            f"{name} {_size_text(size, unit, scenario.units)}"
+            for name, unit, size in zip(robot.joint_names, robot.joint_units, moved, strict=True)
+        ]
+        most = max(arm, key=moved.__getitem__)
+        text = f"{', '.join(texts[i] for i in axes)}; of the arm at most {texts[most]}"
+        begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
+        yield _sampled_finding(
+            "path", f"{begin} to {end}", "external_axes",
+            f"from {begin!r} to {end!r} joints move by: {text}", text, moved[axes[0]],
+            robot.joint_units[axes[0]], times,
+        )  # fmt: skip
+
+
+def _sampled_finding(
+    subject: str,
+    name: str,
+    quantity: str,
+    fact: str,
+    text: str,
+    value: float,
+    unit: str,
+    times: FloatArray,
+) -> Finding:
+    return Finding(
+        FREEDOM, subject, name, quantity, "information", fact, value=value, unit=unit,
+        interval=(float(times[0]), float(times[-1])), proof="sampled", brief=f"{name}: {text}",
+    )  # fmt: skip
+
+
+def _size_text(value: float, unit: str, units: Units) -> str:
+    return units.text(value if abs(value) > UNUSED else 0.0, unit, ".3g")
+
+
+def _range_text(values: FloatArray, bounds: tuple[float, float], units: Units, unit: str) -> str:
+    """Text of one value, or of the minimum and maximum, with the allowed range."""
+    ends = [_size_text(float(end), unit, units) for end in (values.min(), values.max())]
+    allowed = [units.text(end, unit, ".4g") for end in bounds if np.isfinite(end)]
+    text = " to ".join(end.split()[0] for end in dict.fromkeys(ends))
+    if allowed:
+        text += " of " + " to ".join(end.split()[0] for end in allowed)
+    return f"{text} {ends[0].split()[1]}"

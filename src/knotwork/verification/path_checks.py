@@ -1,0 +1,243 @@
+"""Check of tool paths: distance, orientation and speed, over all time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from knotwork.scenario import Scenario, ScenarioPath, Stretch
+from knotwork.scenario.joint_space import JointSpace
+from knotwork.verification.checked_motion import Motion
+from knotwork.verification.finding import Finding, judged
+from knotwork.waypoints import CartesianWaypoint, PoseFreedom
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.units import Units
+    from knotwork.verification.bounds.stretch_bounds import (
+        PathBound,
+        PathLimits,
+        StretchBounds,
+    )
+
+TOOL_PATHS = "Tool paths"
+SAME_POSE = 1e-9
+"""Relative difference below which poses are equal."""
+
+
+def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare the motion of the tool with each stretch of each path of the scenario."""
+    if space.robot is None:
+        return
+    for paths in join_paths(scenario):
+        for followed in _follow_paths(motion, scenario, space.robot, paths):
+            yield from _stretch_findings(scenario, followed)
+
+
+def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
+    """Paths in groups, in which a turn of the tool goes on from one to the next.
+
+    Each begins where the one before ends, or after a wait there, and leaves the same open, or both
+    have ranges of the same turn.
+    """
+    groups: list[list[ScenarioPath]] = []
+    for path in scenario.paths:
+        before = groups[-1][-1] if groups else path
+        continues = before.freedom == path.freedom or _same_turn(before.freedom, path.freedom)
+        if groups and continues and _stays(scenario, before.last, path.first):
+            groups[-1].append(path)
+        else:
+            groups.append([path])
+    return groups
+
+
+def _same_turn(a: PoseFreedom | None, b: PoseFreedom | None) -> bool:
+    """Whether both have a range of one and the same angle."""
+    if a is None or b is None or (a.torch and a.torch[2:]) != (b.torch and b.torch[2:]):
+        return False
+    return all(0.0 < high - low < math.inf for low, high in (a.turn, b.turn))
+
+
+def _stays(scenario: Scenario, first: int, second: int) -> bool:
+    """Whether two waypoints are equal, or one is a wait at the other."""
+    if second - first != 1:
+        return second == first
+    a, b = scenario.waypoints[first : second + 1]
+    if not (isinstance(a, CartesianWaypoint) and isinstance(b, CartesianWaypoint)):
+        return False
+    return bool(a.pose.isApprox(b.pose, SAME_POSE))
+
+
+class _FollowedStretch(NamedTuple):
+    """A stretch of a path, with the proved bounds of the motion along it."""
+
+    path: ScenarioPath
+    name: tuple[str, str]
+    stretch: Stretch
+    limits: PathLimits
+    bounds: StretchBounds
+
+    @property
+    def keeps_turn(self) -> bool:
+        turn = self.bounds.turn
+        return turn is None or (turn.proved and turn.value <= self.limits.orientation)
+
+
+def _follow_paths(
+    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath]
+) -> list[_FollowedStretch]:
+    """Follow the tool along paths that are joined, and its turn all along, whole turns counted.
+
+    Where it may begin whole turns away within its range, one is taken that keeps it within.
+    """
+    followed = _follow_from(motion, scenario, robot, paths, 0.0)
+    freedom = paths[0].freedom
+    if not followed or freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
+        return followed
+    start, allowed = followed[0].bounds.turned[0], scenario.tolerances.path_orientation
+    low, high = ((bound - start) / (2.0 * math.pi) for bound in freedom.turn)
+    slack = allowed / (2.0 * math.pi)
+    for turns in (0, *range(math.ceil(low - slack), math.floor(high + slack) + 1)):
+        turn = start + 2.0 * math.pi * turns
+        other = _follow_from(motion, scenario, robot, paths, turn) if turns else followed
+        if all(stretch.keeps_turn for stretch in other):
+            return other
+    return followed
+
+
+def _follow_from(
+    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
+) -> list[_FollowedStretch]:
+    """Bounds on each stretch, the first of which begins at about a turn [rad]."""
+    from knotwork.verification.bounds.stretch_bounds import PathLimits, path_bounds
+
+    allowed, followed = scenario.tolerances, []
+    for path in paths:
+        for k, stretch in enumerate(path.stretches, path.first):
+            if not (motion.start_time < stretch.end and stretch.start < motion.end_time):
+                continue
+            speed = allowed.path_speed * stretch.speed
+            limits = PathLimits(allowed.path, allowed.path_orientation, speed)
+            bounds = path_bounds(
+                robot, motion.curve, path.motion, (stretch.start, stretch.end),
+                stretch.full_speed, stretch.speed, limits, freedom=path.freedom, turn=turn,
+            )  # fmt: skip
+            turn = bounds.turned[1]
+            name = scenario.waypoints[k].name, scenario.waypoints[k + 1].name
+            followed.append(_FollowedStretch(path, name, stretch, limits, bounds))
+    return followed
+
+
+def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
+    """Findings on a stretch: one for each criterion, and the speeds at full speed."""
+    (begin, end), stretch, bounds = followed.name, followed.stretch, followed.bounds
+    name = f"{begin} to {end}"
+    for quantity, bound, limit, unit, text in _criteria(scenario, followed):
+        if bound is None:
+            continue
+        fact, brief = f"from {begin!r} to {end!r} {text}", ""
+        if not bound.proved:
+            low, high = bound.where
+            most = scenario.units.text(bound.bound, unit, ".3g")
+            fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {most}"
+        if quantity == "path_deviation":
+            scale, length = scenario.shown_length
+            brief = f"{name}: {scale * bound.value:.3g} of {scale * limit:.3g} {length} off"
+            brief += f", {_speeds(bounds, scenario, 4)}" if bounds.speed is not None else ""
+        yield Finding(
+            group=TOOL_PATHS,
+            subject="path",
+            name=name,
+            quantity=quantity,
+            verdict=judged(bound.proved and bound.value <= limit),
+            fact=fact,
+            value=bound.value,
+            limit=limit,
+            margin=limit - (bound.value if bound.value > limit else bound.bound),
+            unit=unit,
+            time=bound.time,
+            interval=stretch.full_speed
+            if quantity == "path_speed"
+            else (stretch.start, stretch.end),
+            proof="bounded" if bound.proved else "sampled",
+            excess=max(bound.bound - bound.value, 0.0),
+            brief=brief,
+        )
+    if bounds.speed is not None:
+        (start, last), (scale, length) = stretch.full_speed, scenario.shown_length
+        fact = (
+            f"{begin!r} to {end!r}: at {_speeds(bounds, scenario, 5)} from {start:.3f} s to "
+            f"{last:.3f} s, where the full speed is {scale * stretch.speed:.5g} {length}/s"
+        )
+        yield Finding(
+            TOOL_PATHS, "path", name, "full_speed", "information", fact,
+            interval=stretch.full_speed, proof="bounded" if bounds.speed.proved else "sampled",
+        )  # fmt: skip
+
+
+def _criteria(
+    scenario: Scenario, followed: _FollowedStretch
+) -> Iterator[tuple[str, PathBound | None, float, str, str]]:
+    """Quantity, bound, limit, unit and text of each criterion on a stretch."""
+    freedom, stretch, limits = followed.path.freedom, followed.stretch, followed.limits
+    bounds, kind, progress = followed.bounds, stretch.kind, followed.bounds.progress
+    tolerances, (scale, length) = scenario.tolerances, scenario.shown_length
+
+    def shown(value: float, unit: str = "rad") -> str:
+        return scenario.units.text(value, unit, ".3g")
+
+    off, at_most = (f"{scale * x:.3g}" for x in (bounds.position.value, limits.position))
+    text = f"the tool leaves the {kind} by {off} {length}, tolerance {at_most} {length}"
+    yield "path_deviation", bounds.position, limits.position, "m", text
+    turned = limits.orientation + (0.0 if freedom is None else freedom.tilt)
+    off = shown(bounds.orientation.value)
+    text = f"the tool is turned off by {off}, tolerance {shown(turned)}"
+    yield "path_orientation", bounds.orientation, turned, "rad", text
+    if bounds.turn is not None and freedom is not None:
+        side = "beyond" if bounds.turn.value > 0.0 else "within"
+        text = (
+            f"the tool is {shown(abs(bounds.turn.value))} {side} what is free, "
+            f"{_ranges(freedom, scenario.units)}, tolerance {shown(limits.orientation)}"
+        )
+        yield "path_turn", bounds.turn, limits.orientation, "rad", text
+    most = max(tolerances.path, tolerances.position)
+    start, end, whole, back = (
+        f"{round(scale * value, 6) + 0.0:.6g}"
+        for value in (progress.start, progress.end, progress.length, progress.back)
+    )
+    text = (
+        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {whole} {length} "
+        f"and goes back by {back} {length} at most, tolerance {scale * most:.3g} {length}"
+    )
+    worst = progress.worst  # proved if the distance is
+    bound = bounds.position._replace(value=worst, time=progress.time, bound=worst)
+    yield "path_progress", bound, most, "m", text
+    asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * tolerances.path_speed:.3g} %"
+    start, end = (f"{time:.3f} s" for time in stretch.full_speed)
+    speeds = _speeds(bounds, scenario, 5)
+    text = f"the speed is {speeds}, asked for {asked} from {start} to {end}, {within}"
+    yield "path_speed", bounds.speed, limits.speed, "m/s", text
+    slowest = round(scale * bounds.ramp_slowest, 9) + 0.0
+    text = (
+        f"where the speed changes it is {slowest:.5g} to {scale * bounds.ramp_fastest:.5g} "
+        f"{length}/s along the {kind}, accepted 0 to {asked}, {within}"
+    )
+    yield "path_ramp", bounds.ramp, limits.speed, "m/s", text
+
+
+def _ranges(freedom: PoseFreedom, units: Units) -> str:
+    """Text of the ranges of angles except tilts."""
+    from knotwork.verification.bounds.free_turn import open_ranges
+
+    return ", ".join(
+        f"{name} {units.text(low, unit, '.4g').split()[0]} to {units.text(high, unit, '.4g')}"
+        for (name, unit), (low, high) in open_ranges(freedom).items()
+        if unit == "rad" and name != "tilt"
+    )
+
+
+def _speeds(bounds: StretchBounds, scenario: Scenario, digits: int) -> str:
+    """Text of the proved speeds at full speed."""
+    scale, length = scenario.shown_length
+    return f"{scale * bounds.slowest:.{digits}g} to {scale * bounds.fastest:.{digits}g} {length}/s"

@@ -1,0 +1,78 @@
+"""Joints after those of the robot, with known positions, and what they carry.
+
+They carry moving frames and other robots.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.scene.other_robots import other_motion
+from knotwork.view.base_joints import drawn_joint
+from knotwork.view.links import link_shapes
+from knotwork.view.mesh import merged
+from knotwork.view.scene_parts import SceneParts
+from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.surroundings import HELD, TOOL, solid_mesh
+from knotwork.waypoints import FloatArray
+
+
+def known_joints(shown: ShownMotion) -> list[dict[str, Any]]:
+    """Describe the joints after the robot's, like `drawn_joints`."""
+    if shown.model is None:
+        return []
+    tree, first = shown.model.joints, shown.robot.model.njoints
+    return [drawn_joint(tree, i, f"known joint {i}") for i in range(first, len(tree.parent))]
+
+
+def known_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:
+    """Positions of these joints, shape (k, m), with m = 0 without moving objects."""
+    known = () if model is None else model.known
+    return np.hstack([np.zeros((len(time), 0)), *(positions(time) for positions in known)])
+
+
+def draw_other_robots(parts: SceneParts, shown: ShownMotion, size: float) -> None:
+    """Draw links, tools and held objects of other robots."""
+    for other in shown.scenario.scene.robots:
+        robot, root = shown.model.robots[other.name]  # type: ignore[union-attr]
+        links = link_shapes(robot)
+        for joint, mesh in enumerate(links.shapes):
+            parts.draw("other robots", mesh, carrier=root + joint)
+        motion = other_motion(other)
+        for body in motion.model.bodies:
+            held = body.kind == "held" or body.name in motion.held
+            if body.kind == "tool" or held:
+                meshes = [solid_mesh(part, HELD if held else TOOL, size) for part in body.solids]
+                span = [
+                    end + other.delay if np.isfinite(end) else None
+                    for end in (body.start, body.end)
+                ]
+                carrier = root + body.joint
+                parts.draw("other robots", merged(meshes), carrier=carrier, between=span)
+        carrier, base = shown.carrier_of(other.carrier)
+        place = (base * other.placement).translation
+        parts.write(other.name, "object", place, f"robot {other.name!r}", carrier=carrier)
+        parts.warnings += [f"robot {other.name!r}: {warning}" for warning in links.warnings]
+
+
+def joint_origins(shown: ShownMotion, count: int = 20) -> tuple[FloatArray, FloatArray]:
+    """Positions of the joints after the robot's over the motion [m], shape (n, 3).
+
+    Returns:
+        All of them, and only those of other robots.
+    """
+    model, curve = shown.model, shown.curve
+    if model is None:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    time = np.linspace(curve.x[0], curve.x[-1], count)
+    _, origin = model.joint_placements(curve(time), time)
+    placed = np.asarray(origin).reshape(count, -1, 3)
+    of_robots = [
+        placed[:, root : root + robot.model.njoints].reshape(-1, 3)
+        for robot, root in model.robots.values()
+    ]
+    known = placed[:, shown.robot.model.njoints :].reshape(-1, 3)
+    return known, np.concatenate([np.zeros((0, 3)), *of_robots])

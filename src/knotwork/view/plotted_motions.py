@@ -1,0 +1,91 @@
+"""The motions of a picture, and the names chosen for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.joint_quantities import DERIVATIVES
+from knotwork.scenario import Scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.view.shown_motion import Drawable, ShownMotion
+from knotwork.view.style import DASHES
+
+
+def motions_of(
+    motions: Drawable | Sequence[Drawable],
+    *,
+    scenario: Scenario | None = None,
+    labels: Sequence[str] | None = None,
+) -> list[ShownMotion]:
+    """Collect the motions of a picture.
+
+    Raises:
+        InputError: There are none, one is neither plan nor trajectory, their joints differ,
+            or the labels do not fit.
+    """
+    items: list[Any] = list(motions) if isinstance(motions, Sequence) else [motions]
+    if not items:
+        raise InputError("a picture needs at least one plan or trajectory")
+    shown = [_motion(item, scenario) for item in items]
+    first = shown[0].trajectory
+    for motion in shown[1:]:  # raises for other joints
+        owner = "the first motion of the picture"
+        motion.trajectory.reordered(first.joint_names, first.joint_units, owner=owner)
+    names = _distinct([motion.label for motion in shown]) if labels is None else list(labels)
+    if len(names) != len(shown) or len(set(names)) != len(names):
+        raise InputError(f"labels are {names}; give one for each of {len(shown)} motions")
+    return [replace(motion, label=name) for motion, name in zip(shown, names, strict=True)]
+
+
+def _motion(item: Any, scenario: Scenario | None) -> ShownMotion:
+    if isinstance(item, JointTrajectory):
+        if scenario is None:
+            return ShownMotion.of_joints(item)
+        return ShownMotion.of_trajectory(item, scenario)
+    if not isinstance(getattr(item, "trajectory", None), JointTrajectory):
+        raise InputError(f"can't draw {type(item).__name__}; give a Plan or a JointTrajectory")
+    return ShownMotion.of_plan(item)
+
+
+def check_distinct(motions: Sequence[ShownMotion]) -> None:
+    """Refuse more motions in one panel than there are line styles.
+
+    Raises:
+        InputError: There are too many.
+    """
+    if len(motions) > len(DASHES):
+        raise InputError(
+            f"{len(motions)} motions are too many for one picture; choose at most {len(DASHES)}"
+        )
+
+
+def _distinct(labels: list[str]) -> list[str]:
+    """Number labels that occur twice."""
+    return [
+        f"{label} ({labels[: i + 1].count(label)})" if labels.count(label) > 1 else label
+        for i, label in enumerate(labels)
+    ]
+
+
+def choose_names(kind: str, names: Sequence[str] | None, available: Sequence[str]) -> list[str]:
+    """Names chosen among the available ones, by default all, each once.
+
+    Raises:
+        UnknownNameError: A name is not available.
+        InputError: No name is chosen.
+    """
+    names = list(dict.fromkeys(available if names is None else names))
+    for name in names:
+        if name not in available:
+            raise UnknownNameError(kind, name, available)
+    if not names:
+        raise InputError(f"no {kind} is chosen; accepted: {', '.join(available)}")
+    return names
+
+
+def choose_quantities(names: Sequence[str] | None) -> list[str]:
+    """Chosen quantities; see `choose_names`."""
+    return choose_names("quantity", names, DERIVATIVES)

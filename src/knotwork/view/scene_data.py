@@ -1,0 +1,215 @@
+"""Content of a scene: arm, motion, task and findings of the check, as plain data.
+
+Everything is in the axes of the URDF's root, z up, in m and s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import check
+from knotwork.view.arm_at_waypoints import find_stops
+from knotwork.view.base_joints import base_joints, drawn_joints
+from knotwork.view.camera import views
+from knotwork.view.images import image_addresses
+from knotwork.view.known_joints import draw_other_robots, joint_origins, known_joints
+from knotwork.view.mesh import coarse
+from knotwork.view.path_meshes import asked_points, draw_paths
+from knotwork.view.playback import arm_frames, joint_panel, waypoint_times
+from knotwork.view.scene_parts import SceneParts, packed
+from knotwork.view.scene_verdict import verdict
+from knotwork.view.shown_motion import PlanLike, ShownMotion
+from knotwork.view.surroundings import draw_surroundings
+from knotwork.view.task_marks import draw_frames, draw_marks
+from knotwork.view.time_strip import time_strip
+from knotwork.waypoints import FloatArray
+
+GHOST_DETAIL = 0.015
+"""Size of the finest detail of faint copies of the arm, relative to the scene's size."""
+ROBOT_PARTS = ("joints", "shapes", "images", "coarse")
+"""Parts of a scene that depend only on the robot: most of the data."""
+
+
+def scene_of(
+    plan: PlanLike,
+    others: Mapping[str, JointTrajectory] | None = None,
+    before: Mapping[str, Any] | None = None,
+    fastest: float = 0.0,
+) -> dict[str, Any]:
+    """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
+
+    Colours of tool speeds go up to the `fastest` one at least [m/s].
+
+    Raises:
+        InputError: The scenario has no robot, or the motion can't be shown.
+    """
+    return make_scene(ShownMotion.of_plan(plan, fastest), others, before=before)
+
+
+def make_scene(
+    shown: ShownMotion,
+    others: Mapping[str, JointTrajectory] | None = None,
+    *,
+    warnings: Sequence[str] = (),
+    before: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Compose the scene of a motion, as plain data for JSON.
+
+    Args:
+        shown: The motion with the arm, its meshes, and the task.
+        others: Motions of other planners by name, shown as translucent arms.
+        warnings: Further warnings for the page.
+        before: The replaced scene. For the same robot its `ROBOT_PARTS` are reused, as the same
+            objects, and the view is kept.
+
+    Raises:
+        InputError: A trajectory has other joints than the robot, or is too long.
+    """
+    robot, compared = shown.robot, others or {}
+    names, units = robot.joint_names, robot.joint_units
+    motions = {
+        name: motion.reordered(names, units, owner=f"robot {robot.name!r}").polynomial
+        for name, motion in compared.items()
+    }
+    stops, base = find_stops(shown), base_joints(robot)
+    task = _at_start(shown, _task_points(shown))
+    outlines = [corners.reshape(-1, 3) for corners in (stops.outlines, stops.passed)]
+    points = np.concatenate([*outlines, task, _at_start(shown, _fixed_points(shown))])
+    size = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    robot_parts, unread = _robot_parts(shown, size, before)
+    same_robot = before is not None and robot_parts["joints"] is before["joints"]
+    parts = SceneParts([*warnings, *shown.shapes.warnings])
+    legend = draw_paths(parts, shown, motions, size)
+    if shown.trace is not None:
+        legend |= draw_marks(parts, shown, size)
+        draw_frames(parts, shown, size)
+    draw_surroundings(parts, shown, size)
+    draw_other_robots(parts, shown, size)
+    in_view = [points, *(_at_start(shown, corners) for corners in parts.corners)]
+    return {
+        **_description(shown),
+        **robot_parts,
+        **_arms(shown, motions, stops.position[stops.distinct(size)], len(robot_parts["joints"])),
+        "things": base.carry(parts.things),
+        "labels": base.carry(_merge_labels(parts.labels)),
+        "waypoints": waypoint_times(shown),
+        "strip": time_strip(shown),
+        "legend": legend,
+        "size": size,
+        "floor": float(min(stops.outlines[..., 2].min(), 0.0)),
+        **views(
+            _extreme_points(np.concatenate(in_view)),
+            task,
+            _at_start(shown, joint_origins(shown)[1]),
+            before["view"]["from"] if same_robot and before is not None else None,
+        ),
+        **verdict(shown.report, shown.scenario, robot, base.count),
+        "others": [
+            {"name": name, "failures": list(map(str, _check(shown, motion).failures))}
+            for name, motion in compared.items()
+        ],
+        "warnings": [*parts.warnings, *unread],
+    }
+
+
+def _check(shown: ShownMotion, motion: JointTrajectory) -> Any:
+    return check(motion, shown.scenario, space=shown.space)
+
+
+def _at_start(shown: ShownMotion, points: FloatArray) -> FloatArray:
+    """Points carried by the base frame at the start of the motion, shape (n, 3)."""
+    start = shown.curve(shown.curve.x[:1])
+    return np.asarray(base_joints(shown.robot).to_world(start, points[None])[0])
+
+
+def _task_points(shown: ShownMotion) -> FloatArray:
+    """The tool's path and the waypoints [m], shape (n, 3)."""
+    path = [] if shown.trace is None else [shown.trace.position]
+    targets = [target.pose.translation[np.newaxis] for target in shown.targets]
+    return np.concatenate([np.zeros((0, 3)), *path, *targets])
+
+
+def _fixed_points(shown: ShownMotion) -> FloatArray:
+    """Fixed points in the base frame [m], shape (n, 3)."""
+    paths = asked_points(shown, 1.0, at_rest=True) if shown.trace is not None else ()
+    base = shown.robot.base_placement
+    frames = [(base * frame).translation for frame in shown.scenario.frames.values()]
+    points = [joint_origins(shown)[0], np.reshape(frames, (-1, 3))]
+    return np.concatenate([*(dash for _, dashes in paths for dash in dashes), *points])
+
+
+def _arms(
+    shown: ShownMotion, motions: Mapping[str, PiecewisePolynomial], copies: FloatArray, joints: int
+) -> dict[str, Any]:
+    """The moving arms, and the positions of copies of the first one, for given joint counts."""
+    base = base_joints(shown.robot)
+    ghosts = base.positions(copies)
+    unmoved = np.zeros(joints - ghosts.shape[1])  # ghosts have only the robot's joints
+    arms = {shown.trajectory.planner or "trajectory": shown.curve, **motions}
+    return {
+        "arms": [
+            arm_frames(name, motion, shown.robot, shown.model, shown.scenario.paths)
+            for name, motion in arms.items()
+        ],
+        "ghosts": [[*position, *unmoved] for position in ghosts.tolist()],
+        "first_joint": base.count,
+    }
+
+
+def _description(shown: ShownMotion) -> dict[str, Any]:
+    """Title of the scene and its units."""
+    scenario, units = shown.scenario, shown.scenario.units
+    return {
+        "title": scenario.name,
+        "robot": shown.robot.name,
+        "planner": shown.trajectory.planner,
+        "description": scenario.task.description.strip(),
+        "joint_panel": joint_panel(shown.robot, units),
+        "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
+    }
+
+
+def _robot_parts(
+    shown: ShownMotion, size: float, before: Mapping[str, Any] | None
+) -> tuple[dict[str, Any], list[str]]:
+    """The parts `ROBOT_PARTS`, reused from `before` if equal, and unreadable images."""
+    parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
+    images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
+    addresses, unread = image_addresses(images)
+    known, base = known_joints(shown), base_joints(shown.robot)
+    carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in known)]
+    reused: dict[str, Any] = {
+        "joints": base.below([*drawn_joints(shown.robot), *known]),
+        "shapes": [[packed(mesh, images) for mesh in parts] for parts in carried],
+        "images": addresses,
+    }
+    if before is not None and all(reused[name] == before[name] for name in reused):
+        return {name: before[name] for name in ROBOT_PARTS}, unread
+    shapes = [*(None for _ in base.joints), *shown.shapes.shapes, *(None for _ in known)]
+    cell = GHOST_DETAIL * size
+    reused["coarse"] = [packed(coarse(mesh, cell)) if mesh else None for mesh in shapes]
+    return reused, unread
+
+
+def _merge_labels(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Labels, with one for an object and a frame of the same name."""
+    frames, objects = (
+        {label["text"] for label in labels if label["kind"] == kind} for kind in ("frame", "object")
+    )
+    shared = frames & objects
+    merged = [label for label in labels if label["kind"] != "object" or label["text"] not in shared]
+    for label in merged:
+        if label["text"] in shared:
+            label["detail"] = f"frame and object {label['text']!r}"
+    return merged
+
+
+def _extreme_points(points: FloatArray, most: int = 800) -> FloatArray:
+    """Points that are extreme in some direction."""
+    turns = np.random.default_rng(0).normal(size=(most, 3))
+    return np.asarray(points[np.unique((turns @ points.T).argmax(axis=1))])

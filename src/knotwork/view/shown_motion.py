@@ -1,0 +1,303 @@
+"""A motion with its task and check, as pictures and scenes show it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.scenario.joint_space import JointSpace, JointState, joint_space
+from knotwork.scene.collision_model import CollisionModel
+from knotwork.task import PlainTask
+from knotwork.trajectory import JointTrajectory
+from knotwork.units import Units
+from knotwork.verification import Finding, Motion, Report
+from knotwork.verification.brief import worst_short_text
+from knotwork.verification.collisions import motion_model
+from knotwork.verification.finding import unite_intervals
+from knotwork.verification.limits import LIMITS, derivative_limits
+from knotwork.view.clearance_curve import nearest_around
+from knotwork.view.links import LinkShapes, link_shapes
+from knotwork.view.targets import targets
+from knotwork.view.tool_trace import ToolTrace, tool_trace
+from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
+
+
+class PlanLike(Protocol):
+    """The part of a `knotwork.Plan` that a picture needs."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """The task."""
+
+    @property
+    def space(self) -> JointSpace:
+        """The joints and their limits."""
+
+    @property
+    def joint_waypoints(self) -> JointWaypoints | None:
+        """Joint values given at the waypoints, where known."""
+
+    @property
+    def trajectory(self) -> JointTrajectory:
+        """The motion."""
+
+    @property
+    def report(self) -> Report:
+        """Result of the check."""
+
+
+Drawable: TypeAlias = PlanLike | JointTrajectory
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointValues:
+    """Waypoints of the scenario in a picture, without inserted ones along tool paths.
+
+    Attributes:
+        time: Times [s], shape (n,).
+        names: Names, length n.
+        values: Given joint values by order of derivative (0, 1), shape (n, d), NaN for
+            missing ones, and for velocities that planning chose.
+    """
+
+    time: FloatArray
+    names: tuple[str, ...]
+    values: tuple[FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class ShownMotion:
+    """A motion with its task and check.
+
+    Attributes:
+        trajectory: The motion, joints in the order of the space.
+        scenario: The task; for a motion without one, a task without requirements.
+        space: Its joints with their limits, and their robot.
+        report: Report of the check, if there was one.
+        joint_waypoints: Joint values given at the waypoints, where known.
+        label: Its name in a picture.
+        fastest: Lower bound on the end of the scale of tool speeds [m/s].
+    """
+
+    trajectory: JointTrajectory
+    scenario: Scenario
+    space: JointSpace
+    report: Report | None = None
+    joint_waypoints: JointWaypoints | None = None
+    label: str = "trajectory"
+    fastest: float = 0.0
+
+    @classmethod
+    def of_plan(cls, plan: PlanLike, fastest: float = 0.0) -> ShownMotion:
+        """The motion of a plan."""
+        motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.space)
+        return replace(
+            motion, report=plan.report, joint_waypoints=plan.joint_waypoints, fastest=fastest
+        )
+
+    @classmethod
+    def of_trajectory(
+        cls, trajectory: JointTrajectory, scenario: Scenario, space: JointSpace | None = None
+    ) -> ShownMotion:
+        """A motion, for a scenario.
+
+        Raises:
+            InputError: Its joints are not those of the scenario.
+        """
+        space = space or joint_space(scenario)
+        ordered = trajectory.reordered(space.joint_names, space.joint_units)
+        return cls(ordered, scenario, space, label=trajectory.planner or "trajectory")
+
+    @classmethod
+    def of_robot(cls, robot: Robot, trajectory: JointTrajectory) -> ShownMotion:
+        """A stored motion of a robot.
+
+        Raises:
+            InputError: Its joints are not the robot's.
+        """
+        names, units = robot.joint_names, robot.joint_units
+        ordered = trajectory.reordered(names, units, owner=f"robot {robot.name!r}")
+        range_limits = robot.lower_position_limit, robot.upper_position_limit
+        space = JointSpace(names, units, *range_limits, robot.limits, robot=robot)
+        return cls(ordered, task_without_requirements(f"{robot.name}: stored trajectory"), space)
+
+    @classmethod
+    def of_joints(cls, trajectory: JointTrajectory) -> ShownMotion:
+        """A motion of joints without known limits."""
+        names, units = trajectory.joint_names, trajectory.joint_units
+        endless = np.full(len(names), np.inf)
+        limits = dict.fromkeys(MAGNITUDES, endless)
+        space = JointSpace(names, units, -endless, endless, limits)
+        return cls.of_trajectory(trajectory, task_without_requirements(""), space)
+
+    @property
+    def robot(self) -> Robot:
+        """The arm.
+
+        Raises:
+            InputError: The scenario has no robot.
+        """
+        if self.space.robot is None:
+            raise InputError(
+                f"scenario {self.scenario.name!r} names no robot, so there is no arm to show: only "
+                "plots can be drawn, with `knotwork plot`; or name a robot in the scenario"
+            )
+        return self.space.robot
+
+    @property
+    def curve(self) -> PiecewisePolynomial:
+        """Joint positions over time."""
+        return self.trajectory.polynomial
+
+    @property
+    def findings(self) -> Sequence[Finding]:
+        """Findings of the check."""
+        return self.report.findings if self.report is not None else ()
+
+    @property
+    def failures(self) -> Sequence[Finding]:
+        """Failures of the check."""
+        return self.report.failures if self.report is not None else ()
+
+    @property
+    def failure_text(self) -> str:
+        """The worst failure in one line, or an empty text."""
+        return worst_short_text(self.failures, self.scenario.units) if self.failures else ""
+
+    @cached_property
+    def joint_uses(self) -> dict[tuple[str, str], Finding]:
+        """Use of the limits of joints, by joint and quantity."""
+        found = self.findings or tuple(derivative_limits(self.space, self.curve))
+        return {
+            (finding.name, finding.quantity): finding
+            for finding in found
+            if finding.subject == "joint" and finding.quantity in DERIVATIVES
+            if finding.limit is not None
+        }
+
+    @property
+    def tool_findings(self) -> tuple[Finding, ...]:
+        """Findings on limits of tool and links, and on the nearest surroundings."""
+        nearest = nearest_around(self.findings)
+        limits = (one for one in self.findings if one.group in LIMITS and one.subject != "joint")
+        return (*limits, *([] if nearest is None else [nearest]))
+
+    @property
+    def contacts(self) -> list[tuple[float, float]]:
+        """Time intervals of contacts [s]."""
+        return list(
+            unite_intervals(span for one in self.failures if one.bodies for span in one.spans)
+        )
+
+    def units(self, degrees: bool | None) -> Units:
+        """Units of the scenario, with the given unit of angles, if any."""
+        units = self.scenario.units
+        return units if degrees is None else replace(units, angle="deg" if degrees else "rad")
+
+    def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
+        """Lower and upper limit of a quantity of a joint, infinite without a limit."""
+        i = self.space.joint_names.index(joint)
+        lower, upper = self.space.bounds(quantity)
+        return float(lower[i]), float(upper[i])
+
+    @property
+    def chosen_velocities(self) -> set[str]:
+        """Names of waypoints whose velocity planning chose, so that it was not given."""
+        return {name for run in self.scenario.task.chosen or () for name in run.velocities}
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the waypoints, for a stored trajectory its own ones [s], shape (n,)."""
+        known = self.scenario.waypoints or self.trajectory.waypoint_times is None
+        return self.scenario.times if known else np.asarray(self.trajectory.waypoint_times)
+
+    @cached_property
+    def waypoint_values(self) -> WaypointValues | None:
+        """Waypoints as far as known: without a plan no joint values of poses."""
+        waypoints, scenario = self.joint_waypoints, self.scenario
+        if waypoints is not None:
+            order = [waypoints.joint_names.index(name) for name in self.trajectory.joint_names]
+            rows = list(waypoints.asked)
+            names = [waypoints.names[i] for i in rows]
+            chosen = np.isin(names, list(self.chosen_velocities))[:, np.newaxis]
+            velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
+            for i in self.space.waits:
+                names[i + 1] = ""  # a wait has one name, at its start
+            values = waypoints.position[rows][:, order], velocity
+            return WaypointValues(waypoints.time[rows], tuple(names), values)
+        unknown = np.full(len(self.trajectory.joint_names), np.nan)
+        if scenario.waypoints:
+            states = [target or JointState(unknown, unknown) for target in self.space.targets]
+            position = np.array([state.position for state in states])
+            velocity = np.array([state.velocity for state in states])
+            known = tuple(waypoint.name for waypoint in scenario.waypoints)
+            return WaypointValues(scenario.times, known, (position, velocity))
+        if self.trajectory.waypoint_times is None:
+            return None
+        missing = np.tile(unknown, (len(self.times), 1))
+        return WaypointValues(
+            self.times, tuple(map(str, range(len(self.times)))), (missing, missing)
+        )
+
+    @cached_property
+    def shapes(self) -> LinkShapes:
+        """The meshes of the links."""
+        return link_shapes(self.robot)
+
+    @cached_property
+    def targets(self) -> Sequence[CartesianWaypoint]:
+        """The waypoints at the tool."""
+        has_tool = self.robot.tcp_frame_id is not None
+        return targets(self.scenario, self.space, self.robot, self.curve) if has_tool else ()
+
+    @property
+    def given_velocities(self) -> Sequence[CartesianWaypoint]:
+        """The waypoints at the tool whose velocity was given, not chosen by planning."""
+        chosen = self.chosen_velocities
+        return [target for target in self.targets if target.name not in chosen]
+
+    @cached_property
+    def trace(self) -> ToolTrace | None:
+        """The path of the tool; `None` without a tool."""
+        if self.robot.tcp_frame_id is None:
+            return None
+        times = [target.time for target in self.targets]
+        paths = self.scenario.paths
+        return tool_trace(self.robot, self.curve, self.space, self.failures, times, paths)
+
+    @cached_property
+    def model(self) -> CollisionModel | None:
+        """The collision model, if obstacles move.
+
+        Raises:
+            InputError: A mesh, or another robot's scenario, is wrong.
+        """
+        scene = self.scenario.scene
+        riding = any(item.carrier is not None for item in scene.objects)
+        if not (scene.robots or scene.moving or riding):
+            return None
+        return motion_model(Motion(self.trajectory, self.space), self.scenario, self.robot)
+
+    def carrier_of(self, frame: Any, time: float | None = None) -> tuple[int | None, Any]:
+        """The joint that carries a moving frame, and the transform of base poses into its axes.
+
+        The frame is at rest, or at a time [s]. Without a frame, or without moving obstacles, it
+        is the URDF's root: `None`.
+        """
+        if self.model is None or frame is None:
+            return None, self.robot.base_placement
+        return self.model.joint_of_frame(frame, time)
+
+
+def task_without_requirements(name: str) -> Scenario:
+    """A task for a motion without one."""
+    return Scenario(name, (), PlainTask.model_construct(waypoints=()))

@@ -1,0 +1,191 @@
+"""Surroundings, tool and held objects in a scene; collision shapes; nearest points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.robot import Robot
+from knotwork.scenario import PlacedShape
+from knotwork.scene.cells import read_cells
+from knotwork.scene.meshes.mesh_files import read_mesh
+from knotwork.verification import Report
+from knotwork.view.mesh import Mesh, box_corners, drawable, from_triangles, merged
+from knotwork.view.primitive_meshes import box, frame_along, rod, solid, sphere, turned
+from knotwork.view.scene_parts import SceneParts
+from knotwork.view.shown_motion import ShownMotion
+
+MOST_DRAWN = 10_000
+"""Largest number of drawn cells; above it, larger cells are drawn."""
+
+
+def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
+    """Draw the outer sides of a cloud's cells, in its own axes.
+
+    Raises:
+        InputError: The file can't be read.
+    """
+    from trimesh import creation
+
+    changed = path.stat().st_mtime_ns
+    cells = read_cells(path, changed, shape.scale[0], shape.resolution)
+    while len(cells.index) > MOST_DRAWN:
+        cells = cells.coarser()
+    cube = creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
+    occupied = set(map(tuple, cells.index.tolist()))
+    sides = []
+    for side in cube.facets:  # two triangles each
+        outwards = np.round(cube.face_normals[side[0]]).astype(np.int64)
+        neighbours = map(tuple, (cells.index + outwards).tolist())
+        bare = cells.index[[cell not in occupied for cell in neighbours]]
+        sides.append(bare[:, np.newaxis, np.newaxis, np.newaxis] + cube.triangles[side])
+    return from_triangles(np.concatenate(sides).reshape(-1, 3, 3) * cells.edge, colour)
+
+
+OBJECT = (0.76, 0.70, 0.58, 1.0)
+PLANE = (0.80, 0.80, 0.77, 1.0)
+TOOL = (0.33, 0.37, 0.42, 1.0)
+HELD = (0.88, 0.62, 0.22, 1.0)
+HULL = (0.20, 0.55, 0.85, 0.45)
+NEAREST = (0.10, 0.55, 0.30, 1.0)
+
+OBJECTS, COLLISION_SHAPES, CLOSEST = "objects", "collision shapes", "closest"
+
+
+def shape_mesh(shape: PlacedShape, colour: Sequence[float], extent: float) -> Mesh:
+    """A shape as a mesh, in the axes of its placement.
+
+    Args:
+        shape: The shape.
+        colour: Red, green, blue and opacity.
+        extent: Size of drawn half spaces [m].
+
+    Raises:
+        InputError: A file can't be read.
+    """
+    if shape.kind == "half_space":
+        normal, offset = np.array(shape.size[:3]), shape.size[3]
+        thin = 0.004 * extent
+        plate = box([2 * extent, 2 * extent, thin], colour)
+        mesh = plate.moved(frame_along(normal), (offset - thin / 2) * normal)
+    elif shape.path is not None and shape.kind == "points":
+        mesh = cloud_mesh(shape, shape.path, colour)
+    elif shape.path is not None:
+        parts = [drawable(part) for part in read_mesh(shape.path)]
+        painted = [part if part.coloured or part.fault else part.painted(colour) for part in parts]
+        mesh = merged(painted).scaled(shape.scale)
+    elif shape.kind == "ellipsoid":
+        mesh = sphere(1.0, colour).scaled(shape.size)
+    elif shape.kind == "cone":
+        radius, half = shape.size[0], shape.size[1] / 2
+        mesh = turned([[0, -half], [radius, -half], [0, half]], colour)
+    else:
+        mesh = solid(shape.kind, shape.size, colour)
+    return mesh.placed(shape.placement)
+
+
+def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> None:
+    """Draw a scenario's scene: objects, tool, held objects, and the nearest points."""
+    times = {waypoint.name: waypoint.time for waypoint in shown.scenario.waypoints}
+    for item in shown.scenario.scene.objects:
+        between = None if item.appears is None else [times[item.appears], None]
+        plane = item.shape.kind == "half_space"
+        carrier, placement = shown.carrier_of(item.carrier)
+        mesh = shape_mesh(item.shape, PLANE if plane else OBJECT, size).placed(placement)
+        _note_fault(parts, f"object {item.name!r}", mesh)
+        parts.draw(OBJECTS, mesh, around=True, carrier=carrier, between=between, of=item.name)
+        if plane:
+            continue
+        middle = mesh.vertices.mean(axis=0)
+        parts.write(item.name, "object", middle, f"object {item.name!r}", carrier=carrier)
+        corners = box_corners(mesh.vertices)
+        if carrier is None and np.ptp(corners, axis=0).max() <= size:
+            parts.corners.append(corners)
+    _draw_carried(parts, shown, times, size)
+    _draw_hulls(parts, shown.robot)
+    if shown.report is not None:
+        _draw_nearest_points(parts, shown.report, shown, size)
+
+
+def _note_fault(parts: SceneParts, name: str, mesh: Mesh) -> None:
+    if mesh.fault:
+        parts.warnings.append(f"{name}: {mesh.fault}")
+
+
+def _draw_carried(
+    parts: SceneParts, shown: ShownMotion, times: Mapping[str, float], size: float
+) -> None:
+    """Draw the tool's shapes, and held objects: before they are taken, carried, and released."""
+    robot, curve, scene = shown.robot, shown.curve, shown.scenario.scene
+    frames = robot.model.frames
+    if robot.tool_frame is None or not (scene.tool or scene.held):
+        return
+    frame = frames[robot.require_tool()]
+    joint = int(frame.parentJoint)
+    mount = frames[robot.frame_index(robot.tool_frame)].placement
+    for shape in scene.tool:
+        mesh = shape_mesh(shape, TOOL, size).placed(mount)
+        parts.draw("tool shape", mesh, carrier=joint, of="tool")
+        _note_fault(parts, "tool", mesh)
+    for held in scene.held:
+        mesh = shape_mesh(held.shape, HELD, size)
+        _note_fault(parts, f"object {held.name!r}", mesh)
+        take, leave = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
+        appears = None if held.appears is None else times[held.appears]
+        in_tool = mesh.placed(frame.placement)
+        parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
+        for time, support, between in zip(
+            (take, leave), held.carriers, ([appears, take], [leave, None]), strict=True
+        ):
+            carrier, placement = shown.carrier_of(support, time)
+            lying = mesh.placed(placement * robot.forward(curve(time)))
+            parts.draw("held", lying, carrier=carrier, between=between, of=held.name)
+
+
+def _draw_hulls(parts: SceneParts, robot: Robot) -> None:
+    """Draw the collision shapes of the links, shown on demand."""
+    from knotwork.scene.building import robot_collision_model
+
+    by_joint: dict[int, list[Mesh]] = {}
+    for body in robot_collision_model(robot).bodies:
+        meshes = [
+            solid_mesh(part, HULL, 0.0)
+            if part.hull is None
+            else from_triangles(part.hull, HULL).moved(part.rotation, part.translation)
+            for part in body.solids
+        ]
+        by_joint.setdefault(body.joint, []).extend(meshes)
+    for joint, meshes in by_joint.items():
+        parts.draw(COLLISION_SHAPES, merged(meshes), carrier=joint or None, hidden=True)
+
+
+def solid_mesh(part: Any, colour: Sequence[float], extent: float) -> Mesh:
+    """The shape of a body's part, in the body's axes; `colour` and `extent` as for `shape_mesh`."""
+    at_origin = replace(part.shape, placement=pin.SE3.Identity())
+    return shape_mesh(at_origin, colour, extent).moved(part.rotation, part.translation)
+
+
+def _draw_nearest_points(
+    parts: SceneParts, report: Report, shown: ShownMotion, size: float
+) -> None:
+    """Draw the line between the nearest points, unless bodies are too close.
+
+    Pairs with an object have priority.
+    """
+    base = shown.robot.base_placement
+    pairs = [finding for finding in report.select(subject="pair") if len(finding.points) == 2]
+    if not pairs or not all(finding.ok for finding in pairs):
+        return
+    nearest = min(pairs, key=lambda pair: (pair.detail, not pair.around, pair.value or 0.0))
+    first, second = (base.act(np.array(point)) for point in nearest.points)
+    distance = report.units.text(nearest.value or 0.0, "m", ".3g")
+    text = f"{nearest.name}: {distance} at {nearest.time or 0.0:.2f} s"
+    parts.write(text, "closest", (first + second) / 2, nearest.message)
+    if np.linalg.norm(first - second) > 1e-6:
+        dots = [sphere(0.006 * size, NEAREST).moved(np.eye(3), end) for end in (first, second)]
+        parts.draw(CLOSEST, merged([rod(first, second, 0.003 * size, NEAREST), *dots]), lit=False)

@@ -1,0 +1,161 @@
+"""Marks of a task in a scene: waypoints, their velocities, frames, knots and failures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from knotwork.errors.plain_text import called
+from knotwork.scenario import Scenario
+from knotwork.units import Units
+from knotwork.verification import Finding, Report
+from knotwork.verification.brief import short_text
+from knotwork.view.mesh import Mesh, merged
+from knotwork.view.primitive_meshes import rod, sphere, triad
+from knotwork.view.scene_parts import SceneParts
+from knotwork.view.shown_motion import ShownMotion
+from knotwork.view.targets import round_arrows, spacings, straight_arrows
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+ROUNDING_USE = 1e6
+"""A tolerance exceeded by this factor is one for rounding, and is not printed."""
+RED = (0.86, 0.08, 0.1, 1.0)
+KNOT = (0.12, 0.12, 0.14, 1.0)
+MOST_KNOTS = 2000
+
+
+def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, float]:
+    """Draw the marks of a task, and of the failures of its check, in a scene of some size [m].
+
+    Returns:
+        For the legend the time in which the tool goes the length of straight arrows,
+        `arrow_seconds`, and turns by round ones, `turn_seconds`.
+    """
+    curve, robot = shown.curve, shown.robot
+    _draw_waypoints(parts, shown, size)
+    axis = _axis_length([target for target in shown.targets if not target.standing], size)
+    arrows = {
+        ("speeds asked for", "arrow_seconds"): straight_arrows(shown.given_velocities, size),
+        ("turning asked for", "turn_seconds"): round_arrows(shown.given_velocities, 0.75 * axis),
+    }
+    seconds = {}
+    for (name, key), drawn in arrows.items():
+        if drawn is not None:
+            mesh, seconds[key] = drawn
+            parts.draw(name, mesh)
+    if len(curve.x) <= MOST_KNOTS:
+        along = _on_paths(curve.x, shown.scenario)
+        for name, times in (("knots", curve.x[~along]), ("knots on paths", curve.x[along])):
+            points = [(robot.base_placement * robot.forward(q)).translation for q in curve(times)]
+            dots = [sphere(0.0048 * size, KNOT, 12).moved(np.eye(3), point) for point in points]
+            parts.draw(name, merged(dots) if dots else None, hidden=name == "knots on paths")
+    if shown.report is not None:
+        _draw_failures(parts, shown, shown.report, size)
+    return seconds
+
+
+def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
+    """Draw the waypoints; those that stand while joints move the base frame ride along."""
+    robot, given = shown.robot, {one.name: one for one in shown.scenario.waypoints}
+    frame = robot.model.frames[robot.frame_index(robot.standing_frame)]
+    missed, units = {finding.name for finding in shown.failures}, shown.scenario.units
+    moving = [target for target in shown.targets if not target.standing]
+    standing = [
+        replace(target, pose=frame.placement * given[target.name].pose)  # type: ignore[union-attr]
+        for target in shown.targets
+        if target.standing
+    ]
+    for targets, carrier in ((moving, None), (standing, int(frame.parentJoint))):
+        if targets:
+            length = _axis_length(targets, size)
+            axes = _triads([target.pose for target in targets], length, 0.045)
+            parts.draw("waypoints", axes, lit=False, carrier=carrier)
+        for target in targets:
+            if target.name not in missed:
+                point, detail = target.pose.translation, _waypoint_detail(target, units)
+                parts.write(target.name, "waypoint", point, detail, carrier=carrier)
+
+
+def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
+    """Draw the named frames of a task; those that move ride along."""
+    placed: dict[int | None, list[pin.SE3]] = {}
+    for name, frame in shown.scenario.frames.items():
+        carrier, base = shown.carrier_of(shown.scenario.scene.moving.get(name))
+        pose = base * frame
+        placed.setdefault(carrier, []).append(pose)
+        parts.write(name, "frame", pose.translation, f"frame {name!r}", carrier=carrier)
+    for carrier, poses in placed.items():
+        parts.draw("frames", _triads(poses, 0.075 * size, 0.05), carrier=carrier)
+
+
+def _on_paths(times: FloatArray, scenario: Scenario) -> NDArray[np.bool_]:
+    """Whether times are within a tool path."""
+    within = np.zeros(times.shape, dtype=bool)
+    for path in scenario.paths:
+        within |= (times > path.motion.start_time) & (times < path.motion.end_time)
+    return within
+
+
+def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
+    axes = triad(length, thickness * length)
+    return merged([axes.placed(pose) for pose in poses])
+
+
+def _waypoint_detail(target: CartesianWaypoint, units: Units) -> str:
+    speed = float(np.linalg.norm(target.linear))
+    turning = float(np.linalg.norm(target.angular))
+    detail = f"{target.name}: at {target.time:g} s, {units.text(speed, 'm/s', '.4g')}"
+    return detail + (
+        f", turning at {units.text(turning, 'rad/s', '.4g')}" if turning > 1e-8 else ""
+    )
+
+
+def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
+    apart = spacings(asked)
+    nearest = float(apart.min()) if len(apart) else size
+    return min(0.06 * size, max(0.6 * nearest, 0.025 * size))
+
+
+def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: float) -> None:
+    """Mark where the tool is when something fails; from there to where it should be."""
+    robot, curve = shown.robot, shown.curve
+    base = robot.base_placement
+    wrong: list[Mesh] = []
+    poses = {target.name: target.pose for target in shown.targets}
+    together: dict[tuple[str, str, float], list[Finding]] = {}
+    for finding in report.failures:
+        if finding.at is not None:
+            together.setdefault((finding.subject, finding.name, finding.at), []).append(finding)
+    for (subject, name, time), findings in together.items():
+        inside = min(max(time, float(curve.x[0])), float(curve.x[-1]))
+        reached = at = (base * robot.forward(curve(inside))).translation
+        if findings[0].points:  # of two bodies, not of the tool
+            reached = at = base.act(np.mean(findings[0].points, axis=0))
+        wrong.append(sphere(0.011 * size, RED).moved(np.eye(3), reached))
+        if subject == "waypoint" and name in poses:
+            point = poses[name].translation
+            at = (point + reached) / 2
+            if np.linalg.norm(reached - point) > 1e-9:
+                wrong.append(rod(point, reached, 0.004 * size, RED))
+        text = _failure_text(findings[0], report.units)
+        if len(findings) > 1:
+            text += f", and {len(findings) - 1} more"
+        parts.write(text, "miss", at, "\n".join(map(str, findings)), time=time)
+    parts.draw("failures", merged(wrong) if wrong else None, lit=False)
+
+
+def _failure_text(finding: Finding, units: Units) -> str:
+    """A finding as lists have it, but for a tolerance that is one for rounding."""
+    name = called(finding.name) if finding.subject == "waypoint" else finding.name
+    if finding.requested is not None:
+        miss = units.text(finding.value or 0.0, finding.unit, ".3g")
+        return f"{name}: {finding.title} off by {miss}"
+    if finding.value is None or finding.label or (finding.use or 0.0) <= ROUNDING_USE:
+        return short_text(finding, units)
+    shown, unit = units.shown(finding.value, finding.unit)
+    value = f"{shown:.3g} {unit}" if np.isfinite(shown) else "infinite"
+    return " ".join(filter(None, (name, finding.title, value)))
